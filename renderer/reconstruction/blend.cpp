@@ -273,13 +273,70 @@ constexpr float kMostError = 0.25f;
 
 // Pooled over the pixels that tell theirs: two boxes as wide as one of kPoolRadius, whose edges
 // would be seen around a bright pixel.
+constexpr int kFirstPool = (kPoolRadius + 1) / 2, kSecondPool = kPoolRadius - kFirstPool;
 BorderedPlane pool_smoothly(const BorderedPlane& own) {
-  constexpr int kFirst = (kPoolRadius + 1) / 2;
-  return box_sum(box_sum(own, kFirst), kPoolRadius - kFirst);
+  return box_sum(box_sum(own, kFirstPool), kSecondPool);
 }
 
-BorderedPlane pooled_error(const Halves& h, const BorderedPlane& own) {
+// How much a pixel counts in that, in a mean weighted by itself: 36 for boxes of 9 and 9 pixels.
+constexpr float pixel_weight() {
+  float sum = 0.0f, squares = 0.0f;
+  for (int i = -kPoolRadius; i <= kPoolRadius; ++i) {
+    const int overlap = kPoolRadius + 1 - (i < 0 ? -i : i);
+    const float weight = float(std::min(overlap, 2 * std::min(kFirstPool, kSecondPool) + 1));
+    sum += weight;
+    squares += weight * weight;
+  }
+  return (squares / sum) * (squares / sum);
+}
+
+// How rare a pixel's light is: 1 where one half saw all of it, 0 where both saw the same.
+BorderedPlane rarity(const Halves& h) {
+  BorderedPlane rare(h.width, h.height);
+  parallel_each(size_t(h.height), [&](size_t row) {
+    const int y = int(row);
+    for (int x = 0; x < h.width; ++x) {
+      float a = 0.0f, b = 0.0f;
+      for (size_t c = 0; c < 3; ++c) {
+        a += h.half[0].colour[c].row(y)[x];
+        b += h.half[1].colour[c].row(y)[x];
+      }
+      const float ratio = (a - b) / std::max(std::abs(a + b), kDivisor);
+      rare.row(y)[x] = std::min(ratio * ratio, 1.0f) * h.told.row(y)[x];
+    }
+  });
+  return rare;
+}
+
+// What the pool does not know of: where few pixels have most of the error, as rare light leaves it,
+// one more such pixel may have had no luck in either half. Added is one, as large as those that
+// were seen are in the mean weighted by their error, as far as they are rare.
+void add_unseen(const BorderedPlane& own, const BorderedPlane& rare, BorderedPlane& pool) {
+  constexpr float kMost = 1.0f;  // of a displayed pixel
+  BorderedPlane errors = own, squares = own;
+  parallel_each(size_t(own.height()), [&](size_t row) {
+    const int y = int(row);
+    for (int x = 0; x < own.width(); ++x) {
+      const float e = std::min(std::abs(own.row(y)[x]), kMost);
+      errors.row(y)[x] = e;
+      squares.row(y)[x] = rare.row(y)[x] * e * e;
+    }
+  });
+  errors = pool_smoothly(errors);
+  squares = pool_smoothly(squares);
+  parallel_each(size_t(own.height()), [&](size_t row) {
+    const int y = int(row);
+    for (int x = 0; x < own.width(); ++x) {
+      const float all = std::max(errors.row(y)[x], kDivisor);
+      pool.row(y)[x] += pixel_weight() * squares.row(y)[x] / all;
+    }
+  });
+}
+
+// `rare`: nullptr for an error that leaves out what was not seen.
+BorderedPlane pooled_error(const Halves& h, const BorderedPlane& own, const BorderedPlane* rare) {
   BorderedPlane error = pool_smoothly(own);
+  if (rare != nullptr) add_unseen(own, *rare, error);
   const BorderedPlane told = pool_smoothly(h.told);
   parallel_each(size_t(h.height), [&](size_t row) {
     const int y = int(row);
@@ -290,6 +347,16 @@ BorderedPlane pooled_error(const Halves& h, const BorderedPlane& own) {
     }
   });
   return error;
+}
+
+// display_error_weight() of light, which is not negative: where the deviation exceeds the mean, the
+// slope is that from black on.
+float light_error_weight(float mean, float deviation) {
+  const float d = std::min(std::max(deviation, 1e-3f), 1e15f);
+  const float least = std::max(mean - d, std::min(mean, 0.0f)), most = mean + d;
+  const float slope = (display_value(most) - display_value(least)) / (most - least);
+  return std::max(slope * slope,
+                  std::min(kLeastDisplaySlope * kLeastDisplaySlope, 0.25f / (d * d)));
 }
 
 // The error's terms again, for the shares that were taken, as displayed.
@@ -318,23 +385,24 @@ void estimate_errors(const Halves& h, const Candidates& candidates, const Terms&
       }
       const float gain = kept * change_at(own, a, x, y).gain / own.unit.row(y)[x] * (1.0f / 3);
       const float noise = h.own_noise.row(y)[x] * (1.0f / 3);
-      const float weight = display_error_weight(value, std::sqrt(noise)) * h.told.row(y)[x];
+      const float weight = light_error_weight(value, std::sqrt(noise)) * h.told.row(y)[x];
       float excess = 0.0f;  // of which two halves tell the variance as of all else
       for (const BorderedPlane& plane : h.excess)
         excess += plane.row(y)[x] * plane.row(y)[x] * (1.0f / 3);
-      excess *= display_error_weight(value, std::sqrt(excess));
+      excess *= light_error_weight(value, std::sqrt(excess));
       for (size_t c = 0; c < 3; ++c) {
         const float came = h.raw_noise[c].row(y)[x];
-        const float slope = display_error_weight(out.colour[c].row(y)[x], std::sqrt(came));
+        const float slope = light_error_weight(out.colour[c].row(y)[x], std::sqrt(came));
         before.row(y)[x] += came * slope * h.told.row(y)[x] * (1.0f / 3);
       }
       after.row(y)[x] = (noise - 2 * gain + square) * weight + excess;
       variance.row(y)[x] = spread * h.share[0].row(y)[x] * h.share[1].row(y)[x] * weight + excess;
     }
   });
-  out.error_before = pooled_error(h, before);
-  out.error = pooled_error(h, after);
-  variance = pooled_error(h, variance);
+  const BorderedPlane rare = rarity(h);
+  out.error_before = pooled_error(h, before, nullptr);
+  out.error = pooled_error(h, after, &rare);
+  variance = pooled_error(h, variance, &rare);
   parallel_each(size_t(h.height), [&](size_t row) {
     const int y = int(row);
     for (int x = 0; x < h.width; ++x) {
