@@ -16,8 +16,7 @@ constexpr size_t pair(size_t k, size_t l) {
 
 // The terms of the error, of a pixel alone or pooled, in units of the pixel's squared brightness.
 struct Terms {
-  BorderedPlane unit;                            // what radiance is to be multiplied by, squared
-  BorderedPlane noise;                           // V
+  BorderedPlane unit;  // of a pixel alone: what radiance is to be multiplied by, squared
   std::array<BorderedPlane, kBandwidths> gains;  // V - C_k
   std::array<BorderedPlane, kPairs> squares;     // D_kl
 };
@@ -33,18 +32,17 @@ constexpr float kNoiseWeight = 80.0f;
 void measure_row(const Halves& h, const Candidates& candidates, int y, Terms& own) {
   const float *told = h.told.row(y), *noise = h.own_noise.row(y);
   const float *noise_a = h.half[0].noise.row(y), *share_a = h.share[0].row(y);
-  float *unit = own.unit.row(y), *v = own.noise.row(y);
+  float* unit = own.unit.row(y);
   for (int x = 0; x < h.width; ++x) {
     float brightness = 0.0f;
     for (const BorderedPlane& plane : candidates[0].colour) brightness += plane.row(y)[x];
     brightness = std::max(brightness * (1.0f / 3), 0.0f);
     const float variance = noise_a[x] * share_a[x] * (1.0f / 3);  // of a channel
     unit[x] = 1.0f / (brightness * brightness + kNoiseWeight * variance + kDarkest);
-    v[x] = noise[x] * unit[x];
   }
   for (size_t k = 0; k < kBandwidths; ++k) {
     float* gain = own.gains[k].row(y);
-    for (int x = 0; x < h.width; ++x) gain[x] = v[x];
+    for (int x = 0; x < h.width; ++x) gain[x] = noise[x] * unit[x];
     for (size_t c = 0; c < 3; ++c) {
       const float *a = h.half[0].colour[c].row(y), *b = h.half[1].colour[c].row(y);
       const float* share_b = h.share[1].row(y);
@@ -66,19 +64,86 @@ void measure_row(const Halves& h, const Candidates& candidates, int y, Terms& ow
   }
 }
 
+Terms empty_terms(const Halves& h) {
+  Terms terms;
+  terms.gains.fill(BorderedPlane(h.width, h.height));
+  terms.squares.fill(BorderedPlane(h.width, h.height));
+  return terms;
+}
+
 Terms measure(const Halves& h, const Candidates& candidates) {
-  const auto planes = [&](auto& array) { array.fill(BorderedPlane(h.width, h.height)); };
-  Terms own;
-  own.unit = own.noise = BorderedPlane(h.width, h.height);
-  planes(own.gains);
-  planes(own.squares);
+  Terms own = empty_terms(h);
+  own.unit = BorderedPlane(h.width, h.height);
   parallel_each(size_t(h.height), [&](size_t y) { measure_row(h, candidates, int(y), own); });
   return own;
 }
 
+// Where light is rare, most pixels look dark because they had no luck, and the filter rightly
+// lights them; beside a lamp they look dark because they are. A pixel's own samples cannot tell,
+// but the other half's can: it knows nothing of the luck of the first. So the pixels that one half
+// saw darker than this share of what they would become are pooled apart, and what the other half
+// saw there says how far they really are to go.
+constexpr float kDark = 0.25f;
+// Noisy pixels count less in these pools, where they say most: so much more than the pools say is
+// given, which leaves even noise as it was. We chose this and kDark on `thin_wires` and
+// `hotel_room` (RESULTS.md).
+constexpr float kDarkDoubt = 1.25f;
+
+// Terms of these pixels, of both halves: sums of (F_k - r)(r' - r), whose expectation is of the
+// truth in the place of r', and of (F_k - r)(F_l - r); r and F_k of the one half, r' of the other.
+void measure_dark_row(const Halves& h, const Candidates& candidates, const BorderedPlane& units,
+                      int y, Terms& dark) {
+  const size_t width = size_t(h.width);
+  const float *unit = units.row(y), *told = h.told.row(y);
+  std::array<std::vector<float>, kBandwidths> change;
+  for (size_t s = 0; s < 2; ++s) {
+    const float* share = h.share[1 - s].row(y);
+    const float side = s == 0 ? 1.0f : -1.0f;
+    std::vector<float> light(width, 0.0f), filtered(width, 0.0f);
+    for (size_t c = 0; c < 3; ++c) {
+      const float* own = h.half[s].colour[c].row(y);
+      const Candidate& narrow = candidates.back();
+      const float *f = narrow.colour[c].row(y), *d = narrow.difference[c].row(y);
+      for (size_t x = 0; x < width; ++x) {
+        light[x] += own[x];
+        filtered[x] += f[x] + side * share[x] * d[x];
+      }
+    }
+    std::vector<float>& counts = light;
+    for (size_t x = 0; x < width; ++x) {
+      counts[x] = light[x] < kDark * filtered[x] ? unit[x] * told[x] : 0.0f;
+    }
+    for (size_t c = 0; c < 3; ++c) {
+      const float *own = h.half[s].colour[c].row(y), *other = h.half[1 - s].colour[c].row(y);
+      for (size_t k = 0; k < kBandwidths; ++k) {
+        change[k].resize(width);
+        float* gain = dark.gains[k].row(y);
+        const float* f = candidates[k].colour[c].row(y);
+        const float* d = candidates[k].difference[c].row(y);
+        for (size_t x = 0; x < width; ++x) {
+          change[k][x] = f[x] + side * share[x] * d[x] - own[x];
+          gain[x] += counts[x] * change[k][x] * (other[x] - own[x]);
+        }
+        for (size_t l = 0; l <= k; ++l) {
+          float* square = dark.squares[pair(k, l)].row(y);
+          for (size_t x = 0; x < width; ++x) {
+            square[x] += counts[x] * change[k][x] * change[l][x];
+          }
+        }
+      }
+    }
+  }
+}
+
+Terms measure_dark(const Halves& h, const Candidates& candidates, const BorderedPlane& units) {
+  Terms dark = empty_terms(h);
+  parallel_each(size_t(h.height),
+                [&](size_t y) { measure_dark_row(h, candidates, units, int(y), dark); });
+  return dark;
+}
+
 Terms pooled(const Terms& own, int radius) {
   Terms sums;
-  sums.noise = box_sum(own.noise, radius);
   for (size_t k = 0; k < kBandwidths; ++k) sums.gains[k] = box_sum(own.gains[k], radius);
   for (size_t k = 0; k < kPairs; ++k) sums.squares[k] = box_sum(own.squares[k], radius);
   return sums;
@@ -104,6 +169,7 @@ Change change_at(const Terms& terms, const Shares& a, int x, int y) {
 // The shares, none below 0 nor their sum above 1, that make the error least, one after the other
 // until they settle.
 constexpr int kRounds = 16;
+constexpr float kDivisor = 1e-30f;
 
 Shares least_error(const Terms& terms, int x, int y) {
   Shares a = {};
@@ -115,7 +181,7 @@ Shares least_error(const Terms& terms, int x, int y) {
         rest -= l == k ? 0.0f : a[l];
       }
       const float square = terms.squares[pair(k, k)].row(y)[x];
-      a[k] = gain > 0 ? std::max(std::min(gain / std::max(square, 1e-30f), rest), 0.0f) : 0.0f;
+      a[k] = gain > 0 ? std::max(std::min(gain / std::max(square, kDivisor), rest), 0.0f) : 0.0f;
     }
   }
   return a;
@@ -126,10 +192,18 @@ Shares least_error(const Terms& terms, int x, int y) {
 constexpr int kNearRadius = 1;
 constexpr float kDoubt = 3.0f;
 
-std::array<BorderedPlane, kBandwidths> choose_shares(const Halves& h, const Terms& own) {
-  const Terms wide = pooled(own, kPoolRadius), near = pooled(own, kNearRadius);
+// Of each candidate, and how much of that a dark pixel takes.
+struct Choice {
   std::array<BorderedPlane, kBandwidths> shares;
-  shares.fill(BorderedPlane(h.width, h.height));
+  BorderedPlane in_the_dark;
+};
+
+Choice choose_shares(const Halves& h, const Terms& own, const Terms& own_dark) {
+  const Terms wide = pooled(own, kPoolRadius), near = pooled(own, kNearRadius);
+  const Terms dark = pooled(own_dark, kPoolRadius);
+  Choice choice;
+  choice.shares.fill(BorderedPlane(h.width, h.height));
+  choice.in_the_dark = BorderedPlane(h.width, h.height);
   parallel_each(size_t(h.height), [&](size_t row) {
     const int y = int(row);
     for (int x = 0; x < h.width; ++x) {
@@ -137,11 +211,33 @@ std::array<BorderedPlane, kBandwidths> choose_shares(const Halves& h, const Term
       const Change change = change_at(near, a, x, y);
       const bool doubtful = change.square > kDoubt * change.gain;
       const float scale = doubtful ? std::max(kDoubt * change.gain / change.square, 0.0f) : 1.0f;
-      for (size_t k = 0; k < kBandwidths; ++k) shares[k].row(y)[x] = scale * a[k];
+      for (size_t k = 0; k < kBandwidths; ++k) choice.shares[k].row(y)[x] = scale * a[k];
+      const Change lit = change_at(dark, a, x, y);
+      choice.in_the_dark.row(y)[x] =
+          lit.square > 0 ? std::clamp(kDarkDoubt * lit.gain / lit.square, 0.0f, 1.0f) : 1.0f;
     }
   });
-  for (BorderedPlane& plane : shares) plane = box_mean(plane, kSmoothRadius);
-  return shares;
+  for (BorderedPlane& plane : choice.shares) plane = box_mean(plane, kSmoothRadius);
+  choice.in_the_dark = box_mean(choice.in_the_dark, kSmoothRadius);
+  return choice;
+}
+
+// A pixel counts as dark in full at half of kDark.
+void keep_dark(const Halves& h, const Candidates& candidates, Choice& choice) {
+  parallel_each(size_t(h.height), [&](size_t row) {
+    const int y = int(row);
+    for (int x = 0; x < h.width; ++x) {
+      float raw = 0.0f, filtered = 0.0f;
+      for (size_t c = 0; c < 3; ++c) {
+        raw += h.raw[c].row(y)[x];
+        filtered += candidates.back().colour[c].row(y)[x];
+      }
+      if (!(raw < kDark * filtered)) continue;
+      const float dark = std::min(2 - 2 / kDark * (raw / std::max(filtered, kDivisor)), 1.0f);
+      const float taken = 1 - dark * (1 - choice.in_the_dark.row(y)[x]);
+      for (BorderedPlane& plane : choice.shares) plane.row(y)[x] *= taken;
+    }
+  });
 }
 
 ColourPlanes mix(const Halves& h, const Candidates& candidates,
@@ -177,13 +273,70 @@ constexpr float kMostError = 0.25f;
 
 // Pooled over the pixels that tell theirs: two boxes as wide as one of kPoolRadius, whose edges
 // would be seen around a bright pixel.
+constexpr int kFirstPool = (kPoolRadius + 1) / 2, kSecondPool = kPoolRadius - kFirstPool;
 BorderedPlane pool_smoothly(const BorderedPlane& own) {
-  constexpr int kFirst = (kPoolRadius + 1) / 2;
-  return box_sum(box_sum(own, kFirst), kPoolRadius - kFirst);
+  return box_sum(box_sum(own, kFirstPool), kSecondPool);
 }
 
-BorderedPlane pooled_error(const Halves& h, const BorderedPlane& own) {
+// How much a pixel counts in that, in a mean weighted by itself: 36 for boxes of 9 and 9 pixels.
+constexpr float pixel_weight() {
+  float sum = 0.0f, squares = 0.0f;
+  for (int i = -kPoolRadius; i <= kPoolRadius; ++i) {
+    const int overlap = kPoolRadius + 1 - (i < 0 ? -i : i);
+    const float weight = float(std::min(overlap, 2 * std::min(kFirstPool, kSecondPool) + 1));
+    sum += weight;
+    squares += weight * weight;
+  }
+  return (squares / sum) * (squares / sum);
+}
+
+// How rare a pixel's light is: 1 where one half saw all of it, 0 where both saw the same.
+BorderedPlane rarity(const Halves& h) {
+  BorderedPlane rare(h.width, h.height);
+  parallel_each(size_t(h.height), [&](size_t row) {
+    const int y = int(row);
+    for (int x = 0; x < h.width; ++x) {
+      float a = 0.0f, b = 0.0f;
+      for (size_t c = 0; c < 3; ++c) {
+        a += h.half[0].colour[c].row(y)[x];
+        b += h.half[1].colour[c].row(y)[x];
+      }
+      const float ratio = (a - b) / std::max(std::abs(a + b), kDivisor);
+      rare.row(y)[x] = std::min(ratio * ratio, 1.0f) * h.told.row(y)[x];
+    }
+  });
+  return rare;
+}
+
+// What the pool does not know of: where few pixels have most of the error, as rare light leaves it,
+// one more such pixel may have had no luck in either half. Added is one, as large as those that
+// were seen are in the mean weighted by their error, as far as they are rare.
+void add_unseen(const BorderedPlane& own, const BorderedPlane& rare, BorderedPlane& pool) {
+  constexpr float kMost = 1.0f;  // of a displayed pixel
+  BorderedPlane errors = own, squares = own;
+  parallel_each(size_t(own.height()), [&](size_t row) {
+    const int y = int(row);
+    for (int x = 0; x < own.width(); ++x) {
+      const float e = std::min(std::abs(own.row(y)[x]), kMost);
+      errors.row(y)[x] = e;
+      squares.row(y)[x] = rare.row(y)[x] * e * e;
+    }
+  });
+  errors = pool_smoothly(errors);
+  squares = pool_smoothly(squares);
+  parallel_each(size_t(own.height()), [&](size_t row) {
+    const int y = int(row);
+    for (int x = 0; x < own.width(); ++x) {
+      const float all = std::max(errors.row(y)[x], kDivisor);
+      pool.row(y)[x] += pixel_weight() * squares.row(y)[x] / all;
+    }
+  });
+}
+
+// `rare`: nullptr for an error that leaves out what was not seen.
+BorderedPlane pooled_error(const Halves& h, const BorderedPlane& own, const BorderedPlane* rare) {
   BorderedPlane error = pool_smoothly(own);
+  if (rare != nullptr) add_unseen(own, *rare, error);
   const BorderedPlane told = pool_smoothly(h.told);
   parallel_each(size_t(h.height), [&](size_t row) {
     const int y = int(row);
@@ -194,6 +347,16 @@ BorderedPlane pooled_error(const Halves& h, const BorderedPlane& own) {
     }
   });
   return error;
+}
+
+// display_error_weight() of light, which is not negative: where the deviation exceeds the mean, the
+// slope is that from black on.
+float light_error_weight(float mean, float deviation) {
+  const float d = std::min(std::max(deviation, 1e-3f), 1e15f);
+  const float least = std::max(mean - d, std::min(mean, 0.0f)), most = mean + d;
+  const float slope = (display_value(most) - display_value(least)) / (most - least);
+  return std::max(slope * slope,
+                  std::min(kLeastDisplaySlope * kLeastDisplaySlope, 0.25f / (d * d)));
 }
 
 // The error's terms again, for the shares that were taken, as displayed.
@@ -222,23 +385,24 @@ void estimate_errors(const Halves& h, const Candidates& candidates, const Terms&
       }
       const float gain = kept * change_at(own, a, x, y).gain / own.unit.row(y)[x] * (1.0f / 3);
       const float noise = h.own_noise.row(y)[x] * (1.0f / 3);
-      const float weight = display_error_weight(value, std::sqrt(noise)) * h.told.row(y)[x];
+      const float weight = light_error_weight(value, std::sqrt(noise)) * h.told.row(y)[x];
       float excess = 0.0f;  // of which two halves tell the variance as of all else
       for (const BorderedPlane& plane : h.excess)
         excess += plane.row(y)[x] * plane.row(y)[x] * (1.0f / 3);
-      excess *= display_error_weight(value, std::sqrt(excess));
+      excess *= light_error_weight(value, std::sqrt(excess));
       for (size_t c = 0; c < 3; ++c) {
         const float came = h.raw_noise[c].row(y)[x];
-        const float slope = display_error_weight(out.colour[c].row(y)[x], std::sqrt(came));
+        const float slope = light_error_weight(out.colour[c].row(y)[x], std::sqrt(came));
         before.row(y)[x] += came * slope * h.told.row(y)[x] * (1.0f / 3);
       }
       after.row(y)[x] = (noise - 2 * gain + square) * weight + excess;
       variance.row(y)[x] = spread * h.share[0].row(y)[x] * h.share[1].row(y)[x] * weight + excess;
     }
   });
-  out.error_before = pooled_error(h, before);
-  out.error = pooled_error(h, after);
-  variance = pooled_error(h, variance);
+  const BorderedPlane rare = rarity(h);
+  out.error_before = pooled_error(h, before, nullptr);
+  out.error = pooled_error(h, after, &rare);
+  variance = pooled_error(h, variance, &rare);
   parallel_each(size_t(h.height), [&](size_t row) {
     const int y = int(row);
     for (int x = 0; x < h.width; ++x) {
@@ -252,7 +416,9 @@ void estimate_errors(const Halves& h, const Candidates& candidates, const Terms&
 Blend blend(const Halves& h, const Candidates& candidates) {
   const Terms own = measure(h, candidates);
   Blend out;
-  out.shares = choose_shares(h, own);
+  Choice choice = choose_shares(h, own, measure_dark(h, candidates, own.unit));
+  keep_dark(h, candidates, choice);
+  out.shares = std::move(choice.shares);
   fill_unknown(h, out.shares);
   out.colour = mix(h, candidates, out.shares);
   out.lost_light.emplace(h, h.raw, out.colour);

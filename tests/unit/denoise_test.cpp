@@ -324,6 +324,75 @@ TEST(Denoise, DarkPixelsBesideRareLightStayDark) {
   EXPECT_LT(std::sqrt(squares / dark), 0.2 * 0.0005);
 }
 
+// Speckles: a quarter of the pixels, here and there, is lit, by samples so few that no noise tells
+// them from those beside them; the others are dark. That either half sees no light where the other
+// saw none tells.
+TEST(Denoise, DarkPixelsAmongRareLightStayDark) {
+  SyntheticHalves halves(kWidth, kHeight, 16.0f);
+  halves.set_colour(constant(0.002f), constant(0.001f));
+  std::mt19937 random(11);
+  std::vector<bool> lit;
+  for (size_t i = 0; i < size_t(kWidth * kHeight); ++i) {
+    lit.push_back(random() % 4 == 0);
+    for (size_t s = 0; s < 2; ++s) {
+      if (lit[i] && random() % 2 == 0) halves.colour(s)[i] += 0.3f;
+    }
+  }
+  const std::vector<float> out = denoise(halves.input()).colour[0];
+  double squares = 0.0, dark = 0.0;
+  for (size_t i = 0; i < out.size(); ++i) {
+    if (lit[i]) continue;
+    squares += std::pow(double(out[i] - halves.truth()[i]), 2);
+    ++dark;
+  }
+  EXPECT_LT(std::sqrt(squares / dark), 0.006);
+}
+
+// Specks whose light few samples have: what neither half saw counts in the estimate as well.
+TEST(Denoise, TheErrorOfLightThatNeitherHalfSawIsExpected) {
+  const auto speck = [](int x, int y) { return (x * 7919 + y * 104729) % 97 < 12; };
+  double truth = 0.0, estimate = 0.0, raw = 0.0, before = 0.0;
+  int blocks = 0, covered = 0;
+  for (uint32_t seed = 1; seed <= 8; ++seed) {
+    SyntheticHalves halves(kWidth, kHeight, 4.0f, seed);
+    halves.set_colour([&](int x, int y) { return speck(x, y) ? 0.02f : 0.002f; },
+                      constant(0.0005f));
+    std::mt19937 random(seed);
+    for (size_t s = 0; s < 2; ++s) {
+      for (size_t i = 0; i < size_t(kWidth * kHeight); ++i) {
+        if (halves.truth()[i] < 0.01f) continue;
+        halves.colour(s)[i] += random() % 32 == 0 ? 0.018f * 31 : -0.018f;
+      }
+    }
+    const DenoisedPicture out = denoise(halves.input());
+    const std::vector<float> came = halves.raw();
+    const auto squared = [&](float value, size_t i) {
+      return std::pow(double(display_value(value)) - double(display_value(halves.truth()[i])), 2);
+    };
+    estimate += out.squared_error_after;
+    before += out.squared_error_before;
+    for (size_t i = 0; i < came.size(); ++i) {
+      truth += squared(out.colour[0][i], i);
+      raw += squared(came[i], i);
+    }
+    for (int y = 0; y + 16 <= kHeight; y += 16) {
+      for (int x = 0; x + 16 <= kWidth; x += 16) {
+        double true_error = 0.0, told = 0.0;
+        for (int k = 0; k < 256; ++k) {
+          const size_t i = size_t((y + k / 16) * kWidth + x + k % 16);
+          true_error += squared(out.colour[0][i], i);
+          told += double(out.error[i]) * double(out.error[i]);
+        }
+        ++blocks;
+        covered += true_error <= 4 * told;
+      }
+    }
+  }
+  EXPECT_NEAR(std::sqrt(estimate / truth), 1.0, 0.3);
+  EXPECT_NEAR(std::sqrt(before / raw), 1.0, 0.3);
+  EXPECT_GE(covered, 0.95 * blocks);
+}
+
 // Wires thinner than a pixel: each has its light in few samples of few pixels.
 TEST(Denoise, ThinWiresKeepTheirLight) {
   SyntheticHalves halves(kWidth, kHeight, 16.0f);
