@@ -23,7 +23,7 @@ struct SceneBuildOptions {
   // True, of an editable scene: repose_scene may be called. What no pose moves has a BVH of its
   // own, so that rays enter one instance more.
   bool posable = false;
-  std::optional<EmbreeIsa> isa;  // of Embree's kernels; absent: the widest of the machine
+  std::optional<EmbreeIsa> isa = {};  // of Embree's kernels; absent: the widest of the machine
 };
 
 // Takes the description over: its arrays become the scene's. Uses TBB. Throws InputError for a
