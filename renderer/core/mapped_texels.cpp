@@ -2,8 +2,6 @@
 
 #include <sys/mman.h>
 
-#include <cstdlib>
-
 namespace emberline {
 
 MappedTexels::MappedTexels(std::shared_ptr<const std::byte> texels, size_t size)
