@@ -52,7 +52,6 @@ void set_more(const FrameSettings& more, const std::string& path, FrameSettings&
 
 void check_extensible(const FrameSettings& settings, const std::string& path) {
   if (is_part(settings)) throw InputError(path, "it is a part of a frame; merge the parts first");
-  if (!shares_evenly(settings)) return;
   const FramePlan plan(settings);
   if (plan.half_block != FramePlan::kStreamBlock) {
     throw InputError(path,
@@ -60,6 +59,7 @@ void check_extensible(const FrameSettings& settings, const std::string& path) {
                      "pixel; render it anew",
                      kLeastStreamSamples);
   }
+  if (!shares_evenly(settings)) return;
   const std::vector<std::string_view> valid = extensible_samplers();
   if (std::ranges::find(valid, settings.sampler) != valid.end()) return;
   throw InputError(

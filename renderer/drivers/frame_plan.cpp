@@ -76,6 +76,12 @@ StreamCount streams_of(const FrameSettings& o, StreamCount least) {
   return halves ? StreamCount::kTwo : least;
 }
 
+// Of two halves, where a pixel may have no more than so many samples.
+void part_few_samples(uint32_t samples, FramePlan& plan) {
+  if (!plan.aovs.contains(Aov::kDenoising) || samples >= kLeastStreamSamples) return;
+  plan.half_block = (samples + 1) / 2;
+}
+
 void plan_even(const FrameSettings& o, FramePlan& plan) {
   refuse_adaptive_options(
       o, plan.driver->sharing == Sharing::kEvenWithoutThreshold
@@ -99,10 +105,7 @@ void plan_even(const FrameSettings& o, FramePlan& plan) {
     plan.samples_per_pixel = o.sample_range->end - o.sample_range->first;
   }
   plan.streams = streams_of(o, StreamCount::kOne);
-  if (plan.aovs.contains(Aov::kDenoising) && !o.sample_range &&
-      plan.samples_per_pixel < kLeastStreamSamples) {
-    plan.half_block = (plan.samples_per_pixel + 1) / 2;
-  }
+  if (!o.sample_range) part_few_samples(plan.samples_per_pixel, plan);
 }
 
 void refuse_beside_denoised(const FrameSettings& o, const DriverEntry& driver) {
@@ -183,6 +186,10 @@ void plan_by_error(const FrameSettings& o, FramePlan& plan) {
     a.max_samples = std::max(kDefaultMostSamples, a.min_samples);
   }
   plan.samples_per_pixel = a.budget;
+  // An estimator of two streams waits for the second by itself.
+  a.two_halves = plan.streams == StreamCount::kTwo && estimator.streams == StreamCount::kOne;
+  const uint32_t most = a.max_samples > 0 ? a.max_samples : kLeastStreamSamples;
+  part_few_samples(a.budget > 0 ? std::min(a.budget, most) : most, plan);
 }
 
 void require(bool given, const char* option, bool other_given, const char* other) {

@@ -248,6 +248,21 @@ TEST_F(Denoise, AnExtendedFrameIsTheStraightOne) {
   expect_failure({"extend", path("out.exr"), "--spp", "48"}, 3, {"fewer than 16 samples"});
 }
 
+// Where pixels have few samples each still has two halves: with 8 all of them stood in the first,
+// and the picture stayed as it was.
+TEST_F(Denoise, FewAdaptiveSamplesHaveTwoHalves) {
+  const Words few = {"--denoise", "--spp", "8", "--report", path("r.json")};
+  const ExrPicture even = picture(few + Words{"--driver", "bucket"});
+  EXPECT_EQ(first_difference(even, picture(few + Words{"--driver", "adaptive"})), "");
+  for (const Words& counts : {Words{"--spp", "11"}, Words{"--spp", "32", "--min-spp", "8"},
+                              Words{"--noise-threshold", "0.01", "--max-spp", "8"}}) {
+    picture(Words{"--driver", "adaptive", "--denoise", "--report", path("r.json")} + counts);
+    const nlohmann::json json = read_json("r.json")["denoise"];
+    EXPECT_LT(json["kept_share"].get<double>(), 0.5) << counts.back();
+    EXPECT_LT(json["error_after"], json["error_before"]) << counts.back();
+  }
+}
+
 // --allocation denoised: the denoised picture comes with it, and where the samples go depends on no
 // thread, nor on a pause.
 TEST_F(Denoise, SamplesGoWhereTheDenoisedPictureGains) {

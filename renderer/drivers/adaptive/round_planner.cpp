@@ -49,8 +49,9 @@ uint32_t pilot_samples(const AdaptiveSettings& s, const EstimatorEntry& entry) {
   } else if (entry.batch == 0 && s.threshold <= 0.0f) {
     samples = std::clamp(s.budget / 8 / 8 * 8, kLeastPilot, kMostPilot);
   }
-  // Else one of the two streams has none.
-  if (s.allocation == ErrorMetric::kDenoised) samples = std::max(samples, kMostPilot);
+  // Else the second half has none.
+  if (s.two_halves || s.allocation == ErrorMetric::kDenoised)
+    samples = std::max(samples, kMostPilot);
   if (s.budget > 0) samples = std::min(samples, s.budget);
   if (s.max_samples > 0) samples = std::min(samples, s.max_samples);
   return std::max(samples, 1u);

@@ -25,6 +25,7 @@ struct AdaptiveSettings {
   uint32_t budget = 0;       // samples of a pixel, on average over the crop
   uint32_t min_samples = 0;  // before a pixel may be finished; 0: the estimator's choice
   uint32_t max_samples = 0;  // of any pixel
+  bool two_halves = false;   // every pixel is to have samples in both halves of the film
   bool unbiased = false;     // every pixel takes part in every round; with a budget alone, and
                              // with an estimator that shares by deviation
 };
