@@ -57,8 +57,8 @@ bool denoises(const FrameSettings& settings);
 // The channels that the settings ask for, by name or because something needs them.
 AovSet aovs_of(const FrameSettings& settings);
 
-// An even frame of fewer samples has no eight for each of two streams: its halves are the first and
-// the second half of its samples.
+// A frame whose pixels have fewer samples, all of them or the least, has no eight for each of two
+// streams: its halves are the first and the second half of so many samples, and so on.
 inline constexpr uint32_t kLeastStreamSamples = 16;
 
 // The crop, or the whole frame. Throws UsageError for one outside the frame.
