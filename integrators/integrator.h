@@ -18,6 +18,8 @@
 
 namespace emberline {
 
+class EnvironmentGuide;  // renderer/lights/environment_guide.h
+
 // All that is constant over a frame and that an integrator may ask for.
 struct IntegratorSettings {
   // Scattering events: 1 is direct light only. To go straight through a smooth thin wall is none.
@@ -50,6 +52,8 @@ struct SampleBatch {
   // By which paths it comes, likewise: values by PathLayers::place_of.
   const PathLayers* path_layers = nullptr;
   LightGroupValues* layer_values = nullptr;
+  // Chooses the environment's samples; null: by its light alone.
+  const EnvironmentGuide* guide = nullptr;
   // What each sample shows, if that is asked for: as many as there are rays, empty when they
   // arrive.
   std::span<SeenSurface> seen = {};

@@ -7,6 +7,7 @@
 
 #include "integrators/sampled_light.h"
 #include "integrators/shadow_catcher.h"
+#include "renderer/lights/environment_guide.h"
 #include "renderer/lights/environment_light.h"
 
 namespace emberline {
@@ -263,7 +264,7 @@ void PathBatch<kGlass, kSplit>::sample_lights(uint32_t depth) {
     samples[connected.size()] = &connections_.emplace(lane).light;
     connected.add(lane);
   }
-  lights_.sample({requests, size_t(connected.size())}, samples);
+  lights_.sample({requests, size_t(connected.size())}, samples, batch_.guide);
   connected.filter([this](int lane) { return connect(lane); });
   for (const int lane : connected) add_connection(lane);
 }
@@ -577,7 +578,18 @@ void PathBatch<kGlass, kSplit>::see_environment(const LaneList& missed) {
   Rgb radiance[kRayBatch];
   float pdf[kRayBatch];
   for (int i = 0; i < missed.size(); ++i) directions[i] = paths_[missed[i]].ray.direction;
-  lights_.environment()->radiance_and_pdf({directions, size_t(missed.size())}, radiance, pdf);
+  if (batch_.guide) [[unlikely]] {
+    int regions[kRayBatch];
+    for (int i = 0; i < missed.size(); ++i) {
+      const LightQuery& from = sampled_from(paths_[missed[i]]).query;
+      regions[i] =
+          from.both_sides ? SkyRegions::kNone : batch_.guide->region_of(from.point, from.normal);
+    }
+    const auto count = size_t(missed.size());
+    batch_.guide->radiance_and_pdf({directions, count}, {regions, count}, radiance, pdf);
+  } else {
+    lights_.environment()->radiance_and_pdf({directions, size_t(missed.size())}, radiance, pdf);
+  }
   for (int i = 0; i < missed.size(); ++i) {
     Path& path = paths_[missed[i]];
     if (!batch_.seen.empty()) [[unlikely]]

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Makes the gallery's heatmaps: figure_1_spheres.jpg and figure_1_teapot.jpg (picture left, sample density right),
 blur.jpg (the same of a shutter, of a lens, and of both), heatmaps.jpg (samples, reasons, time and error of one
-frame), clamped.jpg (a picture without and with --clamp-indirect, and what that took), and denoised.jpg (16 samples as
+frame), clamped.jpg (a picture without and with --clamp-indirect, and what that took), guided.jpg (a room under
+--env-sampling light, and guided), and denoised.jpg (16 samples as
 they are and denoised, the error that is expected to be left, and 4096 samples), layers.jpg (what a frame has for a
 compositor).
 
@@ -88,6 +89,19 @@ def make_clamped(emberline, threads, out):
         run("oiiotool", *panels, "--mosaic:pad=8", "3x1", *JPEG, out)
 
 
+def make_guided(emberline, threads, out):
+    """A room lit by the sky alone, through double glazing: samples of it by its light, and guided."""
+    with tempfile.TemporaryDirectory() as folder:
+        edits = pathlib.Path(folder) / "edits.json"
+        edits.write_text('{"emberline_edits": 1, "lights": [{"kind": "material", "name": "bulb", "on": false}]}')
+        panels = []
+        for sampling in ("light", "guided"):
+            panels.append(pathlib.Path(folder) / f"{sampling}.png")
+            run(emberline, "render", HERE / "window_room.glb", "--edits", edits, "--sun", "30,120", "--exposure", "5", "--size",
+                "480x270", "--spp", "64", "--env-sampling", sampling, "-o", panels[-1], "--quiet", *threads)
+        run("oiiotool", *panels, "--mosaic:pad=8", "2x1", *JPEG, out)
+
+
 def make_denoised(emberline, threads, out):
     """Few samples, the same denoised, the error that is expected of that, and many."""
     with tempfile.TemporaryDirectory() as folder:
@@ -142,6 +156,7 @@ def main():
     figures["heatmaps"] = lambda out: make_heatmaps(options.emberline, options.threads, out)
     figures["clamped"] = lambda out: make_clamped(options.emberline, threads, out)
     figures["layers"] = lambda out: make_layers(options.emberline, threads, out)
+    figures["guided"] = lambda out: make_guided(options.emberline, threads, out)
     figures["denoised"] = lambda out: make_denoised(options.emberline, threads, out)
     for name in options.only.split(",") if options.only else figures:
         out = options.out / f"{name}.jpg"

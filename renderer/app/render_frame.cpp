@@ -15,6 +15,7 @@
 #include "renderer/drivers/adaptive_driver.h"
 #include "renderer/drivers/setting_table.h"
 #include "renderer/frame/frame_scene.h"
+#include "renderer/lights/environment_guide.h"
 #include "renderer/output/checkpoint_head.h"
 #include "renderer/output/cryptomatte_layers.h"
 #include "renderer/output/frame_memory.h"
@@ -169,6 +170,7 @@ void RenderFrame::build() {
   if (ids) layers_.cryptomattes = ids->names();
   if (outputs_) outputs_->add_scene(layers_);
   frame_.emplace(plan_.frame(scene, camera_, groups, ids, run_.scene.roles()));
+  if (frame_->guide) report_.features.push_back(frame_->guide->describe());
 }
 
 int RenderFrame::replay() { return run_replay(*frame_, *options_.replay); }

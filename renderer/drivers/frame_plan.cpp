@@ -8,6 +8,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/frame/frame_scene.h"
 #include "renderer/frame/half_layers.h"
+#include "renderer/scene/sky_survey.h"
 
 namespace emberline {
 namespace {
@@ -309,6 +310,8 @@ FramePlan::FramePlan(const FrameSettings& s)
   integrator = create_integrator(
       s.integrator,
       {.max_depth = s.max_depth, .transparent = s.transparent, .clamp_indirect = clamp_indirect});
+  guides_environment = s.environment_sampling == EnvironmentSampling::kGuided && s.max_depth > 0 &&
+                       find_integrator(s.integrator).tells_lights_apart;
   build.show_backfaces = s.show_backfaces;
   build.isa = s.isa;
   build.unread_uv = find_integrator(s.integrator).shows_uv || aovs.contains(Aov::kUv);
@@ -317,29 +320,31 @@ FramePlan::FramePlan(const FrameSettings& s)
 
 Frame FramePlan::frame(const Scene& scene, const Camera& camera, const LightGroups* groups,
                        const CryptomatteIds* cryptomattes, const SurfaceRoles* roles) const {
-  return {.scene = scene,
-          .camera = camera,
-          .integrator = *integrator,
-          .sampler = *sampler,
-          .filter = filter,
-          .width = width,
-          .height = height,
-          .crop = crop,
-          .first_sample = first_sample,
-          .samples_per_pixel = samples_per_pixel,
-          .seed = seed,
-          .streams = streams,
-          .half_block = half_block,
-          .aovs = aovs,
-          .shutter_frames = shutter_frames,
-          .exact_counts = even,
-          .clamp_indirect = clamp_indirect,
-          .light_groups = groups,
-          .cryptomattes = cryptomattes,
-          .roles = roles,
-          .empty_pixels = find_empty_pixels
-                              ? EmptyPixels::find(scene, camera, width, height, filter.radius())
-                              : nullptr};
+  return {
+      .scene = scene,
+      .camera = camera,
+      .integrator = *integrator,
+      .sampler = *sampler,
+      .filter = filter,
+      .width = width,
+      .height = height,
+      .crop = crop,
+      .first_sample = first_sample,
+      .samples_per_pixel = samples_per_pixel,
+      .seed = seed,
+      .streams = streams,
+      .half_block = half_block,
+      .aovs = aovs,
+      .shutter_frames = shutter_frames,
+      .exact_counts = even,
+      .clamp_indirect = clamp_indirect,
+      .light_groups = groups,
+      .cryptomattes = cryptomattes,
+      .roles = roles,
+      .empty_pixels = find_empty_pixels
+                          ? EmptyPixels::find(scene, camera, width, height, filter.radius())
+                          : nullptr,
+      .guide = guides_environment ? find_environment_guide(scene, camera, width, height) : nullptr};
 }
 
 bool shares_evenly(const FrameSettings& settings) {

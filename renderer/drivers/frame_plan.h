@@ -42,7 +42,8 @@ struct FramePlan {
   // Before a frame begins, some 20 ms of one thread for 10^5 triangles (EmptyPixels). The bits are
   // the same: those who wait for the first picture do without.
   bool find_empty_pixels = true;
-  SceneBuildOptions build;  // what the settings want of the scene
+  bool guides_environment = false;  // where that pays (renderer/scene/sky_survey.h)
+  SceneBuildOptions build;          // what the settings want of the scene
   PixelFilter filter;
   std::unique_ptr<Integrator> integrator;
   std::unique_ptr<Sampler> sampler;

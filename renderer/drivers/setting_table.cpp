@@ -321,6 +321,15 @@ Setting unless_default(Setting setting) {
 
 using S = FrameSettings;
 
+constexpr NamedValue<EnvironmentSampling> kEnvironmentSamplings[] = {
+    {"guided", "where little of it is seen, as in a room, to what a short survey saw of it",
+     EnvironmentSampling::kGuided},
+    {"light", "by its light alone", EnvironmentSampling::kByLight}};
+
+std::span<const NamedValue<EnvironmentSampling>> environment_sampling_table() {
+  return kEnvironmentSamplings;
+}
+
 std::vector<Setting> make_table() {
   return {
       word<&S::edits>("edits", kEdits, "FILE",
@@ -436,6 +445,9 @@ std::vector<Setting> make_table() {
                                        "multiplies the environment"),
       number<&S::environment_rotation>("env-rotation", kLight, -36000.0f, 36000.0f,
                                        "degrees; 90 brings what was at +X to -Z"),
+      unless_default(choice<&S::environment_sampling>(
+          "env-sampling", kSample, "sampling", "where samples of the environment go [guided]",
+          environment_sampling_table())),
       flag<&S::transparent>("transparent", kSample, "the camera does not see the environment"),
       unless_default(choice<&S::working_space>("working-space", kLight, "space",
                                                "primaries that are rendered and written [rec709]",

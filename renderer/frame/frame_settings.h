@@ -28,6 +28,10 @@ enum class Reconstruction { kDuplicate, kLinear };
 // In what units an error counts (drivers/adaptive/error_metric.h).
 enum class ErrorMetric { kMse, kRelMse, kDisplay, kDenoised };
 
+// Where samples of the environment go: by its light alone, or where little of it is seen towards
+// what is (renderer/scene/sky_survey.h).
+enum class EnvironmentSampling { kGuided, kByLight };
+
 // Every `count`-th tile of the driver's order, from the `index`-th on, 1 the first.
 struct FramePart {
   uint32_t index = 1, count = 1;
@@ -109,6 +113,7 @@ struct FrameSettings {
   std::optional<SunPosition> sun;
   float environment_strength = 1.0f;
   float environment_rotation = 0.0f;  // degrees
+  EnvironmentSampling environment_sampling = EnvironmentSampling::kGuided;
   bool transparent = false;
   WorkingSpace working_space = WorkingSpace::kRec709;
   bool show_backfaces = false;

@@ -151,6 +151,7 @@ void RenderWorker::trace_batch() {
   batch.surface_aovs = surface;
   batch.hit_id = frame_.aovs.contains(Aov::kId) || frame_.cryptomattes;
   batch.nothing_ahead = all_empty();
+  batch.guide = frame_.guide.get();
   if (velocity) batch.velocity_frames = frame_.shutter_frames;
   if (frame_.light_groups) {
     light_values_.clear();

@@ -326,18 +326,30 @@ inline void EnvironmentLight::prefetch(const Places& p, size_t i) const {
   }
 }
 
+inline EnvironmentLight::CornerWeights EnvironmentLight::weights_of(const Corners& c) const {
+  const auto weight_of = [this](Color4 texel) { return weight(luminance(to_rgb(texel))); };
+  return {weight_of(c.upper0), weight_of(c.upper1), weight_of(c.lower0), weight_of(c.lower1)};
+}
+
+EnvironmentLight::CornerWeights EnvironmentLight::weights_at(const Places& p, size_t i) const {
+  return weights_of(corners(p, i));
+}
+
+float EnvironmentLight::density_of(const CornerWeights& weights, const Places& p, size_t i) const {
+  const float upper = lerp(weights.upper0, weights.upper1, p.to_column1[i]);
+  const float lower = lerp(weights.lower0, weights.lower1, p.to_column1[i]);
+  const float density = lerp(row_density_[size_t(p.row0[i])] * upper,
+                             row_density_[size_t(p.row1[i])] * lower, p.to_row1[i]);
+  return std::max(density, 0.0f) / std::max(p.sin_theta[i], kLeastSine);
+}
+
 Rgb EnvironmentLight::radiance_at(const Places& p, size_t i) const {
   return working(to_rgb(corners(p, i).interpolate(p.to_column1[i], p.to_row1[i]) * factor_));
 }
 
 Rgb EnvironmentLight::radiance_and_pdf_at(const Places& p, size_t i, float* pdf) const {
   const Corners c = corners(p, i);
-  const auto weight_of = [this](Color4 texel) { return weight(luminance(to_rgb(texel))); };
-  const float upper = lerp(weight_of(c.upper0), weight_of(c.upper1), p.to_column1[i]);
-  const float lower = lerp(weight_of(c.lower0), weight_of(c.lower1), p.to_column1[i]);
-  const float density = lerp(row_density_[size_t(p.row0[i])] * upper,
-                             row_density_[size_t(p.row1[i])] * lower, p.to_row1[i]);
-  *pdf = std::max(density, 0.0f) / std::max(p.sin_theta[i], kLeastSine);
+  *pdf = density_of(weights_of(c), p, i);
   return working(to_rgb(c.interpolate(p.to_column1[i], p.to_row1[i]) * factor_));
 }
 
@@ -364,6 +376,15 @@ Rgb EnvironmentLight::radiance(const Vec3f& direction) const {
 
 void EnvironmentLight::radiance_and_pdf(std::span<const Vec3f> directions, Rgb* radiance,
                                         float* pdf) const {
+  Places places;
+  radiance_and_pdf(directions, &places, radiance, pdf);
+  if (sun_.share > 0.0f) [[unlikely]]
+    add_sun(directions, radiance, pdf);
+}
+
+// Without the sun.
+void EnvironmentLight::radiance_and_pdf(std::span<const Vec3f> directions, Places* found,
+                                        Rgb* radiance, float* pdf) const {
   if (!image_ || black()) {
     for (size_t i = 0; i < directions.size(); ++i) {
       radiance[i] = constant_;
@@ -371,14 +392,12 @@ void EnvironmentLight::radiance_and_pdf(std::span<const Vec3f> directions, Rgb* 
     }
     return;
   }
-  Places places;
+  Places& places = *found;
   find_places(directions, &places);
   for (size_t i = 0; i < directions.size(); ++i) prefetch(places, i);
   for (size_t i = 0; i < directions.size(); ++i) {
     radiance[i] = radiance_and_pdf_at(places, i, &pdf[i]);
   }
-  if (sun_.share > 0.0f) [[unlikely]]
-    add_sun(directions, radiance, pdf);
 }
 
 Rgb EnvironmentLight::radiance_and_pdf(const Vec3f& direction, float* pdf) const {
@@ -427,6 +446,12 @@ void EnvironmentLight::sample_sun_or_map(std::span<const Vec2f> u, EnvironmentSa
   }
 }
 
+float EnvironmentLight::column_in(int column, float r) { return float(column) + sample_tent(r); }
+
+float EnvironmentLight::row_in(int row, float r) const {
+  return float(row) + sample_row_shape(row, height_, r);
+}
+
 void EnvironmentLight::sample_map(std::span<const Vec2f> u, EnvironmentSample* out) const {
   const size_t count = u.size();
   assert(count <= size_t(kRayBatch));
@@ -457,10 +482,16 @@ void EnvironmentLight::sample_map(std::span<const Vec2f> u, EnvironmentSample* o
   for (size_t i = 0; i < count; ++i) {
     const CdfChoice chosen = choose_entry(sums_of(i), guide_of(i), column_bits_, u[i].x);
     const int y = int(rows[i].index);
-    column[i] = float(int(chosen.index)) + sample_tent(chosen.remainder);
-    row[i] = float(y) + sample_row_shape(y, height_, rows[i].remainder);
+    column[i] = column_in(int(chosen.index), chosen.remainder);
+    row[i] = row_in(y, rows[i].remainder);
   }
   Places places;
+  sample_places(count, column, row, &places, out);
+}
+
+void EnvironmentLight::sample_places(size_t count, const float* column, const float* row,
+                                     Places* found, EnvironmentSample* out) const {
+  Places& places = *found;
   find_places(count, column, row, &places);
   for (size_t i = 0; i < count; ++i) prefetch(places, i);
 

@@ -92,6 +92,8 @@ class EnvironmentLight {
   uint64_t bytes() const;                 // tables and texels
 
  private:
+  friend class EnvironmentGuide;
+
   // The four texels around each of some directions (columns and rows, and how far it is towards the
   // second), and the sine of its angle to the pole.
   struct Places {
@@ -103,9 +105,24 @@ class EnvironmentLight {
   void find_places(size_t count, const float* column, const float* row, Places* out) const;
   void find_places(std::span<const Vec3f> directions, Places* out) const;
   struct Corners;
+  // What the four texels weigh in the density.
+  struct CornerWeights {
+    float upper0, upper1, lower0, lower1;
+  };
   Corners corners(const Places& p, size_t i) const;
+  CornerWeights weights_of(const Corners& c) const;
   void prefetch(const Places& p, size_t i) const;
   Rgb radiance_at(const Places& p, size_t i) const;
+  CornerWeights weights_at(const Places& p, size_t i) const;
+  float density_of(const CornerWeights& weights, const Places& p, size_t i) const;
+  void radiance_and_pdf(std::span<const Vec3f> directions, Places* places, Rgb* radiance,
+                        float* pdf) const;
+  // Where in the texels round a chosen one a sample lies, r in [0, 1).
+  static float column_in(int column, float r);
+  float row_in(int row, float r) const;
+  // From texel coordinates to samples, and their places.
+  void sample_places(size_t count, const float* column, const float* row, Places* places,
+                     EnvironmentSample* out) const;
   void sample_map(std::span<const Vec2f> u, EnvironmentSample* out) const;
   void sample_sun_or_map(std::span<const Vec2f> u, EnvironmentSample* out) const;
   // What a direction sees of the sun.

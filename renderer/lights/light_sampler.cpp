@@ -10,6 +10,7 @@
 #include "renderer/core/hash.h"
 #include "renderer/core/ray.h"
 #include "renderer/lights/emitter_bounds.h"
+#include "renderer/lights/environment_guide.h"
 #include "renderer/lights/environment_light.h"
 #include "renderer/lights/light_bvh.h"
 #include "renderer/lights/triangle_sampling.h"
@@ -283,10 +284,18 @@ void LightSampler::sample_triangles(TriangleBatch& batch, LightSample* const* ou
   }
 }
 
-void LightSampler::sample_environment(std::span<const Vec2f> u, LightSample* const* out) const {
+void LightSampler::sample_environment(std::span<const GuidedRequest> requests,
+                                      const EnvironmentGuide* guide,
+                                      LightSample* const* out) const {
   EnvironmentSample samples[kRayBatch];
-  environment_->sample(u, samples);
-  for (size_t i = 0; i < u.size(); ++i) {
+  if (guide) {
+    guide->sample(requests, samples);
+  } else {
+    Vec2f u[kRayBatch];
+    for (size_t i = 0; i < requests.size(); ++i) u[i] = requests[i].u;
+    environment_->sample({u, requests.size()}, samples);
+  }
+  for (size_t i = 0; i < requests.size(); ++i) {
     const EnvironmentSample& s = samples[i];
     LightSample& result = *out[i];
     const float probability = result.pdf;
@@ -300,10 +309,11 @@ void LightSampler::sample_environment(std::span<const Vec2f> u, LightSample* con
   }
 }
 
-void LightSampler::sample(std::span<const LightRequest> requests, LightSample* const* out) const {
+void LightSampler::sample(std::span<const LightRequest> requests, LightSample* const* out,
+                          const EnvironmentGuide* guide) const {
   assert(requests.size() <= size_t(kRayBatch));
   // Those that pick the environment are answered together, and those that pick triangles.
-  Vec2f environment_u[kRayBatch];
+  GuidedRequest environment_requests[kRayBatch];
   LightSample* environment_out[kRayBatch];
   size_t environment_count = 0;
   TriangleBatch triangles;
@@ -318,7 +328,13 @@ void LightSampler::sample(std::span<const LightRequest> requests, LightSample* c
       if (pick < split) {
         const double weight = pick / split * double(infinite.total);
         if (environment_ && weight < double(infinite.environment)) {
-          environment_u[environment_count] = requests[i].u;
+          GuidedRequest& request = environment_requests[environment_count];
+          request.u = requests[i].u;
+          if (guide && !query.both_sides) [[unlikely]] {
+            request.region = guide->region_of(query.point, query.normal);
+            request.u_part =
+                std::min(float(weight / double(infinite.environment)), kOneMinusEpsilon);
+          }
           environment_out[environment_count++] = out[i];
           out[i]->pdf = infinite.probability * (infinite.environment / infinite.total);
         } else {
@@ -349,7 +365,7 @@ void LightSampler::sample(std::span<const LightRequest> requests, LightSample* c
   }
   if (triangles.size() > 0) sample_triangles(triangles, triangle_out);
   if (environment_count > 0) {
-    sample_environment({environment_u, environment_count}, environment_out);
+    sample_environment({environment_requests, environment_count}, guide, environment_out);
   }
 }
 

@@ -16,9 +16,11 @@
 
 namespace emberline {
 
+class EnvironmentGuide;  // environment_guide.h
 class EnvironmentLight;  // environment_light.h
 class LightBvh;          // light_bvh.h
 struct EmitterBounds;    // light_bvh.h
+struct GuidedRequest;    // environment_guide.h
 class TriangleBatch;     // triangle_sampling.h
 
 // A triangle of an emissive mesh, as placed by one instance; at the shutter's opening, if it moves.
@@ -138,7 +140,9 @@ class LightSampler {
   // Picks one light with u_pick (reused by remapping inside) and a point on it with u.
   LightSample sample(const LightQuery& query, float u_pick, const Vec2f& u) const;
   // Up to kRayBatch requests at once, each answered as if it were alone; out is constructed.
-  void sample(std::span<const LightRequest> requests, LightSample* const* out) const;
+  // `guide`, of this environment: chooses its samples. Null: by light alone.
+  void sample(std::span<const LightRequest> requests, LightSample* const* out,
+              const EnvironmentGuide* guide = nullptr) const;
 
   // Density, per solid angle at query.point, with which sample() returns the point at `distance`
   // along unit `direction` on triangle `index`, if nothing else is in the way: 0 on the back of a
@@ -205,7 +209,8 @@ class LightSampler {
   // Each result comes in with the probability that it was picked with as its pdf; a triangle's with
   // its index, too.
   void sample_triangles(TriangleBatch& batch, LightSample* const* out) const;
-  void sample_environment(std::span<const Vec2f> u, LightSample* const* out) const;
+  void sample_environment(std::span<const GuidedRequest> requests, const EnvironmentGuide* guide,
+                          LightSample* const* out) const;
   void measure_finite_lights(std::span<const EmitterBounds> bounds);
   void sum_powers(std::span<const double> powers);
 };

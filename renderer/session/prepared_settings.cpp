@@ -34,6 +34,8 @@ RenderOptions main_options(const ViewSettings& settings) {
   options.catchers.clear();
   options.holdouts.clear();
   options.cryptomatte_levels = FrameSettings().cryptomatte_levels;
+  // Every change of view would wait for a survey.
+  options.environment_sampling = EnvironmentSampling::kByLight;
   options.denoise = false;  // of --settings; the window shows a frame as it is
   if (options.allocation == ErrorMetric::kDenoised) options.allocation.reset();
   const bool ends_itself = options.noise_threshold || options.max_spp || driver.tiles;

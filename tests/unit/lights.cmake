@@ -5,3 +5,4 @@ emberline_test(light_sampler_test SOURCES light_sampler_test.cpp light_density_t
                LINK emberline_lights)
 emberline_test(sampling_routines_test SOURCES sampling_routines_test.cpp
                LINK emberline_lights emberline_samplers emberline_shading)
+emberline_test(environment_guide_test SOURCES environment_guide_test.cpp LINK emberline_lights fmt::fmt)

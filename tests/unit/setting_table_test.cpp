@@ -66,6 +66,7 @@ const std::map<std::string, std::string> kOthers = {
     {"sun", "-6.5,360"},
     {"env-strength", "1000000000"},
     {"env-rotation", "-36000"},
+    {"env-sampling", "light"},
     {"transparent", "yes"},
     {"working-space", "acescg"},
     {"backfaces", "show"},
@@ -95,11 +96,11 @@ TEST(SettingTable, HasEveryMember) {
                max_depth, clamp_indirect, seed, streams, bucket_size, bucket_order, bisection_axis,
                reconstruction, width, height, crop, camera, look_from, look_at, fov_y, f_stop,
                focus_distance, panorama, turntable, animation, time, frame, fps, shutter, edits,
-               variant, environment, sun, environment_strength, environment_rotation, transparent,
-               working_space, show_backfaces, lenient, isa, part, sample_range, aovs, cryptomattes,
-               cryptomatte_levels, catchers, holdouts, light_groups, half, exr_compression,
-               exr_parts, denoise] = settings;
-  constexpr size_t kMembers = 62;
+               variant, environment, sun, environment_strength, environment_rotation,
+               environment_sampling, transparent, working_space, show_backfaces, lenient, isa, part,
+               sample_range, aovs, cryptomattes, cryptomatte_levels, catchers, holdouts,
+               light_groups, half, exr_compression, exr_parts, denoise] = settings;
+  constexpr size_t kMembers = 63;
   // All but the scene; width and height are one.
   EXPECT_EQ(setting_table().size(), kMembers - 2);
   EXPECT_EQ(kOthers.size(), setting_table().size());

@@ -1,0 +1,83 @@
+// What the parts of a scene see of the environment: a grid of cells, each with six regions for the
+// ways that a surface may face, and for each region how much of every tile of the sphere is open.
+// Surveyed by rays (renderer/scene/sky_survey.h), read by EnvironmentGuide.
+//
+// Points are in the scene's internal space, directions unit and in the world. Immutable once it is
+// filled; thread-safe.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "renderer/core/constants.h"
+#include "renderer/core/vector.h"
+
+namespace emberline {
+
+// The sphere in tiles of equal solid angle: rows of equal height along y, columns round it.
+namespace sky_tiles {
+
+inline constexpr int kColumns = 24, kRows = 12, kCount = kColumns * kRows;
+inline constexpr double kSolidAngle = 4 * kPiD / kCount;
+
+// How far down from the north pole its first row begins and others do: 1 - y.
+inline constexpr double kRowHeight = 2.0 / kRows;
+
+int tile_of(const Vec3f& direction);
+// u in [0, 1)^2, uniform in the tile.
+Vec3f direction_in(int tile, const Vec2f& u);
+
+}  // namespace sky_tiles
+
+class SkyRegions {
+ public:
+  static constexpr int kNone = -1;
+  static constexpr int kCells = 32;  // along the longest side of the box, at most
+
+  SkyRegions() = default;  // none
+  SkyRegions(const Vec3f& lower, const Vec3f& upper);
+
+  // The region of a surface point that faces `normal`, or kNone.
+  int find(const Vec3f& point, const Vec3f& normal) const {
+    const int64_t place = place_of(point, normal);
+    return place < 0 ? kNone : int(numbers_[size_t(place)]) - 1;
+  }
+  // The same, which is made if there is none; kNone outside the box, and where there are as many
+  // as there may be.
+  int find_or_add(const Vec3f& point, const Vec3f& normal);
+  int count() const { return count_; }
+  uint64_t bytes() const {
+    return numbers_.size() * sizeof(uint16_t) + seen_.size() * sizeof(float) +
+           places_.size() * sizeof(uint32_t);
+  }
+
+  // Per tile, of a region: the share of it that is open times the cosine to the surface, 0 to 1.
+  std::span<float> seen(int region) { return {&seen_[first_tile(region)], sky_tiles::kCount}; }
+  std::span<const float> seen(int region) const {
+    return {&seen_[first_tile(region)], sky_tiles::kCount};
+  }
+  // From how many points it was looked.
+  uint32_t& places(int region) { return places_[size_t(region)]; }
+  uint32_t places(int region) const { return places_[size_t(region)]; }
+
+ private:
+  static constexpr int kMostRegions = 4096;
+
+  static size_t first_tile(int region) { return size_t(region) * sky_tiles::kCount; }
+  static int face_of(const Vec3f& normal);
+  int64_t place_of(const Vec3f& point, const Vec3f& normal) const;
+
+  Vec3f lower_ = Vec3f(0.0f);
+  float cells_per_length_ = 0.0f;
+  std::array<int, 3> cells_ = {0, 0, 0};
+  int count_ = 0;
+  std::vector<uint16_t> numbers_;  // of each place: its region's, counted from 1; 0: none
+  std::vector<float> seen_;
+  std::vector<uint32_t> places_;
+};
+
+}  // namespace emberline

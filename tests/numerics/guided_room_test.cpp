@@ -1,0 +1,175 @@
+// Rooms that are lit through a hole, where samples of the environment are guided
+// (renderer/scene/sky_survey.h): their light has a closed form, their noise is less, and where a
+// guide would not pay there is none.
+#include "receiver.h"
+#include "renderer/lights/environment_guide.h"
+#include "support/scenes.h"
+
+namespace emberline {
+namespace {
+
+using namespace test;
+
+constexpr double kHeight = 3;
+// Of the hole in the ceiling.
+constexpr double kX0 = -.3, kX1 = .5, kZ0 = -.4, kZ1 = .2;
+
+int two_sided(SceneBuilderForTests& b, float albedo) {
+  MaterialDescription m = lambert(Rgb(albedo));
+  m.double_sided = true;
+  return b.add_material(m);
+}
+
+// Black but for the floor, or grey; `size` times as large, and moved.
+SceneBuilderForTests room(float walls = 0, double size = 1, const Vec3d& at = Vec3d(0.0)) {
+  SceneBuilderForTests b;
+  const int wall = two_sided(b, walls), floor = two_sided(b, 1);
+  const auto quad = [&](const Vec3d& p, const Vec3d& u, const Vec3d& v, int material) {
+    const auto corner = [&](const Vec3d& c) { return Vec3f(at + c * size); };
+    b.add_quad(corner(p), corner(p + u), corner(p + u + v), corner(p + v), material);
+  };
+  const double r = 2;
+  quad({-r, 0, -r}, {2 * r, 0, 0}, {0, 0, 2 * r}, floor);
+  quad({-r, 0, -r}, {0, kHeight, 0}, {2 * r, 0, 0}, wall);
+  quad({-r, 0, r}, {0, kHeight, 0}, {2 * r, 0, 0}, wall);
+  quad({-r, 0, -r}, {0, kHeight, 0}, {0, 0, 2 * r}, wall);
+  quad({r, 0, -r}, {0, kHeight, 0}, {0, 0, 2 * r}, wall);
+  quad({-r, kHeight, -r}, {kX0 + r, 0, 0}, {0, 0, 2 * r}, wall);
+  quad({kX1, kHeight, -r}, {r - kX1, 0, 0}, {0, 0, 2 * r}, wall);
+  quad({kX0, kHeight, -r}, {kX1 - kX0, 0, 0}, {0, 0, kZ0 + r}, wall);
+  quad({kX0, kHeight, kZ1}, {kX1 - kX0, 0, 0}, {0, 0, r - kZ1}, wall);
+  return b;
+}
+
+CameraDescription down_at(const Vec3d& floor, double size = 1) {
+  return orthographic(floor + Vec3d(0, 0.2, 0) * size, floor, 1e-4 * size);
+}
+
+double exact_at(const Vec3d& floor) {
+  const std::vector<Vec3d> hole = {
+      {kX0, kHeight, kZ0}, {kX1, kHeight, kZ0}, {kX1, kHeight, kZ1}, {kX0, kHeight, kZ1}};
+  return std::abs(polygon_irradiance(hole, floor, Vec3d(0, 1, 0))) / kPiD;
+}
+
+bool is_guided(const Scene& scene, const CameraDescription& view, const RenderSettings& s) {
+  const FramePlan plan = plan_of(s);
+  const Camera camera(view, s.width, s.height, scene.origin(), scene.scale());
+  return plan.frame(scene, camera).guide != nullptr;
+}
+
+RenderSettings by_light(RenderSettings s) {
+  s.environment_sampling = EnvironmentSampling::kByLight;
+  return s;
+}
+
+// Of few samples: many of a smooth light through a hole of one shape are stratified either way.
+double noise_of(const Scene& scene, const CameraDescription& view, RenderSettings s) {
+  s.spp = 16;
+  s.width = s.height = 32;
+  return render(scene, view, s).standard_error;
+}
+
+TEST(GuidedRoom, LightThroughAHole) {
+  for (const double size : {1e-6, 1.0, 1e6}) {
+    const Vec3d at = Vec3d(3, -1, 2) * size;
+    SceneBuilderForTests b = room(0, size, at);
+    b.set_environment(Rgb(1.0f));
+    const auto scene = b.build();
+    for (const Vec3d& floor : {Vec3d(0.0), Vec3d(1.2, 0, -0.7)}) {
+      const RenderSettings s = direct_light_settings();
+      const CameraDescription view = down_at(at + floor * size, size);
+      ASSERT_TRUE(is_guided(*scene, view, s)) << size;
+      const RenderedImage guided = render(*scene, view, s);
+      expect_exact(guided, exact_at(floor), 1e-4, s, {"24", fmt::format("{} x", size)});
+      // Straight above, the hole fills a small part of many tiles.
+      EXPECT_LT(noise_of(*scene, view, s),
+                (floor.x == 0 ? 1.0 : 0.4) * noise_of(*scene, view, by_light(s)))
+          << size;
+    }
+  }
+}
+
+// All that is reflected, too, and behind a pane that is no obstacle.
+TEST(GuidedRoom, HasTheMeanOfOneThatIsNot) {
+  for (const bool glazed : {false, true}) {
+    SceneBuilderForTests b = room(0.5f);
+    if (glazed) {
+      MaterialDescription glass;
+      glass.transmission = 1.0f;
+      glass.roughness = 0.0f;
+      glass.double_sided = true;
+      b.add_quad({-.4f, 2.9f, -.5f}, {.6f, 2.9f, -.5f}, {.6f, 2.9f, .3f}, {-.4f, 2.9f, .3f},
+                 b.add_material(glass));
+    }
+    b.set_environment(Rgb(1.0f));
+    const auto scene = b.build();
+    const CameraDescription view = perspective({1.5, 2, 1.5}, {0, 0.5, 0}, 70);
+    RenderSettings s;
+    s.width = s.height = 24;
+    s.spp = 512;
+    s.max_depth = 4;
+    ASSERT_TRUE(is_guided(*scene, view, s)) << glazed;
+    const RenderedImage guided = render(*scene, view, s);
+    const RenderedImage light = render(*scene, view, by_light(s));
+    const double error = std::hypot(guided.standard_error, light.standard_error);
+    EXPECT_NEAR(guided.mean, light.mean, 5 * error) << glazed;
+    EXPECT_LT(error, 0.06 * light.mean) << glazed;
+    EXPECT_LT(guided.standard_error, light.standard_error) << glazed;
+  }
+}
+
+// Equal samples have equal bits: threads, buckets, crops, drivers, parts of the samples.
+TEST(GuidedRoom, EqualSamplesHaveEqualBits) {
+  SceneBuilderForTests b = room(0.5f);
+  b.set_environment(Rgb(1.0f));
+  const auto scene = b.build();
+  const CameraDescription view = perspective({1.5, 2, 1.5}, {0, 0.5, 0}, 70);
+  RenderSettings s;
+  s.width = 31;
+  s.height = 23;
+  s.max_depth = 3;
+  s.threads = 1;
+  ASSERT_TRUE(is_guided(*scene, view, s));
+  const RenderedImage whole = render(*scene, view, s);
+  const RenderedImage light = render(*scene, view, by_light(s));
+  EXPECT_NE(whole.values, light.values);
+  s.threads = 3;
+  s.bucket_size = 7;
+  EXPECT_EQ(render(*scene, view, s).values, whole.values);
+  s.driver = "bisection";
+  EXPECT_EQ(render(*scene, view, s).values, whole.values);
+  s.crop = {5, 3, 20, 17};
+  const RenderedImage crop = render(*scene, view, s);
+  for (int y = s.crop.y0; y < s.crop.y1; ++y) {
+    for (int x = s.crop.x0; x < s.crop.x1; ++x) EXPECT_EQ(crop.rgb(x, y), whole.rgb(x, y));
+  }
+}
+
+TEST(GuidedRoom, NoGuideWhereItDoesNotPay) {
+  const CameraDescription view = perspective({1.5, 2, 1.5}, {0, 0.5, 0}, 70);
+  const RenderSettings s;
+  const auto expect_none = [&](const SceneBuilderForTests& b, const std::string& why) {
+    EXPECT_FALSE(is_guided(*b.build(), view, s)) << why;
+  };
+  SceneBuilderForTests dark = room();
+  dark.set_environment(Rgb(0.0f));
+  expect_none(dark, "black");
+  SceneBuilderForTests lamp = room();
+  lamp.set_environment(Rgb(1.0f));
+  lamp.add_point_light({0, 1.5, 0}, Rgb(10.0f));
+  expect_none(lamp, "a lamp");
+  SceneBuilderForTests closed = room();
+  closed.set_environment(Rgb(1.0f));
+  closed.add_floor(3, float(kHeight) + 0.1f, two_sided(closed, 0));
+  expect_none(closed, "a closed room");
+  SceneBuilderForTests open;
+  open.add_floor(10, 0, two_sided(open, 1));
+  open.set_environment(Rgb(1.0f));
+  expect_none(open, "the open");
+  SceneBuilderForTests empty;
+  empty.set_environment(Rgb(1.0f));
+  expect_none(empty, "nothing");
+}
+
+}  // namespace
+}  // namespace emberline
