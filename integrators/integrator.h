@@ -62,6 +62,9 @@ struct SampleBatch {
   const SurfaceRoles* roles = nullptr;
   // What catchers receive, if that is asked for: as many as there are rays, empty when they arrive.
   std::span<CaughtLight> caught = {};
+  // Then, where there is an environment: chooses its samples by all of its light, as no BSDF sample
+  // finds what MIS compensation leaves out.
+  const EnvironmentGuide* catcher_guide = nullptr;
   // With IntegratorSettings::clamp_indirect: counts what it takes. Else null.
   ClampedLight* clamped = nullptr;
 };

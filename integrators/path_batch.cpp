@@ -567,7 +567,7 @@ void PathBatch<kGlass, kSplit>::catch_shadows(std::span<SampleValue> values) {
     const Catch& at = catches_[lane];
     samples_.resume_sample(lane);
     samples_.start_slot(at.slot);
-    catch_light(scene_, *batch_.roles, at.ray, at.hit, at.weight, samples_,
+    catch_light(scene_, *batch_.roles, at.ray, at.hit, at.weight, batch_.catcher_guide, samples_,
                 &values[size_t(lane)].rays, &batch_.caught[size_t(lane)]);
   }
 }
@@ -581,9 +581,10 @@ void PathBatch<kGlass, kSplit>::see_environment(const LaneList& missed) {
   if (batch_.guide) [[unlikely]] {
     int regions[kRayBatch];
     for (int i = 0; i < missed.size(); ++i) {
-      const LightQuery& from = sampled_from(paths_[missed[i]]).query;
+      const LastVertex& from = sampled_from(paths_[missed[i]]);
+      const bool guided = from.light_sampled && !from.query.both_sides;
       regions[i] =
-          from.both_sides ? SkyRegions::kNone : batch_.guide->region_of(from.point, from.normal);
+          guided ? batch_.guide->region_of(from.query.point, from.query.normal) : SkyRegions::kNone;
     }
     const auto count = size_t(missed.size());
     batch_.guide->radiance_and_pdf({directions, count}, {regions, count}, radiance, pdf);

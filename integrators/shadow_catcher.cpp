@@ -37,8 +37,8 @@ bool plate_blocks(const Scene& scene, const SurfaceRoles& roles, Vec3f from,
 }  // namespace
 
 void catch_light(const Scene& scene, const SurfaceRoles& roles, const Ray& ray,
-                 const SurfaceHit& hit, float weight, PixelSamples& samples, SampleRays* rays,
-                 CaughtLight* caught) {
+                 const SurfaceHit& hit, float weight, const EnvironmentGuide* guide,
+                 PixelSamples& samples, SampleRays* rays, CaughtLight* caught) {
   caught->catcher = weight;
   SurfaceInteraction surface;
   scene.interaction(hit, ray.time, &surface);
@@ -50,7 +50,7 @@ void catch_light(const Scene& scene, const SurfaceRoles& roles, const Ray& ray,
       {samples.get(surface_dim::kLightX), samples.get(surface_dim::kLightY)}};
   LightSample light;
   LightSample* const light_of_request = &light;
-  scene.lights().sample({&request, 1}, &light_of_request);
+  scene.lights().sample({&request, 1}, &light_of_request, guide);
   if (light.kind == LightKind::kNone || !(light.pdf > 0.0f)) return;
   const float cosine = dot(light.direction, frame.shading.normal);
   if (!(cosine > 0.0f) || !(dot(light.direction, frame.geometric_normal) > 0.0f)) return;

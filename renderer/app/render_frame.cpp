@@ -169,7 +169,9 @@ void RenderFrame::build() {
   const CryptomatteIds* const ids = run_.scene.cryptomattes();
   if (ids) layers_.cryptomattes = ids->names();
   if (outputs_) outputs_->add_scene(layers_);
+  const Stopwatch preparing;
   frame_.emplace(plan_.frame(scene, camera_, groups, ids, run_.scene.roles()));
+  report_.times.build_s += preparing.seconds();
   if (frame_->guide) report_.features.push_back(frame_->guide->describe());
 }
 

@@ -8,6 +8,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/frame/frame_scene.h"
 #include "renderer/frame/half_layers.h"
+#include "renderer/lights/environment_guide.h"
 #include "renderer/scene/sky_survey.h"
 
 namespace emberline {
@@ -318,6 +319,18 @@ FramePlan::FramePlan(const FrameSettings& s)
   sampler = create_sampler(s.sampler, {streams, std::max(1u, samples_per_pixel), width, height});
 }
 
+namespace {
+
+std::shared_ptr<const EnvironmentGuide> guide_by_all_light(const Scene& scene) {
+  const EnvironmentLight* const light = scene.lights().environment();
+  if (!light) return nullptr;
+  auto guide = std::make_shared<EnvironmentGuide>(*light);
+  guide->set_regions(SkyRegions::everywhere());
+  return guide;
+}
+
+}  // namespace
+
 Frame FramePlan::frame(const Scene& scene, const Camera& camera, const LightGroups* groups,
                        const CryptomatteIds* cryptomattes, const SurfaceRoles* roles) const {
   return {
@@ -344,7 +357,8 @@ Frame FramePlan::frame(const Scene& scene, const Camera& camera, const LightGrou
       .empty_pixels = find_empty_pixels
                           ? EmptyPixels::find(scene, camera, width, height, filter.radius())
                           : nullptr,
-      .guide = guides_environment ? find_environment_guide(scene, camera, width, height) : nullptr};
+      .guide = guides_environment ? find_environment_guide(scene, camera, width, height) : nullptr,
+      .catcher_guide = aovs.contains(Aov::kShadow) ? guide_by_all_light(scene) : nullptr};
 }
 
 bool shares_evenly(const FrameSettings& settings) {

@@ -46,8 +46,8 @@ struct Frame {
   const SurfaceRoles* roles = nullptr;
   // Whose camera rays are not traced; null: all are.
   std::shared_ptr<const EmptyPixels> empty_pixels;
-  // SampleBatch::guide; null: none.
-  std::shared_ptr<const EnvironmentGuide> guide;
+  // Those of SampleBatch; null: none.
+  std::shared_ptr<const EnvironmentGuide> guide, catcher_guide;
 
   int half_of(uint32_t sample) const {
     return streams == StreamCount::kTwo ? int(sample / half_block & 1u) : 0;

@@ -172,6 +172,7 @@ void RenderWorker::trace_batch() {
   if (catches()) [[unlikely]] {
     std::fill_n(caught_, count, CaughtLight{});
     batch.caught = {caught_, count};
+    batch.catcher_guide = frame_.catcher_guide.get();
   }
   frame_.integrator.estimate(batch, samples_, {values_, count});
   if (velocity) [[unlikely]]

@@ -221,11 +221,12 @@ Picture render_picture(const Access::SceneState& state, const FrameSettings& set
                  std::to_string(plan.crop.height()) + " pixels");
   Picture picture = blank_picture(plan);
   const Camera camera = camera_of(state, settings);
-  const Frame frame = plan.frame(state.scene->scene(), camera);
+  tbb::task_arena arena(arena_threads(resources));
+  const Frame frame = arena.execute([&] { return plan.frame(state.scene->scene(), camera); });
   const EndOfFrame end(stop, give_up, settings.time_limit_s);
   PictureObserver observer(picture, plan.crop, end, render.by_tiles(), watch);
   FrameCounters counters;
-  tbb::task_arena(arena_threads(resources)).execute([&] {
+  arena.execute([&] {
     counters = render.render(frame, observer, end.token());
     if (!give_up.stop_requested()) render.deliver(observer);
   });

@@ -6,6 +6,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "renderer/core/hash.h"
 #include "renderer/core/ray.h"
 #include "renderer/lights/fast_angle.h"
 #include "renderer/lights/fixed_cdf.h"
@@ -20,7 +21,9 @@ using sky_tiles::kRows;
 // Samples of a region that go by light alone, over those that go by what is seen: as if so many
 // points more had been looked from, and had seen everything alike. Ours.
 constexpr double kBlindShare = 0.3, kBlindPlaces = 1.0;
-// Texels along each side of a tile that its even light is the mean of.
+// Of all light; less of it would take factors that are no floats.
+constexpr double kLeastSeen = 1e-9;
+// Texels along each side of a tile, or up to twice as many, that its even light is the mean of.
 constexpr int kMeasured = 16;
 
 // The last entry that begins at or before `at`, which is below the end of the last one.
@@ -123,8 +126,14 @@ double EnvironmentGuide::mean_left_out(const Tile& tile) const {
   int count = 0;
   const int row_step = std::max(1, (tile.end_row - tile.first_row) / kMeasured);
   const int column_step = std::max(1, (tile.end_column - tile.first_column) / kMeasured);
-  for (int row = tile.first_row; row < tile.end_row; row += row_step) {
-    for (int column = tile.first_column; column < tile.end_column; column += column_step) {
+  // Any of so many, or lines of the map might lie between.
+  const auto any = [](int first, int step, int end) {
+    return std::min(first + int(hash32(uint32_t(first)) % uint32_t(step)), end - 1);
+  };
+  for (int r = tile.first_row; r < tile.end_row; r += row_step) {
+    const int row = any(r, row_step, tile.end_row);
+    for (int c = tile.first_column; c < tile.end_column; c += column_step) {
+      const int column = any(c + row, column_step, tile.end_column + row) - row;
       const float luminance = light_.texel_luminance(size_t(row), size_t(column % light_.width_));
       sum += double(std::min(luminance * light_.weight_scale_, light_.threshold_));
       ++count;
@@ -155,15 +164,16 @@ void EnvironmentGuide::set_regions(SkyRegions regions) {
   factors_.resize(size_t(regions_.count()) * kCount);
   sums_.resize(size_t(regions_.count()) * kSums);
   for (int region = 0; region < regions_.count(); ++region) weigh(region);
+  regions_.forget_what_was_seen();
 }
 
 void EnvironmentGuide::weigh(int region) {
   const std::span<const float> seen = regions_.seen(region);
   double visible = 0;
   for (int t = 0; t < kCount; ++t) visible += mass(t) * double(seen[size_t(t)]);
-  // Where nothing at all was seen, by light alone.
+  // Where nothing was seen that is worth it, by light alone.
   const double doubt = kBlindShare + kBlindPlaces / (1 + double(regions_.places(region)));
-  const double blind = visible > 0 ? doubt * visible / mass_ : 1;
+  const double blind = visible > kLeastSeen * mass_ ? doubt * visible / mass_ : 1;
   const double total = visible + blind * mass_;
   float* const factors = &factors_[size_t(region) * kCount];
   for (int t = 0; t < kCount; ++t) factors[t] = float((double(seen[size_t(t)]) + blind) / total);
@@ -364,7 +374,8 @@ void EnvironmentGuide::radiance_and_pdf(std::span<const Vec3f> directions,
 }
 
 std::string EnvironmentGuide::describe() const {
-  return fmt::format("environment guide ({} regions)", regions_.count());
+  return fmt::format("environment guide ({} regions, {:.1f} MiB)", regions_.count(),
+                     double(bytes()) / 1048576);
 }
 
 uint64_t EnvironmentGuide::bytes() const {

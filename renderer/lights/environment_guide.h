@@ -2,10 +2,10 @@
 // the scene sees of it (SkyRegions), so that few of them end at a wall.
 //
 // After Atanasov et al. 2018, "Adaptive Environment Sampling on CPU and GPU" (SIGGRAPH Talks). A
-// region's density is light x visibility x cosine, tile by tile of the sphere; within a tile it is
-// that of the light: what MIS compensation left of the map's texels by EnvironmentLight's own
-// tables, and what it took away, evenly. Some of the samples go by light alone, so that what the
-// survey has missed costs noise and nothing else.
+// region's density is light x root mean square of visibility x cosine, tile by tile of the sphere;
+// within a tile it is that of the light: what MIS compensation left of the map's texels by
+// EnvironmentLight's own tables, and what it took away, evenly. Some of the samples go by light
+// alone, so that what the survey has missed costs noise and nothing else.
 //
 // Refers to the light, which outlives it. All const functions are pure and thread-safe; batches
 // hold up to kRayBatch directions.

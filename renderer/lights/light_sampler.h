@@ -149,7 +149,7 @@ class LightSampler {
   // one-sided one. Cost O(depth of the light BVH).
   float pdf_triangle(const LightQuery& query, uint32_t index, const Vec3f& direction,
                      float distance) const;
-  // Density with which sample() returns the environment in `direction`.
+  // Density with which sample() without a guide returns the environment in `direction`.
   float pdf_environment(const LightQuery& query, const Vec3f& direction) const;
   // Its factor that does not depend on the direction: the probability of picking the environment
   // at all. With EnvironmentLight::radiance_and_pdf a ray that leaves the scene needs one lookup.

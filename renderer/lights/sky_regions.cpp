@@ -32,6 +32,15 @@ SkyRegions::SkyRegions(const Vec3f& lower, const Vec3f& upper) : lower_(lower) {
   numbers_.assign(places, 0);
 }
 
+SkyRegions SkyRegions::everywhere() {
+  SkyRegions regions;
+  regions.count_ = 1;
+  regions.everywhere_ = true;
+  regions.seen_.assign(sky_tiles::kCount, 1.0f);
+  regions.places_.assign(1, 1);
+  return regions;
+}
+
 int SkyRegions::face_of(const Vec3f& n) {
   const float x = std::abs(n.x), y = std::abs(n.y), z = std::abs(n.z);
   if (x >= y && x >= z) return n.x > 0.0f ? 0 : 1;

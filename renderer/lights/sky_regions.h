@@ -2,8 +2,8 @@
 // ways that a surface may face, and for each region how much of every tile of the sphere is open.
 // Surveyed by rays (renderer/scene/sky_survey.h), read by EnvironmentGuide.
 //
-// Points are in the scene's internal space, directions unit and in the world. Immutable once it is
-// filled; thread-safe.
+// Points are in the scene's internal space, directions unit and in the world. Once it is
+// filled, all const functions are thread-safe.
 #pragma once
 
 #include <algorithm>
@@ -40,9 +40,12 @@ class SkyRegions {
 
   SkyRegions() = default;  // none
   SkyRegions(const Vec3f& lower, const Vec3f& upper);
+  // One region, of all points, that sees all alike.
+  static SkyRegions everywhere();
 
   // The region of a surface point that faces `normal`, or kNone.
   int find(const Vec3f& point, const Vec3f& normal) const {
+    if (everywhere_) return 0;
     const int64_t place = place_of(point, normal);
     return place < 0 ? kNone : int(numbers_[size_t(place)]) - 1;
   }
@@ -55,11 +58,14 @@ class SkyRegions {
            places_.size() * sizeof(uint32_t);
   }
 
-  // Per tile, of a region: the share of it that is open times the cosine to the surface, 0 to 1.
+  // Per tile, of a region: the root mean square of what arrives, 0 or 1 or what a veil lets
+  // through, times the cosine to the surface.
   std::span<float> seen(int region) { return {&seen_[first_tile(region)], sky_tiles::kCount}; }
   std::span<const float> seen(int region) const {
     return {&seen_[first_tile(region)], sky_tiles::kCount};
   }
+  // When it has been read.
+  void forget_what_was_seen() { seen_ = std::vector<float>(); }
   // From how many points it was looked.
   uint32_t& places(int region) { return places_[size_t(region)]; }
   uint32_t places(int region) const { return places_[size_t(region)]; }
@@ -75,6 +81,7 @@ class SkyRegions {
   float cells_per_length_ = 0.0f;
   std::array<int, 3> cells_ = {0, 0, 0};
   int count_ = 0;
+  bool everywhere_ = false;
   std::vector<uint16_t> numbers_;  // of each place: its region's, counted from 1; 0: none
   std::vector<float> seen_;
   std::vector<uint32_t> places_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <optional>
 #include <vector>
@@ -21,7 +22,7 @@ namespace {
 // All constants are ours; tests/bench/RESULTS.md has what others gave.
 
 // Camera paths, a power of two of them, and how many of their surfaces are looked from: to find out
-// whether a guide pays, and to make one.
+// whether a guide pays, and to make one, with at most as many paths as the frame has pixels.
 constexpr int kPilotBits = 9, kPilotSurfaces = 2;
 constexpr int kSurveyBits = 14, kSurveySurfaces = 4;
 // A guide pays where the samples of one place vary by so much, over the square of their mean, and
@@ -37,10 +38,8 @@ constexpr double kTrimmed = 0.01;
 // a tile or a neighbour was seen; and as how many of its own the neighbours' count.
 constexpr int kLooks = 2, kLooksOfLight = 256, kMostOfLight = 32, kMoreLooks = 8;
 constexpr float kLooksAround = 4;
-// Cosine beyond which all of a tile is behind a surface that its middle is behind.
-constexpr float kBehind = -0.6f;
-// Smooth walls, one behind the other, that are looked through.
-constexpr int kMostWalls = 8;
+// Smooth walls, one behind the other, that are looked through: as many as windows have.
+constexpr int kWallsLookedThrough = 8;
 
 // One after the other, from a seed.
 class Numbers {
@@ -80,7 +79,8 @@ class SkySurvey {
  private:
   std::vector<Place> walk(int bits, int surfaces) const;
   Ray camera_ray(uint32_t path, int bits, Numbers& numbers) const;
-  bool next_place(const Ray& ray, CoverageKey key, Place* out) const;
+  enum class Met { kNothing, kPlace, kWalls };
+  Met next_place(const Ray& ray, CoverageKey key, Place* out) const;
   float openness(const Place& place, const Vec3f& direction, float distance,
                  Numbers& numbers) const;
   double lamp_light(const Place& place, Numbers& numbers) const;
@@ -109,12 +109,12 @@ Ray SkySurvey::camera_ray(uint32_t path, int bits, Numbers& numbers) const {
   return camera_.ray(film, numbers.pair(), time);
 }
 
-// Where the ray comes to, straight through smooth walls; false: to nothing.
-bool SkySurvey::next_place(const Ray& from, CoverageKey key, Place* out) const {
+// Where the ray comes to, straight through smooth walls, if they are not too many.
+SkySurvey::Met SkySurvey::next_place(const Ray& from, CoverageKey key, Place* out) const {
   Ray ray = from;
-  for (int walls = 0; walls < kMostWalls; ++walls) {
+  for (int walls = 0; walls < kWallsLookedThrough; ++walls) {
     SurfaceHit hit;
-    if (!scene_.intersect(ray, key, &hit)) return false;
+    if (!scene_.intersect(ray, key, &hit)) return Met::kNothing;
     SurfaceInteraction surface;
     scene_.interaction(hit, ray.time, &surface);
     const bool front = dot(ray.direction, surface.geometric_normal) < 0.0f;
@@ -122,13 +122,13 @@ bool SkySurvey::next_place(const Ray& from, CoverageKey key, Place* out) const {
     if (!scene_.material_of(hit.instance).is_smooth_wall()) {
       *out = {surface.position, surface.geometric_normal * side, surface.shading_normal * side,
               surface.offset, ray.time};
-      return true;
+      return Met::kPlace;
     }
     ray.origin = offset_ray_origin(surface.position, surface.geometric_normal, surface.offset,
                                    ray.direction);
     ray.t_max -= hit.t;
   }
-  return false;
+  return Met::kWalls;
 }
 
 // Of paths that are scattered as by chalk.
@@ -141,7 +141,7 @@ std::vector<Place> SkySurvey::walk(int bits, int surfaces) const {
       Ray ray = camera_ray(uint32_t(path), bits, numbers);
       for (int i = 0; i < surfaces; ++i) {
         Place place;
-        if (!next_place(ray, {numbers.bits(), 0}, &place)) break;
+        if (next_place(ray, {numbers.bits(), 0}, &place) != Met::kPlace) break;
         found[path].push_back(place);
         const ShadingFrame frame = ShadingFrame::from_normal(place.geometric_normal);
         ray.direction = frame.to_world(square_to_cosine_hemisphere(numbers.pair()));
@@ -167,7 +167,8 @@ float SkySurvey::openness(const Place& place, const Vec3f& direction, float dist
     return scene_.transmittance_to_infinity(origin, direction, place.time, key);
   }
   Place met;
-  return next_place({origin, direction, distance, place.time}, key, &met) ? 0.0f : 1.0f;
+  const Ray ray{origin, direction, distance, place.time};
+  return next_place(ray, key, &met) == Met::kNothing ? 1.0f : 0.0f;
 }
 
 // Of the lamps; what one sample brings, or nothing if it chose the environment.
@@ -244,11 +245,9 @@ void SkySurvey::look(const EnvironmentGuide& guide, std::span<const Place* const
   };
   std::array<Looks, kCount> looks;
   const auto look_into = [&](int tile, int rays) {
-    const Vec3f middle = sky_tiles::direction_in(tile, {0.5f, 0.5f});
     Looks& result = looks[size_t(tile)];
     for (int i = 0; i < rays; ++i, ++result.count) {
       const Place& place = *places[size_t(numbers.next() * float(places.size()))];
-      if (dot(middle, place.geometric_normal) < kBehind) continue;
       const float u_part = numbers.next();
       const Vec3f direction = guide.direction_in(tile, u_part, numbers.pair());
       const float cosine = dot(direction, place.geometric_normal);
@@ -287,7 +286,9 @@ void SkySurvey::look(const EnvironmentGuide& guide, std::span<const Place* const
 }
 
 std::optional<SkyRegions> SkySurvey::regions(const EnvironmentGuide& guide) const {
-  const std::vector<Place> places = walk(kSurveyBits, kSurveySurfaces);
+  const auto pixels = uint64_t(width_) * uint64_t(height_);
+  const int bits = std::clamp(int(std::bit_width(pixels)) - 1, kPilotBits, kSurveyBits);
+  const std::vector<Place> places = walk(bits, kSurveySurfaces);
   if (places.size() < kLeastPlaces) return std::nullopt;
   Vec3f lower, upper;
   std::vector<float> coordinates(places.size());

@@ -2,6 +2,7 @@
 //
 // Statistical tests have fixed seeds and repeat themselves exactly.
 #include <cmath>
+#include <cstring>
 
 #include "renderer/core/errors.h"
 #include "support/glass_scenes.h"
@@ -120,6 +121,33 @@ TEST(ShadowCatcher, BesideAWall) {
 }
 
 // A red lamp behind a ball and a blue one beside it: I cos / r^2 of each.
+// Under a map whose darker half a wall hides: what is darker than the mean counts as well.
+TEST(ShadowCatcher, UnderAMapOfTwoHalves) {
+  auto image = std::make_shared<Image>();
+  image->width = 1024;
+  image->height = 32;
+  image->channels = 3;
+  image->type = TexelType::kFloat;
+  std::vector<float> values;
+  for (int i = 0; i < 1024 * 32; ++i) {
+    values.insert(values.end(), 3, i % 1024 < 512 ? 0.5f : 2.0f);  // z < 0, and z > 0
+  }
+  image->texels.resize(values.size() * sizeof(float));
+  std::memcpy(image->texels.data(), values.data(), image->texels.size());
+  Plate p;
+  p.add_floor(5000, 0, p.add_material(lambert(Rgb(0.3f))));
+  p.call("floor");
+  const int wall = p.add_material(lambert(Rgb(0.0f)));
+  const float z = -0.02f, top = 100;  // just beside what is seen
+  p.add_quad({-1000, 0, z}, {1000, 0, z}, {1000, top, z}, {-1000, top, z}, wall);
+  p.call("wall");
+  p.set_environment(image);
+  RenderSettings s = settings("floor");
+  s.spp = 256;
+  const RenderedImage seen = image_of(p, from_above(), s);
+  EXPECT_NEAR(mean_of(seen, "shadow.G"), 2.0 / 2.5, 0.005);
+}
+
 TEST(ShadowCatcher, IsOfTheColourOfTheLightThatIsLeft) {
   Plate p;
   p.add_floor(3, 0, p.add_material(lambert(Rgb(0.5f))));
