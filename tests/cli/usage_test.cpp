@@ -141,6 +141,7 @@ const std::vector<WrongValue>& wrong_values() {
       {"--bucket-order",
        {"hilber", "", "rows"},
        {"valid names are", "hilbert", "spiral", "scanline", "random"}},
+      {"--env-sampling", {"guide", "", "Light"}, {"valid names are", "guided, light"}},
       {"--working-space", {"aces", "", "ACEScg"}, {"valid names are", "rec709, acescg"}},
       {"--working-space",
        {"acescg"},
