@@ -36,7 +36,7 @@ Vec3f direction_in(int tile, const Vec2f& u);
 class SkyRegions {
  public:
   static constexpr int kNone = -1;
-  static constexpr int kCells = 32;  // along the longest side of the box, at most
+  static constexpr int kCells = 16;  // along the longest side of the box, at most
 
   SkyRegions() = default;  // none
   SkyRegions(const Vec3f& lower, const Vec3f& upper);

@@ -16,7 +16,7 @@ class Scene;
 
 // Null where the environment's samples find their way by themselves, or count for little beside
 // those of lamps, or there is none: known after some ten thousand rays. Else it takes up to 13
-// million more (2 in the rooms that were tried, which panes make dearer), fewer for frames of fewer
+// million more (1 in the rooms that were tried, which panes make dearer), fewer for frames of fewer
 // than 16384 pixels, and up to 11 MB. Refers to the scene. Uses all threads.
 std::shared_ptr<const EnvironmentGuide> find_environment_guide(const Scene& scene,
                                                                const Camera& camera, int width,
