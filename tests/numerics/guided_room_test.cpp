@@ -1,10 +1,9 @@
 // Rooms that are lit through a hole, where samples of the environment are guided
 // (renderer/scene/sky_survey.h): their light has a closed form, their noise is less, and where a
 // guide would not pay there is none.
-#include <cstring>
-
 #include "receiver.h"
 #include "renderer/lights/environment_guide.h"
+#include "support/float_map.h"
 #include "support/scenes.h"
 
 namespace emberline {
@@ -94,20 +93,10 @@ TEST(GuidedRoom, LightThroughAHole) {
 
 // A sky of a bright and a dark half, with a sun of some texels.
 std::shared_ptr<const Image> sky_map() {
-  auto image = std::make_shared<Image>();
-  image->width = 128;
-  image->height = 64;
-  image->channels = 3;
-  image->type = TexelType::kFloat;
-  std::vector<float> values;
-  for (int i = 0; i < 128 * 64; ++i) {
-    const int column = i % 128, row = i / 128;
+  return float_map(128, 64, [](int column, int row) {
     const bool sun = row >= 2 && row < 4 && column >= 30 && column < 40;
-    values.insert(values.end(), 3, sun ? 200.0f : column < 64 ? 0.5f : 2.0f);
-  }
-  image->texels.resize(values.size() * sizeof(float));
-  std::memcpy(image->texels.data(), values.data(), image->texels.size());
-  return image;
+    return Rgb(sun ? 200.0f : column < 64 ? 0.5f : 2.0f);
+  });
 }
 
 // All that is reflected, too; behind a pane that is no obstacle, beside lamps, with leaves that

@@ -2,9 +2,9 @@
 //
 // Statistical tests have fixed seeds and repeat themselves exactly.
 #include <cmath>
-#include <cstring>
 
 #include "renderer/core/errors.h"
+#include "support/float_map.h"
 #include "support/glass_scenes.h"
 #include "support/render.h"
 #include "support/scenes.h"
@@ -123,17 +123,9 @@ TEST(ShadowCatcher, BesideAWall) {
 // A red lamp behind a ball and a blue one beside it: I cos / r^2 of each.
 // Under a map whose darker half a wall hides: what is darker than the mean counts as well.
 TEST(ShadowCatcher, UnderAMapOfTwoHalves) {
-  auto image = std::make_shared<Image>();
-  image->width = 1024;
-  image->height = 32;
-  image->channels = 3;
-  image->type = TexelType::kFloat;
-  std::vector<float> values;
-  for (int i = 0; i < 1024 * 32; ++i) {
-    values.insert(values.end(), 3, i % 1024 < 512 ? 0.5f : 2.0f);  // z < 0, and z > 0
-  }
-  image->texels.resize(values.size() * sizeof(float));
-  std::memcpy(image->texels.data(), values.data(), image->texels.size());
+  const auto image = float_map(1024, 32, [](int column, int) {
+    return Rgb(column < 512 ? 0.5f : 2.0f);  // z < 0, and z > 0
+  });
   Plate p;
   p.add_floor(5000, 0, p.add_material(lambert(Rgb(0.3f))));
   p.call("floor");

@@ -5,36 +5,29 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <cstring>
 #include <limits>
 
 #include "renderer/description/scene_description.h"
 #include "support/chi_square.h"
+#include "support/float_map.h"
 
 namespace emberline {
 namespace {
 
 using test::chi_square_directions;
 using test::ChiSquareSettings;
+using test::float_map;
 using test::TestRandom;
 
 constexpr float kInf = std::numeric_limits<float>::infinity();
 
 std::shared_ptr<const Image> map_of(int width, int height, bool spikes) {
-  auto image = std::make_shared<Image>();
-  image->width = width;
-  image->height = height;
-  image->channels = 3;
-  image->type = TexelType::kFloat;
-  std::vector<float> values;
-  for (int i = 0; i < width * height; ++i) {
-    TestRandom random(7, uint64_t(i));
+  return float_map(width, height, [&](int column, int row) {
+    TestRandom random(7, uint64_t(row * width + column));
     const float bright = spikes && random.next() < 0.01f ? 300.0f : 1.0f;
-    for (int c = 0; c < 3; ++c) values.push_back(random.next() * bright);
-  }
-  image->texels.resize(values.size() * sizeof(float));
-  std::memcpy(image->texels.data(), values.data(), image->texels.size());
-  return image;
+    const float red = random.next(), green = random.next();
+    return Rgb(red, green, random.next()) * bright;
+  });
 }
 
 // One region, in which tiles are seen as `seen` says; of all points that face up.
@@ -258,10 +251,7 @@ TEST(EnvironmentGuide, ABatchIsItsSamples) {
 // What is open has hardly any light: nothing is to be gained, and nothing overflows.
 TEST(EnvironmentGuide, AnOpeningToTheDark) {
   for (const float dim : {1e-6f, 1e-20f, 1e-40f, 0.0f}) {
-    auto image = std::make_shared<Image>(*map_of(64, 32, false));
-    std::vector<float> values(64 * 32 * 3, 1.0f);
-    std::fill_n(values.begin(), values.size() / 2, dim);
-    std::memcpy(image->texels.data(), values.data(), image->texels.size());
+    const auto image = float_map(64, 32, [&](int, int row) { return Rgb(row < 16 ? dim : 1.0f); });
     const EnvironmentLight light(image, 1.0f, 0.0f);
     EnvironmentGuide guide(light);
     guide.set_regions(one_region([](int tile) { return tile < 100 ? 1.0f : 0.0f; }));

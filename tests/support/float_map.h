@@ -1,0 +1,29 @@
+// A picture of floats, for environments: each texel as a function says.
+#pragma once
+
+#include <cstring>
+#include <memory>
+#include <vector>
+
+#include "renderer/description/scene_description.h"
+
+namespace emberline::test {
+
+// texel(column, row) -> Rgb, row by row from the top.
+template <class Texel>
+std::shared_ptr<const Image> float_map(int width, int height, const Texel& texel) {
+  auto image = std::make_shared<Image>();
+  image->width = width;
+  image->height = height;
+  image->channels = 3;
+  image->type = TexelType::kFloat;
+  std::vector<Rgb> texels;
+  for (int row = 0; row < height; ++row) {
+    for (int column = 0; column < width; ++column) texels.push_back(texel(column, row));
+  }
+  image->texels.resize(texels.size() * sizeof(Rgb));
+  std::memcpy(image->texels.data(), texels.data(), image->texels.size());
+  return image;
+}
+
+}  // namespace emberline::test
