@@ -2,10 +2,10 @@
 // radiance is the bilinear interpolation of its texels, u = 0.5 + atan2(z, x) / 2 pi and v =
 // acos(y) / pi, u wrapping and v clamped: written here once more, so that the sum is exact for what
 // is defined and the renderer has no part in it.
-#include <cstring>
 #include <random>
 
 #include "receiver.h"
+#include "support/float_map.h"
 
 namespace emberline {
 namespace {
@@ -33,16 +33,7 @@ struct Map {
   }
 
   std::shared_ptr<const Image> image() const {
-    auto result = std::make_shared<Image>();
-    result->width = width;
-    result->height = height;
-    result->channels = 3;
-    result->type = TexelType::kFloat;
-    std::vector<float> rgb;
-    for (const float t : texels) rgb.insert(rgb.end(), 3, t);
-    result->texels.resize(rgb.size() * sizeof(float));
-    std::memcpy(result->texels.data(), rgb.data(), result->texels.size());
-    return result;
+    return float_map(width, height, [&](int x, int y) { return Rgb(float(texel(x, y))); });
   }
 };
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "renderer/description/scene_edits.h"
+#include "support/float_map.h"
 #include "support/scenes.h"
 
 namespace emberline::test {
@@ -20,20 +21,10 @@ inline std::shared_ptr<const Image> patterned_image(int size, int channels, int 
 
 // A sky with a bright half, in floats.
 inline std::shared_ptr<const Image> patterned_sky(float bright) {
-  constexpr int kWidth = 16, kHeight = 8;
-  auto image = std::make_shared<Image>();
-  image->width = kWidth;
-  image->height = kHeight;
-  image->channels = 3;
-  image->type = TexelType::kFloat;
-  std::vector<float> texels;
-  for (int i = 0; i < kWidth * kHeight; ++i) {
-    const float value = i % kWidth < kWidth / 2 ? bright : 0.1f;
-    for (const float c : {value, 0.5f * value, 0.25f * value}) texels.push_back(c);
-  }
-  image->texels.resize(texels.size() * sizeof(float));
-  std::memcpy(image->texels.data(), texels.data(), image->texels.size());
-  return image;
+  constexpr int kWidth = 16;
+  return float_map(kWidth, 8, [&](int column, int) {
+    return Rgb(1.0f, 0.5f, 0.25f) * (column < kWidth / 2 ? bright : 0.1f);
+  });
 }
 
 // Materials by number: what the scene is edited by.
