@@ -1,6 +1,8 @@
 #include "renderer/shading/lobes/sheen_lobe.h"
 
 #include <array>
+#include <bit>
+#include <vector>
 
 #include "renderer/core/branch_free.h"
 #include "renderer/core/constants.h"
@@ -96,74 +98,120 @@ namespace {
               lerp(p[kColumns].*field, p[kColumns + 1].*field, column.fraction), row_fraction);
 }
 
-struct Table {
+// 2^x, x <= 0, to 1e-7: a series around the nearest whole number. Without branches, so that a loop
+// of it vectorises.
+[[gnu::always_inline]] inline float exp2_below_one(float x) {
+  x = std::max(x, -126.0f);
+  const float whole = std::nearbyint(x), y = (x - whole) * 0.693147181f;
+  float e = fma(y, 1.0f / 5040, 1.0f / 720);
+  e = fma(y, e, 1.0f / 120);
+  e = fma(y, e, 1.0f / 24);
+  e = fma(y, e, 1.0f / 6);
+  e = fma(y, e, 0.5f);
+  e = fma(y, e, 1.0f);
+  e = fma(y, e, 1.0f);
+  return e * std::bit_cast<float>((int(whole) + 127) << 23);
+}
+
+// Light comes from cosines t^4 (the shadowing rises steeply at 0), averaged over its azimuth.
+struct Quadrature {
+  std::array<double, kCosines> mu, sine, weight;
+  std::array<TablePosition, kCosines> column;
+  std::array<double, kAzimuths> cos_azimuth, azimuth_weight;
+
+  Quadrature() {
+    const GaussLegendre<kCosines> cosines;
+    const GaussLegendre<kAzimuths> azimuths;
+    for (size_t i = 0; i < kCosines; ++i) {
+      const double t = cosines.x[i];
+      mu[i] = square(square(t));
+      sine[i] = std::sqrt(1 - square(mu[i]));
+      const double clamped = std::max(mu[i], double(kSheenMinCosine));
+      weight[i] = cosines.w[i] * 4 * t * t * t * mu[i] / clamped;
+      column[i] = find_column(float(clamped));
+    }
+    for (size_t j = 0; j < kAzimuths; ++j) {
+      cos_azimuth[j] = std::cos(kPiD * azimuths.x[j]);
+      azimuth_weight[j] = azimuths.w[j];
+    }
+  }
+};
+
+// What a column returns towards each cosine of light, and that times the azimuth's cosine.
+struct ColumnEnergy {
+  std::array<double, kCosines> all, along;
+};
+
+class Table {
+ public:
   std::array<SheenNode, size_t(kRows* kColumns)> nodes;
   std::array<bool, size_t(kRows)> exceeds_one;
 
   Table() {
+    for (size_t column = 0; column < kColumns; ++column) fill_half_sines(column);
     for (int row = 0; row < kRows; ++row) fill(row);
+    half_sines_ = {};
   }
 
+ private:
+  // log2 of the squared sine of the half vector, whose power the distribution is: the same for all
+  // roughnesses.
+  using HalfSines = std::array<std::array<float, kCosines>, kAzimuths>;
+
+  void fill_half_sines(size_t column);
   void fill(int row);
+  ColumnEnergy energy_of(size_t column, double alpha) const;
+
+  Quadrature light_;
+  std::vector<HalfSines> half_sines_{size_t(kColumns)};
 };
 
-// What each column returns towards each cosine of light.
-using Energy = std::array<std::array<double, kCosines>, kColumns>;
-
-void fill_albedo(SheenNode* row, const Energy& energy, const std::array<double, kCosines>& mu_i,
-                 float round) {
-  for (size_t column = 0; column < kColumns; ++column) {
-    const float own = limit(row[column].raw, round);
-    double sum = 0;
+void Table::fill_half_sines(size_t column) {
+  const double mu = cosine_at(int(column)), sine = std::sqrt(1 - mu * mu);
+  for (size_t j = 0; j < kAzimuths; ++j)
     for (size_t i = 0; i < kCosines; ++i) {
-      const TablePosition p = find_column(std::max(float(mu_i[i]), kSheenMinCosine));
-      const float other = lerp(row[p.index].raw, row[p.index + 1].raw, p.fraction);
-      sum += energy[column][i] / double(std::max(own, limit(other, round)));
+      const double h2 = 2 * (1 + mu * light_.mu[i] + sine * light_.sine[i] * light_.cos_azimuth[j]);
+      const double sin2 = std::max(0.0, 1 - square(mu + light_.mu[i]) / h2);
+      half_sines_[column][j][i] = std::log2(float(sin2));
     }
-    row[column].albedo = float(std::min(1.0, sum));
+}
+
+ColumnEnergy Table::energy_of(size_t column, double alpha) const {
+  ColumnEnergy energy = {};
+  const float exponent = float(0.5 / alpha);
+  for (size_t j = 0; j < kAzimuths; ++j) {
+    const auto& half_sines = half_sines_[column][j];
+    const double w = light_.azimuth_weight[j], along = w * light_.cos_azimuth[j];
+    for (size_t i = 0; i < kCosines; ++i) {
+      const double value = double(exp2_below_one(exponent * half_sines[i]));
+      energy.all[i] += w * value;
+      energy.along[i] += along * value;
+    }
   }
+  return energy;
 }
 
 void Table::fill(int row) {
-  static const GaussLegendre<kCosines> cosines;
-  static const GaussLegendre<kAzimuths> azimuths;
   const double alpha = square(roughness_at(row));
   const float round = rounding_at(float(roughness_at(row)));
   const Shadowing shadowing(alpha);
   SheenNode* out = nodes.data() + size_t(row) * kColumns;
-  std::array<double, kAzimuths> cos_azimuth;
-  for (size_t j = 0; j < kAzimuths; ++j) cos_azimuth[j] = std::cos(kPiD * azimuths.x[j]);
-  // Light at cosine t^4 (the shadowing rises steeply at 0), averaged over its azimuth.
-  std::array<double, kCosines> mu_i, lambda_i, weight;
-  for (size_t i = 0; i < kCosines; ++i) {
-    const double t = cosines.x[i];
-    mu_i[i] = square(square(t));
-    weight[i] = cosines.w[i] * 4 * t * t * t;
-    const double clamped = std::max(mu_i[i], double(kSheenMinCosine));
-    lambda_i[i] = shadowing.lambda(clamped);
-    weight[i] *= mu_i[i] / clamped;
-  }
-  Energy energy;
+  std::array<double, kCosines> lambda;
+  for (size_t i = 0; i < kCosines; ++i)
+    lambda[i] = shadowing.lambda(std::max(light_.mu[i], double(kSheenMinCosine)));
+
+  std::array<std::array<double, kCosines>, kColumns> towards;  // what each column returns
   exceeds_one[size_t(row)] = false;
-  for (int column = 0; column < kColumns; ++column) {
-    const double mu = cosine_at(column), sine = std::sqrt(1 - mu * mu);
-    const double masking = 1 + shadowing.lambda(mu);
+  for (size_t column = 0; column < kColumns; ++column) {
+    const double mu = cosine_at(int(column)), masking = 1 + shadowing.lambda(mu);
+    const ColumnEnergy energy = energy_of(column, alpha);
     double sum = 0, sum_mu = 0, sum_cos = 0;
     for (size_t i = 0; i < kCosines; ++i) {
-      const double sine_i = std::sqrt(1 - square(mu_i[i]));
-      double d = 0, d_cos = 0;
-      for (size_t j = 0; j < kAzimuths; ++j) {
-        const double h2 = 2 * (1 + mu * mu_i[i] + sine * sine_i * cos_azimuth[j]);
-        const double sin2 = std::max(0.0, 1 - square(mu + mu_i[i]) / h2);
-        const double value = azimuths.w[j] * double(std::pow(float(sin2), float(0.5 / alpha)));
-        d += value;
-        d_cos += value * cos_azimuth[j];
-      }
-      const double scale = weight[i] * (2 + 1 / alpha) / (4 * mu * (masking + lambda_i[i]));
-      energy[size_t(column)][i] = d * scale;
-      sum += d * scale;
-      sum_mu += d * scale * mu_i[i];
-      sum_cos += d_cos * scale;
+      const double scale = light_.weight[i] * (2 + 1 / alpha) / (4 * mu * (masking + lambda[i]));
+      const double returned = towards[column][i] = energy.all[i] * scale;
+      sum += returned;
+      sum_mu += returned * light_.mu[i];
+      sum_cos += energy.along[i] * scale;
     }
     SheenNode& node = out[column];
     node.raw = float(sum);
@@ -173,7 +221,18 @@ void Table::fill(int row) {
     node.slope = float(std::pow(1 + slope_of_mean(sum_mu / sum), 0.75) - 1);
     node.concentration = float(0.77 * std::max(0.0, sum_cos / sum));
   }
-  fill_albedo(out, energy, mu_i, round);
+
+  std::array<double, kCosines> limits;  // towards each cosine of light
+  for (size_t i = 0; i < kCosines; ++i) {
+    const TablePosition& p = light_.column[i];
+    limits[i] = double(limit(lerp(out[p.index].raw, out[p.index + 1].raw, p.fraction), round));
+  }
+  for (size_t column = 0; column < kColumns; ++column) {
+    const double own = double(limit(out[column].raw, round));
+    double sum = 0;
+    for (size_t i = 0; i < kCosines; ++i) sum += towards[column][i] / std::max(own, limits[i]);
+    out[column].albedo = float(std::min(1.0, sum));
+  }
 }
 
 const Table& table() {
