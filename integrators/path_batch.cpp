@@ -39,7 +39,7 @@ PathBatch<kGlass, kSplit>::PathBatch(const IntegratorSettings& settings, const S
       batch_(batch),
       scene_(batch.scene),
       lights_(scene_.lights()),
-      sample_lights_(settings.light_sampling && !lights_.empty()),
+      sample_lights_(settings.light_samples > 0 && !lights_.empty()),
       samples_(samples) {
   assert(batch.rays.size() <= size_t(kRayBatch));
 }
@@ -235,7 +235,7 @@ Rgb PathBatch<kGlass, kSplit>::surface_emission(const Path& path, const ShadedPo
     emission *= point.surface.material->emission_share(path.ray.time);
   }
   const LastVertex& from = sampled_from(path);
-  if (!from.light_sampled || is_black(emission)) return emission;
+  if (from.light_samples == 0 || is_black(emission)) return emission;
   const uint32_t emitter = scene_.emitter_index(path.hit.instance, path.hit.primitive);
   if (emitter == Scene::kNoEmitter) return emission;
   float distance = path.hit.t;
@@ -243,30 +243,56 @@ Rgb PathBatch<kGlass, kSplit>::surface_emission(const Path& path, const ShadedPo
     if (path.scattering.walls > 0) distance = (point.surface.position - from.query.point).length();
   }
   const float light_pdf = lights_.pdf_triangle(from.query, emitter, path.ray.direction, distance);
-  return emission * balance(from.bsdf_pdf, light_pdf);
+  return emission * balance(from.bsdf_pdf, float(from.light_samples) * light_pdf);
 }
 
-// One sampled light per vertex, weighted against the BSDF sample that follows.
+// The first surface that is not a mirror or smooth glass takes several, all others one: what is
+// beyond a bounce is noisier by the bounce than by the choice of a light.
+template <bool kGlass, bool kSplit>
+int PathBatch<kGlass, kSplit>::light_samples_at(const Path& path) const {
+  return path.way == Way::kSeen ? settings_.light_samples : 1;
+}
+
+// Sampled lights of each vertex, weighted against the BSDF sample that follows.
 template <bool kGlass, bool kSplit>
 void PathBatch<kGlass, kSplit>::sample_lights(uint32_t depth) {
-  LaneList connected;
+  LaneList sampled, again;
   LightRequest requests[kRayBatch];
-  LightSample* samples[kRayBatch] = {};
   for (const int lane : alive_) {
     LastVertex& vertex = paths_[lane].last;
-    vertex.light_sampled = bsdfs_[lane].has_non_delta();
-    if (!vertex.light_sampled || (kGlass && !may_scatter(depth, paths_[lane]))) continue;
+    vertex.light_samples = 0;
+    if (!bsdfs_[lane].has_non_delta()) continue;
+    vertex.light_samples = light_samples_at(paths_[lane]);
+    if (kGlass && !may_scatter(depth, paths_[lane])) continue;
     samples_.resume_sample(lane);
-    requests[connected.size()] = {
+    requests[sampled.size()] = {
         vertex.query,
         samples_.get(surface_dim::kLightPick),
         {samples_.get(surface_dim::kLightX), samples_.get(surface_dim::kLightY)}};
-    samples[connected.size()] = &connections_.emplace(lane).light;
-    connected.add(lane);
+    sampled.add(lane);
+    if (vertex.light_samples > 1) again.add(lane);
   }
-  lights_.sample({requests, size_t(connected.size())}, samples, batch_.guide);
-  connected.filter([this](int lane) { return connect(lane); });
-  for (const int lane : connected) add_connection(lane);
+  connect_lanes(sampled, requests);
+  for (int i = 1; !again.empty() && i < settings_.light_samples; ++i) {
+    for (int k = 0; k < again.size(); ++k) {
+      const int lane = again[k];
+      samples_.resume_sample(lane);
+      requests[k] = {paths_[lane].last.query,
+                     samples_.beside(i - 1, surface_dim::kLightPick),
+                     {samples_.beside(i - 1, surface_dim::kLightX),
+                      samples_.beside(i - 1, surface_dim::kLightY)}};
+    }
+    connect_lanes(again, requests);
+  }
+}
+
+template <bool kGlass, bool kSplit>
+void PathBatch<kGlass, kSplit>::connect_lanes(LaneList lanes, const LightRequest* requests) {
+  LightSample* samples[kRayBatch] = {};
+  for (int i = 0; i < lanes.size(); ++i) samples[i] = &connections_.emplace(lanes[i]).light;
+  lights_.sample({requests, size_t(lanes.size())}, samples, batch_.guide);
+  lanes.filter([this](int lane) { return connect(lane); });
+  for (const int lane : lanes) add_connection(lane);
 }
 
 // What would arrive if nothing were in the way; false: nothing.
@@ -315,9 +341,10 @@ void PathBatch<kGlass, kSplit>::add_connection(int lane) {
   if constexpr (kGlass) c.scattered *= absorption(scene_, c.solid, c.light.distance);
   if (!batch_.seen.empty()) [[unlikely]]
     looks_[lane].see_light(&batch_.seen[size_t(lane)]);
-  // balance / pdf = 1 / (pdf + other); a point-like light has no other technique.
+  // balance / (n pdf) = 1 / (n pdf + other); a point-like light has no other technique.
+  const float light_pdf = float(path.last.light_samples) * c.light.pdf;
   const Rgb arriving =
-      c.scattered * c.radiance / (c.light.delta ? c.light.pdf : c.light.pdf + c.bsdf_pdf);
+      c.scattered * c.radiance / (c.light.delta ? light_pdf : light_pdf + c.bsdf_pdf);
   const Way way = path.way == Way::kSeen ? Way::kDirect : Way::kIndirect;
   add_light(lane, way, Found::kSampled, group_of(c.light), arriving);
 }
@@ -431,7 +458,7 @@ bool PathBatch<kGlass, kSplit>::scatter(uint32_t depth, int lane) {
   if (!next.valid) return false;
   path.throughput *= next.weight;
   if (is_black(path.throughput)) return false;
-  if (next.delta) path.last.light_sampled = false;
+  if (next.delta) path.last.light_samples = 0;
   path.last.bsdf_pdf = next.pdf;
   if constexpr (kGlass) {
     path.eta_scale *= next.eta_scale;
@@ -582,7 +609,7 @@ void PathBatch<kGlass, kSplit>::see_environment(const LaneList& missed) {
     int regions[kRayBatch];
     for (int i = 0; i < missed.size(); ++i) {
       const LastVertex& from = sampled_from(paths_[missed[i]]);
-      const bool guided = from.light_sampled && !from.query.both_sides;
+      const bool guided = from.light_samples > 0 && !from.query.both_sides;
       regions[i] =
           guided ? batch_.guide->region_of(from.query.point, from.query.normal) : SkyRegions::kNone;
     }
@@ -597,8 +624,9 @@ void PathBatch<kGlass, kSplit>::see_environment(const LaneList& missed) {
       looks_[missed[i]].see_background(path.throughput * radiance[i],
                                        &batch_.seen[size_t(missed[i])]);
     const LastVertex& from = sampled_from(path);
-    if (from.light_sampled) {
-      const float light_pdf = pdf[i] * lights_.environment_probability(from.query);
+    if (from.light_samples > 0) {
+      const float light_pdf =
+          float(from.light_samples) * pdf[i] * lights_.environment_probability(from.query);
       radiance[i] *= balance(from.bsdf_pdf, light_pdf);
     }
     add_light(missed[i], path.way, Found::kEnvironment, group_of_environment(), radiance[i]);

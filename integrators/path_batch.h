@@ -34,7 +34,7 @@ class PathBatch {
   struct LastVertex {
     LightQuery query;
     float bsdf_pdf = 0.0f;
-    bool light_sampled = false;  // false: emission found by the ray counts in full
+    int light_samples = 0;  // taken there; 0: emission found by the ray counts in full
   };
   // The same of the vertex that the ray was scattered at, which lies further back if it came
   // straight through smooth thin walls since: a sample of a light from there covers the walls, too.
@@ -71,7 +71,7 @@ class PathBatch {
     // Of Russian roulette for the ray under way: to go on from a surface, and to be traced.
     float survival = 1.0f, ray_survival = 1.0f;
     Interior interior;     // what the ray is inside of
-    Way way = Way::kSeen;  // of light that the ray finds; if light is clamped
+    Way way = Way::kSeen;  // of light that the ray finds; if clamped, or light_samples > 1
     LastVertex last;
     [[no_unique_address]] std::conditional_t<kGlass, Scattering, NoScattering> scattering;
     [[no_unique_address]] std::conditional_t<kSplit, FirstEvent, NoFirstEvent> first;
@@ -97,7 +97,9 @@ class PathBatch {
   bool may_scatter(uint32_t depth, const Path& path) const;
   const LastVertex& sampled_from(const Path& path) const;
   Rgb surface_emission(const Path& path, const ShadedPoint& point) const;
+  int light_samples_at(const Path& path) const;
   void sample_lights(uint32_t depth);
+  void connect_lanes(LaneList lanes, const LightRequest* requests);
   bool connect(int lane);
   void add_connection(int lane);
   BsdfSample sample_bsdf(uint32_t depth, int lane);

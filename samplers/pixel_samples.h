@@ -18,6 +18,8 @@ namespace emberline {
 
 class PixelSamples {
  public:
+  static constexpr int kBesideSlots = 15;
+
   // `camera_dimensions`: how many of slot 0's the camera asks for.
   explicit PixelSamples(const Sampler& sampler, int camera_dimensions = kSlotDimensions)
       : sampler_(sampler), camera_dimensions_(camera_dimensions) {}
@@ -59,7 +61,7 @@ class PixelSamples {
     extra_[lane_] = 0;
     if (slot < kCachedSlots) {
       if (!(filled_ & (1u << slot))) {
-        fill_slot(slot);
+        fill_slot(slot, &blocks_[slot]);
         filled_ |= 1u << slot;
       }
       current_ = &blocks_[slot];
@@ -72,6 +74,16 @@ class PixelSamples {
   }
 
   float get(int dimension) const { return current_->values[dimension][lane_]; }
+
+  // A number of one of kBesideSlots further slots, wherever the sample is.
+  float beside(int slot, int dimension) {
+    assert(slot >= 0 && slot < kBesideSlots);
+    if (!(filled_beside_ & (1u << slot))) {
+      fill_slot(kFirstBesideSlot + uint32_t(slot), &beside_[size_t(slot)]);
+      filled_beside_ |= 1u << slot;
+    }
+    return beside_[size_t(slot)].values[dimension][lane_];
+  }
 
   // An independent number beside the plan, for decisions whose count the data sets: hashed from
   // (seed, pixel, sample, slot, how many were asked before).
@@ -91,7 +103,7 @@ class PixelSamples {
   void start(int count, bool scattered) {
     count_ = count;
     scattered_ = scattered;
-    filled_ = 0;
+    filled_ = filled_beside_ = 0;
     hashed_ = streams_hashed_ = false;
   }
   void choose(int index) {
@@ -102,13 +114,13 @@ class PixelSamples {
     if (scattered_) return addresses_[size_t(lane)];
     return {pixel_.x, pixel_.y, first_sample_ + uint32_t(lane - first_lane_)};
   }
-  void fill_slot(uint32_t slot) {
+  void fill_slot(uint32_t slot, SlotBlock* block) {
     const int dimensions = slot == 0 ? camera_dimensions_ : kSlotDimensions;
     if (scattered_) {
-      sampler_.fill_scattered({addresses_.data(), size_t(count_)}, pixel_.seed, slot, 0,
-                              blocks_[slot], dimensions);
+      sampler_.fill_scattered({addresses_.data(), size_t(count_)}, pixel_.seed, slot, 0, *block,
+                              dimensions);
     } else {
-      sampler_.fill(pixel_, slot, first_sample_, count_, blocks_[slot], dimensions);
+      sampler_.fill(pixel_, slot, first_sample_, count_, *block, dimensions);
     }
   }
   void fill_lane(uint32_t slot) {
@@ -152,6 +164,7 @@ class PixelSamples {
   }
 
   static constexpr uint32_t kCachedSlots = 8;
+  static constexpr uint32_t kFirstBesideSlot = 1u << 24;  // beyond those of any path
 
   const Sampler& sampler_;
   int camera_dimensions_;
@@ -171,6 +184,8 @@ class PixelSamples {
   uint32_t filled_ = 0;
   const SlotBlock* current_ = nullptr;
   std::array<SlotBlock, kCachedSlots + 1> blocks_;
+  uint32_t filled_beside_ = 0;
+  std::array<SlotBlock, kBesideSlots> beside_;
 };
 
 }  // namespace emberline

@@ -252,6 +252,10 @@ void check_companions(const FrameSettings& s) {
     throw UsageError("--clamp-indirect: the integrator {} has no light to clamp; valid with path",
                      s.integrator);
   }
+  if (s.light_samples > 1 && !find_integrator(s.integrator).tells_lights_apart) {
+    throw UsageError("--light-samples: the integrator {} samples no light; valid with path, direct",
+                     s.integrator);
+  }
   if (aovs_of(s).contains(Aov::kDenoising) && !find_integrator(s.integrator).tells_lights_apart) {
     throw UsageError("{}: not of the integrator {}; valid with path, direct", option_of_halves(s),
                      s.integrator);
@@ -308,9 +312,10 @@ FramePlan::FramePlan(const FrameSettings& s)
   driver_settings.cryptomattes = int(parse_cryptomattes(s.cryptomattes).size());
   driver_settings.cryptomatte_levels = s.cryptomatte_levels;
   even ? plan_even(s, *this) : plan_by_error(s, *this);
-  integrator = create_integrator(
-      s.integrator,
-      {.max_depth = s.max_depth, .transparent = s.transparent, .clamp_indirect = clamp_indirect});
+  integrator = create_integrator(s.integrator, {.max_depth = s.max_depth,
+                                                .transparent = s.transparent,
+                                                .clamp_indirect = clamp_indirect,
+                                                .light_samples = s.light_samples});
   guides_environment = s.environment_sampling == EnvironmentSampling::kGuided && s.max_depth > 0 &&
                        find_integrator(s.integrator).tells_lights_apart;
   build.show_backfaces = s.show_backfaces;

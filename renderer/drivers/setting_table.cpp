@@ -18,6 +18,7 @@
 #include "renderer/drivers/bisection_schedule.h"
 #include "renderer/drivers/driver_table.h"
 #include "renderer/frame/half_layers.h"
+#include "samplers/pixel_samples.h"
 
 namespace emberline {
 namespace {
@@ -29,6 +30,7 @@ using enum SettingGroup;
 constexpr double kFarthest = 1e15;
 constexpr double kMostOfLens = 1e9;  // f-stops, to either side: scenes come in any size
 constexpr float kLeastClamp = 1e-6f, kMostClamp = 1e9f;
+constexpr int kMostLightSamples = PixelSamples::kBesideSlots + 1;
 constexpr double kLeastTimeLimit = 0.001, kMostTimeLimit = 1e9;  // a millisecond to thirty years
 constexpr double kLatest = 1e6;    // seconds, to either side: ten days, to within 1e-10 s
 constexpr double kMostOpen = 1e6;  // frames
@@ -405,6 +407,9 @@ std::vector<Setting> make_table() {
       named<&S::integrator>("integrator", kSample, "integrator", "integrator", integrator_table()),
       number<&S::max_depth>("max-depth", kSample, 0, 100000,
                             "scattering events; 1 is direct light only"),
+      unless_default(number<&S::light_samples>(
+          "light-samples", kSample, 1, kMostLightSamples,
+          "samples of the lights at each path's first surface that is not a mirror")),
       number<&S::clamp_indirect>(
           "clamp-indirect", kSample, kLeastClamp, kMostClamp,
           "scale light down that comes by way of more than the surface seen, where it adds more "

@@ -72,6 +72,7 @@ const std::vector<WrongValue>& wrong_values() {
        {"valid names are", "display", "mse", "relmse", "denoised"},
        kAdaptive},
       {"--max-depth", numbers({"-1", "100001", "2.5"}), {"0 to 100000"}},
+      {"--light-samples", numbers({"0", "17", "-1", "2.5"}), {"1 to 16"}},
       {"--clamp-indirect", numbers({"0", "-1", "inf", "1e10"}), {"1e-06 to 1000000000"}},
       {"--seed", numbers({"-1", "4294967296", "0.5"}), {"0 to 4294967295"}},
       {"--streams", numbers({"0", "3", "-1"}), {"1 to 2"}},

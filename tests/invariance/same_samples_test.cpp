@@ -131,6 +131,14 @@ TEST_P(SameSamples, ThroughALens) {
   expect_same_everywhere(*scene_, lens_view(), s);
 }
 
+TEST_P(SameSamples, WithSeveralLightSamples) {
+  RenderSettings s = base_settings(GetParam());
+  const RenderedImage one = render(*scene_, busy_view(), s);
+  s.light_samples = 3;
+  EXPECT_NE(render(*scene_, busy_view(), s).values, one.values);
+  expect_same_everywhere(*scene_, busy_view(), s);
+}
+
 // And those of time: instances, vertices, lamps, lights and the camera move.
 TEST_P(SameSamples, InMotion) {
   const MovingScene moving;

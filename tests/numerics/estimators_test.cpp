@@ -36,14 +36,15 @@ struct BlockMeans {
 
 // The two streams of a pixel are independent, whatever the samples of one owe to each other: their
 // difference tells the variance (film.h), and a block has 64 such differences.
-BlockMeans rendered(const Scene& scene, const CameraDescription& view, bool light_sampling,
+BlockMeans rendered(const Scene& scene, const CameraDescription& view, int light_samples,
                     uint32_t spp, uint32_t seed) {
   RenderSettings s;
   s.width = s.height = kFrame;
   s.spp = spp;
   s.seed = seed;
   s.max_depth = kMaxDepth;
-  s.light_sampling = light_sampling;
+  s.light_sampling = light_samples > 0;
+  s.light_samples = light_samples;
   s.streams = StreamCount::kTwo;
   s.aovs = "variance";
   const RenderedImage image = render(scene, view, s);
@@ -110,13 +111,16 @@ void compare_estimators(const SceneDescription& description, const CameraDescrip
                         const std::string& number, const std::string& name, int naive_paths) {
   SceneDescription copy = description;
   const auto scene = build_scene(std::move(copy), {});
-  const BlockMeans both = rendered(*scene, view, true, 64, 1);
-  const BlockMeans bsdf = rendered(*scene, view, false, 256, 2);
+  const BlockMeans both = rendered(*scene, view, 1, 64, 1);
+  const BlockMeans several = rendered(*scene, view, 3, 32, 4);
+  const BlockMeans bsdf = rendered(*scene, view, 0, 256, 2);
   const BlockMeans naive = traced_naively(NaivePathTracer(description, view, 1), naive_paths, 3);
   const std::string how = "64 x 64, depth 5, seeds 1 (MIS, 64 spp), 2 (BSDF, 256 spp), 3 (naive, " +
-                          std::to_string(naive_paths) + " paths a block)";
+                          std::to_string(naive_paths) +
+                          " paths a block), 4 (three light samples, 32 spp)";
   expect_same(both, bsdf, number, name + ", MIS against BSDF sampling", how);
   expect_same(both, naive, number, name + ", MIS against the naive tracer", how);
+  expect_same(several, naive, number, name + ", three light samples against the naive tracer", how);
   expect_same(bsdf, naive, number, name + ", BSDF sampling against the naive tracer", how);
 }
 

@@ -100,17 +100,13 @@ inline FramePlan plan_of(const RenderSettings& s) {
   settings.spp = s.spp;
   settings.streams = int(s.streams);
   if (!s.crop.empty()) settings.crop = s.crop;
+  if (!s.light_sampling) settings.light_samples = 0;
   FramePlan plan(settings);
   plan.driver = &find_driver(s.driver);
   plan.driver_settings.adaptive = s.adaptive;
   plan.even = s.driver != "adaptive" && s.adaptive.threshold <= 0.0f;
   plan.find_empty_pixels = s.find_empty_pixels;
   if (!plan.even) plan.samples_per_pixel = s.adaptive.budget;
-  if (!s.light_sampling) {
-    plan.integrator = create_integrator(
-        s.integrator,
-        {.max_depth = s.max_depth, .transparent = s.transparent, .light_sampling = false});
-  }
   return plan;
 }
 

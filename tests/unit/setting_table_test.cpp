@@ -45,6 +45,7 @@ const std::map<std::string, std::string> kOthers = {
     {"time-limit", "0.1"},
     {"integrator", "direct"},
     {"max-depth", "0"},
+    {"light-samples", "2"},
     {"clamp-indirect", "0.1"},
     {"filter", "box"},
     {"filter-radius", "1.1"},
@@ -93,14 +94,15 @@ TEST(SettingTable, HasEveryMember) {
   const FrameSettings settings;
   const auto& [scene, resource_root, driver, integrator, sampler, filter, filter_radius, spp,
                min_spp, max_spp, noise_threshold, estimator, allocation, unbiased, time_limit_s,
-               max_depth, clamp_indirect, seed, streams, bucket_size, bucket_order, bisection_axis,
-               reconstruction, width, height, crop, camera, look_from, look_at, fov_y, f_stop,
-               focus_distance, panorama, turntable, animation, time, frame, fps, shutter, edits,
-               variant, environment, sun, environment_strength, environment_rotation,
-               environment_sampling, transparent, working_space, show_backfaces, lenient, isa, part,
-               sample_range, aovs, cryptomattes, cryptomatte_levels, catchers, holdouts,
-               light_groups, half, exr_compression, exr_parts, denoise] = settings;
-  constexpr size_t kMembers = 63;
+               max_depth, clamp_indirect, light_samples, seed, streams, bucket_size, bucket_order,
+               bisection_axis, reconstruction, width, height, crop, camera, look_from, look_at,
+               fov_y, f_stop, focus_distance, panorama, turntable, animation, time, frame, fps,
+               shutter, edits, variant, environment, sun, environment_strength,
+               environment_rotation, environment_sampling, transparent, working_space,
+               show_backfaces, lenient, isa, part, sample_range, aovs, cryptomattes,
+               cryptomatte_levels, catchers, holdouts, light_groups, half, exr_compression,
+               exr_parts, denoise] = settings;
+  constexpr size_t kMembers = 64;
   // All but the scene; width and height are one.
   EXPECT_EQ(setting_table().size(), kMembers - 2);
   EXPECT_EQ(kOthers.size(), setting_table().size());
