@@ -13,6 +13,7 @@
 #include "renderer/core/parallel.h"
 #include "renderer/frame/bucket_schedule.h"
 #include "renderer/frame/render_worker.h"
+#include "renderer/frame/shared_tiles.h"
 
 namespace emberline {
 namespace {
@@ -56,16 +57,6 @@ void show_picture(const FrameDriver& driver, FilmTile& film) {
   for (size_t i = 0; i < size_t(pixels.area()); ++i) {
     film.show(pixels.x_of(i), pixels.y_of(i), &shown[4 * i]);
   }
-}
-
-// Takes out of a list what the film has already: a pixel's samples come in index order.
-void leave_out(const FilmTile& film, std::vector<PixelWork>& list) {
-  for (PixelWork& work : list) {
-    const uint32_t end = work.first_sample + work.sample_count;
-    work.first_sample = std::clamp(film.sample_count(work.x, work.y), work.first_sample, end);
-    work.sample_count = end - work.first_sample;
-  }
-  std::erase_if(list, [](const PixelWork& work) { return work.sample_count == 0; });
 }
 
 }  // namespace
@@ -125,33 +116,18 @@ class FrameRender::Loop {
     counters.merge(more);
   }
 
-  // The parts [begin, end) of a round, or fewer if a picture is wanted soon.
-  RenderedParts carry_out(const FrameDriver& driver, const Round& round, size_t begin, size_t end,
-                          FilmTile& film, bool film_is_ahead) {
-    cut_short_.clear();
-    std::atomic<size_t> next{begin};
-    share(end - begin, [&](RenderWorker& worker, const auto& going) {
-      worker.set_seed(round.seed);
-      std::vector<PixelWork> list;
-      while (going()) {
-        const size_t part = next.fetch_add(1, std::memory_order_relaxed);
-        if (part >= end) break;
-        list.clear();
-        driver.expand(part, list);
-        if (film_is_ahead) leave_out(film, list);
-        if (!worker.render(list, film, observer, stop)) {
-          const std::lock_guard lock(mutex_);
-          cut_short_.push_back(part);
-        }
-        if (observer.picture_wanted()) break;
-      }
+  // The parts [begin, end) of the round under way, or fewer if a picture is wanted soon.
+  RenderedParts carry_out(RoundWork& work) {
+    share(work.parts_left(), [&](RenderWorker& worker, const auto& going) {
+      bool pausing = false;
+      work.take_parts(worker, observer, stop, [&] {
+        if (pausing && observer.picture_wanted()) return false;
+        pausing = true;
+        return going();
+      });
     });
-    const size_t begun = std::min(end, next.load());
-    const bool complete = cut_short_.empty() && (begun == end || !stop.stop_requested());
-    return {begin, begun, complete, cut_short_};
+    return work.rendered(stop.stop_requested());
   }
-
-  void render_tile(FrameDriver& driver, RenderWorker& worker, FilmTile& film, bool film_is_ahead);
 
   const Frame& frame;
   FrameObserver& observer;
@@ -160,7 +136,6 @@ class FrameRender::Loop {
 
  private:
   std::mutex mutex_;
-  std::vector<size_t> cut_short_;
 };
 
 FrameCounters FrameRender::render(const Frame& frame, FrameObserver& observer,
@@ -231,8 +206,8 @@ void FrameRender::render_crop(Loop& loop) {
     std::optional<uint64_t> wanted = loop.observer.picture_wanted_at();
     if (wanted) *wanted = std::max(*wanted, counters_.samples + 1) - counters_.samples;
     const size_t end = pause_after(*driver_, round, parts_done_, wanted);
-    const RenderedParts parts =
-        loop.carry_out(*driver_, round, parts_done_, end, *film_, film_is_ahead_);
+    RoundWork work(*driver_, *film_, parts_done_, end, film_is_ahead_);
+    const RenderedParts parts = loop.carry_out(work);
     if (!parts.complete) loop.observer.cut_short();
     driver_->rendered(parts, *film_);
     if (!parts.complete) break;
@@ -251,36 +226,30 @@ void FrameRender::render_crop(Loop& loop) {
   counters_.stopped = !driver_->finished();
 }
 
-// All of one tile's rounds, by one worker. Isolated where the driver may share its work: while this
-// thread waits for help, it must not begin another tile.
-void FrameRender::Loop::render_tile(FrameDriver& driver, RenderWorker& worker, FilmTile& film,
-                                    bool film_is_ahead) {
-  std::vector<PixelWork> list;
-  std::optional<Round> round;
-  const auto decide = [&] {
-    tbb::this_task_arena::isolate([&] { round = driver.next(film, {}); });
-    return round.has_value();
-  };
-  for (bool complete = true; complete && decide();) {
-    worker.set_seed(round->seed);
-    size_t part = 0;
-    for (; part < round->parts && complete; ++part) {
-      list.clear();
-      driver.expand(part, list);
-      if (film_is_ahead) leave_out(film, list);
-      complete = worker.render(list, film, observer, stop);
-    }
-    const size_t last = part - 1;
-    driver.rendered({0, part, complete, std::span(&last, complete ? 0 : 1)}, film);
+// All rounds of one tile.
+void FrameRender::render_tile(Loop& loop, TileOwner& owner, RenderWorker& worker,
+                              FrameDriver& driver, FilmTile& film, TileResult& result) {
+  const bool film_is_ahead = result.counters.samples > 0;
+  for (bool complete = true; complete;) {
+    const std::optional<Round> round = driver.next(film, {});
+    if (!round) break;
+    RoundWork work(driver, film, 0, round->parts, film_is_ahead);
+    owner.carry_out(work, worker, result.counters);
+    const RenderedParts parts = work.rendered(loop.stop.stop_requested());
+    driver.rendered(parts, film);
+    complete = parts.complete;
   }
-  tbb::this_task_arena::isolate([&] {
-    driver.end(film, observer.stop_cause());
-    show_picture(driver, film);
-  });
+  driver.end(film, loop.observer.stop_cause());
+  show_picture(driver, film);
+  result.counters.merge(worker.take_counters());
+  result.error = driver.error_estimate();
+  result.least_samples = driver.least_samples(film);
 }
 
 // Workers take the next tile from a counter rather than a share of the list in advance, so the
-// order is kept whatever the threads' speeds. One increment per tile is no contention.
+// order is kept whatever the threads' speeds. One increment per tile is no contention. With its
+// tiles a thread is isolated: while it waits for help with a decision, it must not begin what waits
+// for its tile.
 void FrameRender::render_tiles(Loop& loop) {
   const Frame& frame = loop.frame;
   const std::vector<Rect> tiles = tiles_of(frame);
@@ -288,7 +257,9 @@ void FrameRender::render_tiles(Loop& loop) {
   std::atomic<bool> all_finished{true};
   std::vector<std::optional<double>> errors(tiles.size());  // summed in order, whoever brought them
   std::vector<uint32_t> least(tiles.size(), 0);
-  loop.share(tiles.size(), [&](RenderWorker& worker, const auto& going) {
+  SharedTiles shared(loop.observer, loop.stop);
+  const auto take_tiles = [&](RenderWorker& worker, const auto& going) {
+    TileOwner owner(shared);
     FilmTile film(frame.aovs, frame.with_light_groups(drivers_.film_extras));
     while (going()) {
       const size_t i = next.fetch_add(1, std::memory_order_relaxed);
@@ -297,11 +268,7 @@ void FrameRender::render_tiles(Loop& loop) {
       if (!load_tile(loop, tiles[i], film, result)) {
         loop.observer.tile_begun(tiles[i]);
         const std::unique_ptr<FrameDriver> driver = begin_tile(loop, tiles[i], film, result);
-        const bool extended = result.counters.samples > 0;
-        loop.render_tile(*driver, worker, film, extended);
-        result.counters.merge(worker.take_counters());
-        result.error = driver->error_estimate();
-        result.least_samples = driver->least_samples(film);
+        render_tile(loop, owner, worker, *driver, film, result);
         if (!driver->finished()) all_finished = false;
         if (driver->finished() && store_) save_tile(frame.crop, *driver, film, result);
         loop.observer.tile_finished(film);
@@ -310,7 +277,13 @@ void FrameRender::render_tiles(Loop& loop) {
       errors[i] = result.error;
       least[i] = result.least_samples;
     }
-  });
+  };
+  // A row of a tile is worth sharing.
+  loop.share(tiles.size() * size_t(drivers_.tile_size),
+             [&](RenderWorker& worker, const auto& going) {
+               tbb::this_task_arena::isolate([&] { take_tiles(worker, going); });
+               shared.help(worker);
+             });
   counters_.stopped = !all_finished || next.load() < tiles.size();
   counters_.min_samples = tiles.empty() ? 0 : *std::ranges::min_element(least);
   tiles_error_ = error_of_tiles(tiles, errors);
@@ -331,13 +304,10 @@ void FrameRender::save_tile(const Rect& crop, FrameDriver& driver, FilmTile& fil
                             TileResult& result) {
   std::vector<std::byte> state;
   state.reserve(film.bytes() + driver.bytes() + 4096);
-  // Isolated as a tile's decisions are: a large one's bytes are copied by several threads.
-  tbb::this_task_arena::isolate([&] {
-    Archive saving(state);
-    result.archive(saving);
-    film.archive(saving);
-    driver.archive(saving, film);
-  });
+  Archive saving(state);
+  result.archive(saving);
+  film.archive(saving);
+  driver.archive(saving, film);
   store_->save(bucket_number(crop, film.rect(), drivers_.tile_size), state);
 }
 

@@ -22,6 +22,7 @@
 namespace emberline {
 
 class RenderWorker;
+class TileOwner;
 
 // What a frame's drivers are made by (driver_factory() in driver_table.h).
 struct DriverFactory {
@@ -123,6 +124,8 @@ class FrameRender final : public FramePicture {
 
   void render_tiles(Loop& loop);
   void render_crop(Loop& loop);
+  void render_tile(Loop& loop, TileOwner& owner, RenderWorker& worker, FrameDriver& driver,
+                   FilmTile& film, TileResult& result);
   void save_tile(const Rect& crop, FrameDriver& driver, FilmTile& film, TileResult& result);
   bool load_tile(Loop& loop, const Rect& tile, FilmTile& film, TileResult& result);
   std::unique_ptr<FrameDriver> begin_tile(Loop& loop, const Rect& tile, FilmTile& film,

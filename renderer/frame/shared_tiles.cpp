@@ -1,0 +1,95 @@
+#include "renderer/frame/shared_tiles.h"
+
+namespace emberline {
+
+// Without what the film has already: a pixel's samples come in index order.
+void RoundWork::expand(size_t part, std::vector<PixelWork>& list) const {
+  list.clear();
+  driver_.expand(part, list);
+  if (!film_is_ahead_) return;
+  for (PixelWork& work : list) {
+    const uint32_t end = work.first_sample + work.sample_count;
+    work.first_sample = std::clamp(film_.sample_count(work.x, work.y), work.first_sample, end);
+    work.sample_count = end - work.first_sample;
+  }
+  std::erase_if(list, [](const PixelWork& work) { return work.sample_count == 0; });
+}
+
+void RoundWork::cut_short(size_t part) {
+  const std::lock_guard lock(mutex_);
+  cut_short_.push_back(part);
+}
+
+RenderedParts RoundWork::rendered(bool stopped) const {
+  const size_t begun = std::min(end_, next_.load());
+  return {begin_, begun, cut_short_.empty() && (begun == end_ || !stopped), cut_short_};
+}
+
+TileOwner::TileOwner(SharedTiles& tiles) : tiles_(tiles) {
+  const std::lock_guard lock(tiles_.mutex_);
+  ++tiles_.owners_;
+}
+
+TileOwner::~TileOwner() {
+  const std::lock_guard lock(tiles_.mutex_);
+  --tiles_.owners_;
+  tiles_.changed_.notify_all();
+}
+
+void TileOwner::carry_out(RoundWork& work, RenderWorker& worker, FrameCounters& counters) {
+  SharedTiles::OpenRound round{work};
+  {
+    const std::lock_guard lock(tiles_.mutex_);
+    tiles_.open_.push_back(&round);
+    tiles_.changed_.notify_all();
+  }
+  std::exception_ptr thrown;
+  try {
+    tiles_.take_parts(work, worker);
+  } catch (...) {
+    thrown = std::current_exception();
+  }
+  std::unique_lock lock(tiles_.mutex_);
+  std::erase(tiles_.open_, &round);
+  tiles_.changed_.wait(lock, [&] { return round.helpers == 0; });
+  lock.unlock();
+  if (thrown || round.thrown) std::rethrow_exception(thrown ? thrown : round.thrown);
+  counters.merge(round.counters);
+}
+
+void SharedTiles::help(RenderWorker& worker) {
+  std::unique_lock lock(mutex_);
+  while (owners_ > 0) {
+    OpenRound* const round = longest_round();
+    if (!round) {
+      changed_.wait(lock);
+      continue;
+    }
+    ++round->helpers;
+    lock.unlock();
+    std::exception_ptr thrown;
+    try {
+      take_parts(round->work, worker);
+    } catch (...) {
+      thrown = std::current_exception();
+    }
+    lock.lock();
+    round->counters.merge(worker.take_counters());
+    if (thrown) round->thrown = thrown;
+    --round->helpers;
+    changed_.notify_all();
+  }
+}
+
+void SharedTiles::take_parts(RoundWork& work, RenderWorker& worker) {
+  work.take_parts(worker, observer_, stop_, [this] { return !stop_.stop_requested(); });
+}
+
+// With the most parts left; null: there are none.
+SharedTiles::OpenRound* SharedTiles::longest_round() const {
+  const auto longest = std::ranges::max_element(
+      open_, {}, [](const OpenRound* round) { return round->work.parts_left(); });
+  return longest != open_.end() && (*longest)->work.parts_left() > 0 ? *longest : nullptr;
+}
+
+}  // namespace emberline

@@ -1,0 +1,110 @@
+// Tiles whose work is shared at the end of a frame: a worker that finds no tile left takes parts of
+// the rounds that others have under way, so that no thread is idle while the dearest tile is
+// finished by another.
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <condition_variable>
+#include <cstddef>
+#include <exception>
+#include <mutex>
+#include <stop_token>
+#include <vector>
+
+#include "renderer/frame/frame.h"
+#include "renderer/frame/frame_driver.h"
+#include "renderer/frame/frame_observer.h"
+#include "renderer/frame/render_worker.h"
+
+namespace emberline {
+
+// The parts of one round of a driver, which any number of workers take in their order.
+class RoundWork {
+ public:
+  // The parts [begin, end). `film_is_ahead`: pixels may have some of their samples already.
+  RoundWork(const FrameDriver& driver, FilmTile& film, size_t begin, size_t end, bool film_is_ahead)
+      : driver_(driver),
+        film_(film),
+        film_is_ahead_(film_is_ahead),
+        begin_(begin),
+        end_(end),
+        next_(begin) {}
+
+  // Renders parts while there are any and go_on() says so. From several threads, each with a worker
+  // of its own.
+  template <typename GoOn>
+  void take_parts(RenderWorker& worker, FrameObserver& observer, const std::stop_token& stop,
+                  const GoOn& go_on) {
+    std::vector<PixelWork> list;
+    worker.set_seed(driver_.round().seed);
+    while (go_on()) {
+      const size_t part = next_.fetch_add(1, std::memory_order_relaxed);
+      if (part >= end_) break;
+      expand(part, list);
+      if (!worker.render(list, film_, observer, stop)) cut_short(part);
+    }
+  }
+
+  size_t parts_left() const { return end_ - std::min(end_, next_.load(std::memory_order_relaxed)); }
+  // When all workers have come back. `stopped`: if parts are left, it is by a stop request.
+  RenderedParts rendered(bool stopped) const;
+
+ private:
+  void expand(size_t part, std::vector<PixelWork>& list) const;
+  void cut_short(size_t part);
+
+  const FrameDriver& driver_;
+  FilmTile& film_;
+  const bool film_is_ahead_;
+  const size_t begin_, end_;
+  std::atomic<size_t> next_;
+  std::mutex mutex_;
+  std::vector<size_t> cut_short_;
+};
+
+class SharedTiles {
+ public:
+  SharedTiles(FrameObserver& observer, const std::stop_token& stop)
+      : observer_(observer), stop_(stop) {}
+
+  // Helps the owners until there are none. Not on an owner's thread.
+  void help(RenderWorker& worker);
+
+ private:
+  friend class TileOwner;
+  struct OpenRound {
+    RoundWork& work;
+    int helpers = 0;
+    FrameCounters counters = {};     // theirs
+    std::exception_ptr thrown = {};  // by the last of them that did
+  };
+
+  OpenRound* longest_round() const;
+  void take_parts(RoundWork& work, RenderWorker& worker);
+
+  FrameObserver& observer_;
+  const std::stop_token& stop_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  int owners_ = 0;
+  std::vector<OpenRound*> open_;
+};
+
+// A worker, for as long as it takes tiles.
+class TileOwner {
+ public:
+  explicit TileOwner(SharedTiles& tiles);
+  ~TileOwner();
+  TileOwner(const TileOwner&) = delete;
+  TileOwner& operator=(const TileOwner&) = delete;
+
+  // Takes the round's parts together with those that help, whose counts are added to `counters`.
+  // Returns when all have come back; throws again what one of them has thrown.
+  void carry_out(RoundWork& work, RenderWorker& worker, FrameCounters& counters);
+
+ private:
+  SharedTiles& tiles_;
+};
+
+}  // namespace emberline

@@ -1,0 +1,141 @@
+// The end of a frame of tiles: who has none left helps with those of others (shared_tiles.h).
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
+#include <condition_variable>
+#include <set>
+#include <thread>
+
+#include "support/busy_scene.h"
+#include "support/render.h"
+
+namespace emberline {
+namespace {
+
+using namespace test;
+
+constexpr int kThreads = 3;
+
+// Nobody goes on from its first report before every thread has made one, or a minute has passed.
+class AllTogether : public FrameObserver {
+ public:
+  void tile_finished(const FilmTile& tile) override {
+    for (const Rect r = tile.rect(); const int y : {r.y0, r.y1 - 1}) {
+      least_ = std::min(least_, tile.sample_count(r.x0, y));
+    }
+    ++tiles_;
+  }
+  void samples_finished(uint64_t count) override {
+    std::unique_lock lock(mutex_);
+    samples_ += count;
+    threads_.insert(std::this_thread::get_id());
+    all_here_.notify_all();
+    all_here_.wait_for(lock, std::chrono::minutes(1), [&] { return threads_.size() == kThreads; });
+    reported(lock);
+  }
+
+  size_t threads() const { return threads_.size(); }
+  uint64_t samples() const { return samples_; }
+  uint32_t least() const { return least_; }
+  int tiles() const { return tiles_; }
+
+ private:
+  virtual void reported(std::unique_lock<std::mutex>& /*lock*/) {}
+
+  std::mutex mutex_;
+  std::condition_variable all_here_;
+  std::set<std::thread::id> threads_;
+  uint64_t samples_ = 0;
+  uint32_t least_ = UINT32_MAX;
+  int tiles_ = 0;
+};
+
+class SharedTile : public testing::Test {
+ protected:
+  SharedTile() : scene_(busy_scene()) {
+    settings_.width = 37;
+    settings_.height = 29;
+    settings_.bucket_size = 64;  // one tile
+    settings_.spp = 32;
+    settings_.threads = kThreads;
+  }
+
+  FrameCounters render_for(FrameObserver& observer, const std::stop_token& stop = {}) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, kThreads);
+    const Camera camera(busy_view(), settings_.width, settings_.height, scene_->origin(),
+                        scene_->scale());
+    const FramePlan plan = plan_of(settings_);
+    const Frame frame = plan.frame(*scene_, camera);
+    FrameRender frame_render(driver_factory(settings_.driver, plan.driver_settings));
+    tbb::task_arena arena(kThreads);
+    return arena.execute([&] { return frame_render.render(frame, observer, stop); });
+  }
+
+  const std::unique_ptr<Scene> scene_;
+  RenderSettings settings_;
+};
+
+TEST_F(SharedTile, IsRenderedByAllThreads) {
+  AllTogether observer;
+  const FrameCounters counters = render_for(observer);
+  EXPECT_EQ(observer.threads(), size_t(kThreads));
+  EXPECT_EQ(observer.tiles(), 1);
+  EXPECT_EQ(observer.least(), settings_.spp);
+  const uint64_t samples = 37 * 29 * settings_.spp;
+  EXPECT_EQ(counters.samples, samples);
+  EXPECT_EQ(observer.samples(), samples);
+  EXPECT_EQ(counters.min_samples, settings_.spp);
+  EXPECT_EQ(counters.max_samples, settings_.spp);
+  EXPECT_FALSE(counters.stopped);
+  settings_.threads = 1;
+  EXPECT_EQ(counters.rays.total(), render(*scene_, busy_view(), settings_).counters.rays.total());
+}
+
+// Also where rounds are decided between: helpers come back for each.
+TEST_F(SharedTile, OfManyRoundsHasTheBitsOfOneThread) {
+  settings_.adaptive.threshold = 0.05f;
+  settings_.adaptive.budget = settings_.adaptive.max_samples = 128;
+  settings_.aovs = "variance,albedo";
+  settings_.threads = 1;
+  const RenderedImage one = render(*scene_, busy_view(), settings_);
+  EXPECT_GT(one.counters.max_samples, one.counters.min_samples);
+  settings_.threads = kThreads;
+  const RenderedImage three = render(*scene_, busy_view(), settings_);
+  expect_same_bits(three, one, "three threads");
+  EXPECT_EQ(three.counters.samples, one.counters.samples);
+  EXPECT_EQ(three.counters.rays.total(), one.counters.rays.total());
+}
+
+// Of whichever thread: the frame ends, and its caller is told.
+TEST_F(SharedTile, AnExceptionEndsTheFrame) {
+  struct Throws final : AllTogether {
+    explicit Throws(int the_thrower) : thrower(the_thrower) {}
+    void reported(std::unique_lock<std::mutex>&) override {
+      if (reports++ == thrower) throw RenderError("the observer had enough");
+    }
+    const int thrower;
+    int reports = 0;
+  };
+  for (const int thrower : {0, 1, 2, 20}) {
+    Throws observer(thrower);
+    EXPECT_THROW(render_for(observer), RenderError) << thrower;
+    EXPECT_EQ(observer.tiles(), 0);
+  }
+}
+
+TEST_F(SharedTile, StopsSoonAndCountsWhatItHas) {
+  struct Stops final : AllTogether {
+    void reported(std::unique_lock<std::mutex>&) override { source.request_stop(); }
+    std::stop_source source;
+  } observer;
+  const FrameCounters counters = render_for(observer, observer.source.get_token());
+  EXPECT_TRUE(counters.stopped);
+  EXPECT_EQ(observer.samples(), counters.samples);
+  EXPECT_LT(counters.samples, 37 * 29 * settings_.spp);
+  EXPECT_GT(counters.samples, 0u);
+  EXPECT_EQ(counters.min_samples, 0u);
+}
+
+}  // namespace
+}  // namespace emberline
