@@ -31,9 +31,9 @@ struct IntegratorSettings {
   // more than the surface that is seen: scaled down beyond it, in its colour. Mirrors and smooth
   // glass are seen through. 0: no limit.
   float clamp_indirect = 0.0f;
-  // Taken at the first surface of each path that is not a mirror or smooth glass, at the others
-  // one; at most PixelSamples::kBesideSlots + 1. 0: BSDF sampling alone, an independent estimator
-  // for the tests.
+  // Taken at surfaces that are seen, also in mirrors and through smooth glass, at the others one;
+  // at most PixelSamples::kBesideSlots + 1. 0: BSDF sampling alone, an independent estimator for
+  // the tests.
   int light_samples = 1;
 };
 

@@ -27,7 +27,7 @@ constexpr float kMinSurvival = 0.05f;
 
 float survival(float scale, float root) { return std::clamp(scale * root, kMinSurvival, 1.0f); }
 
-// Balance heuristic with one sample of each technique.
+// Balance heuristic with one sample of a technique; of n samples, n times their density.
 float balance(float pdf, float other_pdf) { return pdf / (pdf + other_pdf); }
 
 }  // namespace
@@ -246,8 +246,9 @@ Rgb PathBatch<kGlass, kSplit>::surface_emission(const Path& path, const ShadedPo
   return emission * balance(from.bsdf_pdf, float(from.light_samples) * light_pdf);
 }
 
-// The first surface that is not a mirror or smooth glass takes several, all others one: what is
-// beyond a bounce is noisier by the bounce than by the choice of a light.
+// A surface that is seen, also in a mirror or through smooth glass, takes several, all others one:
+// what is beyond a bounce is noisier by the bounce than by the choice of a light. A surface under
+// a smooth coat and what is seen in that coat draw the same further numbers.
 template <bool kGlass, bool kSplit>
 int PathBatch<kGlass, kSplit>::light_samples_at(const Path& path) const {
   return path.way == Way::kSeen ? settings_.light_samples : 1;

@@ -18,6 +18,7 @@ namespace emberline {
 
 class PixelSamples {
  public:
+  // Of numbers for what is done several times at one event, beyond those of any path's events.
   static constexpr int kBesideSlots = 15;
 
   // `camera_dimensions`: how many of slot 0's the camera asks for.

@@ -409,7 +409,7 @@ std::vector<Setting> make_table() {
                             "scattering events; 1 is direct light only"),
       unless_default(number<&S::light_samples>(
           "light-samples", kSample, 1, kMostLightSamples,
-          "samples of the lights at each path's first surface that is not a mirror")),
+          "samples of the lights at what is seen, also in mirrors and through smooth glass [1]")),
       number<&S::clamp_indirect>(
           "clamp-indirect", kSample, kLeastClamp, kMostClamp,
           "scale light down that comes by way of more than the surface seen, where it adds more "

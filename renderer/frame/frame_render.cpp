@@ -119,10 +119,10 @@ class FrameRender::Loop {
   // The parts [begin, end) of the round under way, or fewer if a picture is wanted soon.
   RenderedParts carry_out(RoundWork& work) {
     share(work.parts_left(), [&](RenderWorker& worker, const auto& going) {
-      bool pausing = false;
+      bool took_one = false;
       work.take_parts(worker, observer, stop, [&] {
-        if (pausing && observer.picture_wanted()) return false;
-        pausing = true;
+        if (took_one && observer.picture_wanted()) return false;
+        took_one = true;
         return going();
       });
     });

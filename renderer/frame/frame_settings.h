@@ -83,7 +83,7 @@ struct FrameSettings {
   std::optional<double> time_limit_s;
   int max_depth = 16;
   std::optional<float> clamp_indirect;  // radiance; absent: nothing is clamped
-  int light_samples = 1;                // of the first surface that is not a mirror
+  int light_samples = 1;                // at what is seen, also in mirrors and through smooth glass
   uint32_t seed = 0;
   std::optional<int> streams;  // 1, or what the estimator needs
   int bucket_size = 64;        // pixels

@@ -48,6 +48,7 @@ void TileOwner::carry_out(RoundWork& work, RenderWorker& worker, FrameCounters& 
     tiles_.take_parts(work, worker);
   } catch (...) {
     thrown = std::current_exception();
+    work.abandon();
   }
   std::unique_lock lock(tiles_.mutex_);
   std::erase(tiles_.open_, &round);
@@ -59,7 +60,7 @@ void TileOwner::carry_out(RoundWork& work, RenderWorker& worker, FrameCounters& 
 
 void SharedTiles::help(RenderWorker& worker) {
   std::unique_lock lock(mutex_);
-  while (owners_ > 0) {
+  while (owners_ > 0 && !stop_.stop_requested()) {
     OpenRound* const round = longest_round();
     if (!round) {
       changed_.wait(lock);
@@ -72,12 +73,15 @@ void SharedTiles::help(RenderWorker& worker) {
       take_parts(round->work, worker);
     } catch (...) {
       thrown = std::current_exception();
+      round->work.abandon();
     }
-    lock.lock();
-    round->counters.merge(worker.take_counters());
-    if (thrown) round->thrown = thrown;
-    --round->helpers;
-    changed_.notify_all();
+    lock.lock();  // the owner goes on when it is free again
+    if (--round->helpers == 0) changed_.notify_all();
+    if (thrown) {
+      round->thrown = thrown;
+    } else {
+      round->counters.merge(worker.take_counters());
+    }
   }
 }
 

@@ -27,6 +27,7 @@ class RoundWork {
       : driver_(driver),
         film_(film),
         film_is_ahead_(film_is_ahead),
+        seed_(driver.round().seed),
         begin_(begin),
         end_(end),
         next_(begin) {}
@@ -37,7 +38,7 @@ class RoundWork {
   void take_parts(RenderWorker& worker, FrameObserver& observer, const std::stop_token& stop,
                   const GoOn& go_on) {
     std::vector<PixelWork> list;
-    worker.set_seed(driver_.round().seed);
+    worker.set_seed(seed_);
     while (go_on()) {
       const size_t part = next_.fetch_add(1, std::memory_order_relaxed);
       if (part >= end_) break;
@@ -46,8 +47,12 @@ class RoundWork {
     }
   }
 
+  // Of a frame that is lost: nobody takes another part.
+  void abandon() { next_.store(end_, std::memory_order_relaxed); }
+
   size_t parts_left() const { return end_ - std::min(end_, next_.load(std::memory_order_relaxed)); }
-  // When all workers have come back. `stopped`: if parts are left, it is by a stop request.
+  // When all workers have come back, and none has abandoned it. `stopped`: if parts are left, it is
+  // by a stop request.
   RenderedParts rendered(bool stopped) const;
 
  private:
@@ -57,6 +62,7 @@ class RoundWork {
   const FrameDriver& driver_;
   FilmTile& film_;
   const bool film_is_ahead_;
+  const uint32_t seed_;
   const size_t begin_, end_;
   std::atomic<size_t> next_;
   std::mutex mutex_;
@@ -68,7 +74,7 @@ class SharedTiles {
   SharedTiles(FrameObserver& observer, const std::stop_token& stop)
       : observer_(observer), stop_(stop) {}
 
-  // Helps the owners until there are none. Not on an owner's thread.
+  // Helps the owners until there are none, or a stop is requested. Not on an owner's thread.
   void help(RenderWorker& worker);
 
  private:
@@ -100,7 +106,8 @@ class TileOwner {
   TileOwner& operator=(const TileOwner&) = delete;
 
   // Takes the round's parts together with those that help, whose counts are added to `counters`.
-  // Returns when all have come back; throws again what one of them has thrown.
+  // Returns when all have come back. Where one of them throws, no other begins a part; throws it
+  // again.
   void carry_out(RoundWork& work, RenderWorker& worker, FrameCounters& counters);
 
  private:

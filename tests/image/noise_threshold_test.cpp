@@ -16,7 +16,7 @@ using namespace test;
 struct HardScene {
   std::unique_ptr<Scene> scene;
   CameraDescription view;
-  bool light_sampling = true;
+  int light_samples = 1;
   int max_depth = 16;
 };
 
@@ -88,7 +88,7 @@ Measured measure(const Method& method, const HardScene& hard, float threshold,
   RenderSettings s;
   s.width = kCornerWidth;
   s.height = kCornerHeight;
-  s.light_sampling = hard.light_sampling;
+  s.light_samples = hard.light_samples;
   s.max_depth = hard.max_depth;
   const References references = render_references(*hard.scene, hard.view, s, reference_spp);
   s.driver = driver;

@@ -3,6 +3,8 @@
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
+#include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <set>
 #include <thread>
@@ -105,22 +107,29 @@ TEST_F(SharedTile, OfManyRoundsHasTheBitsOfOneThread) {
   expect_same_bits(three, one, "three threads");
   EXPECT_EQ(three.counters.samples, one.counters.samples);
   EXPECT_EQ(three.counters.rays.total(), one.counters.rays.total());
+  AllTogether observer;
+  EXPECT_EQ(render_for(observer).samples, one.counters.samples);
+  EXPECT_EQ(observer.threads(), size_t(kThreads));
 }
 
-// Of whichever thread: the frame ends, and its caller is told.
+// Of whichever thread: the frame ends soon, and its caller is told.
 TEST_F(SharedTile, AnExceptionEndsTheFrame) {
   struct Throws final : AllTogether {
     explicit Throws(int the_thrower) : thrower(the_thrower) {}
-    void reported(std::unique_lock<std::mutex>&) override {
+    void reported(std::unique_lock<std::mutex>& lock) override {
       if (reports++ == thrower) throw RenderError("the observer had enough");
+      // To unwind a stack takes longer than a part.
+      if (lock.unlock(); reports > thrower)
+        std::this_thread::sleep_for(std::chrono::milliseconds(50));
     }
     const int thrower;
-    int reports = 0;
+    std::atomic<int> reports = 0;
   };
   for (const int thrower : {0, 1, 2, 20}) {
     Throws observer(thrower);
     EXPECT_THROW(render_for(observer), RenderError) << thrower;
     EXPECT_EQ(observer.tiles(), 0);
+    EXPECT_LE(observer.reports, thrower + 3 * kThreads);  // of 27
   }
 }
 

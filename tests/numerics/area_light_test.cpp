@@ -50,7 +50,7 @@ TEST(AreaLight, RectangleByBsdfSampling) {
   b.add_quad({-.5f, 1.2f, -.3f}, {.9f, 1.2f, -.3f}, {.9f, 1.2f, .7f}, {-.5f, 1.2f, .7f},
              b.add_material(emitter(Rgb(1.0f))));
   RenderSettings s = direct_light_settings();
-  s.light_sampling = false;
+  s.light_samples = 0;
   s.spp = 4096;
   expect_exact(irradiance_at(b, Vec3d(0.0), s), 0.683537 / kPiD, 1e-5, s, {"6", "rectangle, BSDF"});
 }

@@ -62,7 +62,7 @@ RenderedImage picture(const char* slot, bool bad) {
   s.spp = 64;
   s.max_depth = 3;
   // A texel of 1e30 is a lamp: which lights are sampled depends on it everywhere, as it should.
-  s.light_sampling = std::string(slot) != "emission";
+  s.light_samples = std::string(slot) != "emission" ? 1 : 0;
   return render(*b.build(), orthographic({0, 0, 5}, {0, 0, 0}, 4), s);
 }
 

@@ -180,7 +180,7 @@ TEST(Blink, ManyLamps) {
   RenderSettings s = direct_light_settings(4096);
   s.max_depth = 2;
   for (const bool light_sampling : {false, true}) {
-    s.light_sampling = light_sampling;
+    s.light_samples = light_sampling ? 1 : 0;
     s.seed = seed_of({kCase, "two estimators"}) + uint32_t(light_sampling);
     found[light_sampling] = mean_of(*scene, view, s);
   }

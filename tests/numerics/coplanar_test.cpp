@@ -92,7 +92,7 @@ TEST(FlushLamp, LightsItsHalfSpace) {
   for (const Mounting& m : kMountings) {
     const auto scene = mounted(m, 1);
     for (const bool light_sampling : {true, false}) {
-      s.light_sampling = light_sampling;
+      s.light_samples = light_sampling ? 1 : 0;
       s.spp = light_sampling ? 1024 : 8192;
       expect_exact(
           render(*scene, straight_down(m), s), exact_radiance(), 1e-5, s,
@@ -124,7 +124,7 @@ TEST(FlushLamp, DoubledShinesOnce) {
       const auto scene = mounted(m, lamps);
       for (const bool light_sampling : {true, false}) {
         if (lamps == 3 && !light_sampling) continue;
-        s.light_sampling = light_sampling;
+        s.light_samples = light_sampling ? 1 : 0;
         s.spp = light_sampling ? 1024 : 8192;
         expect_exact(render(*scene, straight_down(m), s), exact_radiance(), 1e-5, s,
                      {"20", std::to_string(lamps) + " lamps in one another, " + m.name +
@@ -153,7 +153,7 @@ TEST(FlushLamp, CoversByItsAlpha) {
     RenderSettings s;
     s.width = s.height = 8;
     s.max_depth = 1;
-    s.light_sampling = light_sampling;
+    s.light_samples = light_sampling ? 1 : 0;
     s.spp = light_sampling ? 4096 : 16384;
     expect_exact(render(*scene, view, s), .3 * exact_radiance(), 1e-5, s,
                  {"20", light_sampling ? "flush decal of alpha .3"
@@ -190,7 +190,7 @@ TEST(FlushLamp, ReflectsOnce) {
     RenderSettings s;
     s.spp = 64;
     s.max_depth = 1000;
-    s.light_sampling = light_sampling;
+    s.light_samples = light_sampling ? 1 : 0;
     expect_exact(render(*scene, view, s), 1.0, 1e-5, s,
                  {"20", light_sampling ? "reflecting lamp in a reflecting ceiling"
                                        : "reflecting lamp in a reflecting ceiling, BSDF sampling"});
@@ -229,7 +229,7 @@ TEST(Coplanar, DoubledCavity) {
     RenderSettings s;
     s.spp = 64;
     s.max_depth = 1000;
-    s.light_sampling = light_sampling;
+    s.light_samples = light_sampling ? 1 : 0;
     const auto scene = b.build();
     expect_exact(render(*scene, perspective({1, 2, 3}, {1.2, 2.1, 2}, 90), s), 1.0, 1e-5, s,
                  {"20", light_sampling ? "doubled cavity" : "doubled cavity, BSDF sampling"});

@@ -145,7 +145,7 @@ TEST(SkinnyTriangles, CavityStaysClosed) {
       RenderSettings s;
       s.spp = 64;
       s.max_depth = 1000;
-      s.light_sampling = light_sampling;
+      s.light_samples = light_sampling ? 1 : 0;
       // Looking into the corner where the needles are.
       expect_exact(render(*scene, perspective({.5, .5, .7}, {.05, .02, 0}, 60), s), 1.0, 1e-5, s,
                    {"19", "cavity with needles of width " + std::to_string(1e9 * narrowest) +

@@ -72,7 +72,7 @@ void expect_environment(const Map& map, const Vec3d& n, double exact, double tol
   expect_case(name, measured_irradiance(render(*scene, view_of(r), s), exact, tolerance),
               replay(s));
   if (!bsdf_alone) return;
-  s.light_sampling = false;
+  s.light_samples = 0;
   ++s.seed;
   expect_case({name.number, name.what + ", BSDF sampling alone"},
               measured_irradiance(render(*scene, view_of(r), s), exact, tolerance), replay(s));

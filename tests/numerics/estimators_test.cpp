@@ -1,14 +1,14 @@
-// Cases E1 and E2: three estimators of one picture that share less and less. Light and BSDF
-// sampling with multiple importance sampling; BSDF sampling alone, which never asks a light; and
-// the naive path tracer (naive_path_tracer.h), which shares no code with either. Compared block by
-// block and over the frame, channel by channel.
+// Cases E1 and E2: estimators of one picture that share less and less. Light and BSDF sampling with
+// multiple importance sampling, with one light sample and three; BSDF sampling alone, which never
+// asks a light; and the naive path tracer (naive_path_tracer.h), which shares no code with either.
+// Compared block by block and over the frame, channel by channel.
 #include <array>
 
 #include "closed_form.h"
 #include "io/gltf.h"
 #include "naive_path_tracer.h"
 #include "renderer/core/moments.h"
-#include "support/scenes.h"
+#include "support/lit_scenes.h"
 
 namespace emberline {
 namespace {
@@ -43,7 +43,6 @@ BlockMeans rendered(const Scene& scene, const CameraDescription& view, int light
   s.spp = spp;
   s.seed = seed;
   s.max_depth = kMaxDepth;
-  s.light_sampling = light_samples > 0;
   s.light_samples = light_samples;
   s.streams = StreamCount::kTwo;
   s.aovs = "variance";
@@ -122,6 +121,22 @@ void compare_estimators(const SceneDescription& description, const CameraDescrip
   expect_same(both, naive, number, name + ", MIS against the naive tracer", how);
   expect_same(several, naive, number, name + ", three light samples against the naive tracer", how);
   expect_same(bsdf, naive, number, name + ", BSDF sampling against the naive tracer", how);
+}
+
+// E50: three light samples against one, whose answers other cases know. Lamps without extent, an
+// emissive tube, a sky; a smooth coat and what is seen in it, a mirror, a pane, a solid of glass.
+TEST(Estimators, SeveralLightSamples) {
+  SceneDescription description = glazed_scene();
+  MaterialDescription& matt = description.materials[kMatt];
+  matt.clearcoat = 0.8f;
+  matt.specular = 1.0f;
+  matt.roughness = 0.4f;
+  description.materials[kRed] = metal({.9f, .5f, .4f}, 0.0f);
+  const auto scene = build_scene(std::move(description), {});
+  const BlockMeans one = rendered(*scene, lit_view(), 1, 128, 5);
+  const BlockMeans three = rendered(*scene, lit_view(), 3, 64, 6);
+  expect_same(three, one, "E50", "three light samples against one",
+              "64 x 64, depth 5, seeds 5 (one, 128 spp), 6 (three, 64 spp)");
 }
 
 // The committed file, its surfaces made Lambertian as they were measured (glTF's dielectric coat is

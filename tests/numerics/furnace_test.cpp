@@ -66,7 +66,7 @@ TEST(Furnace, WithAndWithoutLightSampling) {
   RenderSettings s = furnace_settings();
   s.spp = 1024;
   const RenderedImage both = albedo_of(m, 0.6, s);
-  s.light_sampling = false;
+  s.light_samples = 0;
   s.seed = 77;
   const RenderedImage bsdf = albedo_of(m, 0.6, s);
   expect_case({"1", "light and BSDF sampling against BSDF sampling alone"},

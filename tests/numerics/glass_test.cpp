@@ -122,7 +122,7 @@ TEST(Glass, ThinRoughWallWithAndWithoutLightSampling) {
   s.spp = 4096;
   const CameraDescription view = orthographic({.3, 1, .2}, {.2, 0, .1}, 1e-3);
   const RenderedImage both = render(*scene, view, s);
-  s.light_sampling = false;
+  s.light_samples = 0;
   s.seed = 99;
   const RenderedImage bsdf = render(*scene, view, s);
   EXPECT_GT(both.mean, 0.1);

@@ -136,6 +136,10 @@ TEST(GuidedRoom, HasTheMeanOfOneThatIsNot) {
     const RenderedImage light = render(*scene, view, by_light(s));
     const double error = std::hypot(guided.standard_error, light.standard_error);
     EXPECT_NEAR(guided.mean, light.mean, 5 * error) << with;
+    s.light_samples = 3;
+    const RenderedImage three = render(*scene, view, s);
+    EXPECT_NEAR(three.mean, light.mean, 5 * std::hypot(three.standard_error, light.standard_error))
+        << with;
     EXPECT_LT(error, 0.02 * light.mean) << with;
   }
 }

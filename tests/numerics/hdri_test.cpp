@@ -65,7 +65,7 @@ TEST(BrightTexel, BsdfSamplingAlone) {
   s.width = s.height = 16;
   s.spp = 16384;
   s.max_depth = 1;
-  s.light_sampling = false;
+  s.light_samples = 0;
   expect_exact(render(*floor_under_it(), orthographic({0, 1, 0}, {0, 0, 0}, 1), s),
                exact_irradiance() / kPiD, kTolerance, s, {"22", "BSDF sampling"});
 }

@@ -12,12 +12,18 @@ namespace emberline::test {
 inline void expect_irradiance_at(const char* number, const SceneBuilderForTests& b, double exact,
                                  double tolerance, const std::string& what) {
   const auto scene = b.build();
-  for (const bool light_sampling : {true, false}) {
+  const struct {
+    int light_samples;
+    uint32_t spp;
+    const char* name;
+  } estimators[] = {
+      {1, 1024, ""}, {3, 512, ", three light samples"}, {0, 4096, ", BSDF sampling alone"}};
+  for (const auto& e : estimators) {
     // No scattered ray finds a point light.
-    if (!light_sampling && !b.description.lights.empty()) continue;
-    const CaseName name{number, what + (light_sampling ? "" : ", BSDF sampling alone")};
-    RenderSettings s = direct_light_settings(light_sampling ? 1024 : 4096);
-    s.light_sampling = light_sampling;
+    if (e.light_samples == 0 && !b.description.lights.empty()) continue;
+    const CaseName name{number, what + e.name};
+    RenderSettings s = direct_light_settings(e.spp);
+    s.light_samples = e.light_samples;
     s.seed = seed_of(name);
     const auto view = orthographic({.3, .5, .1}, {.3, 0, .1}, 1e-4);
     expect_case(name, measured_irradiance(render(*scene, view, s), exact, tolerance * exact),

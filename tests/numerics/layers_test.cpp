@@ -77,7 +77,7 @@ TEST(Layers, PrismBendsByTheWavelength) {
     const auto scene = b.build();
     RenderSettings s = direct_light_settings(4096);
     s.max_depth = 2;
-    s.light_sampling = false;
+    s.light_samples = 0;
     const std::string below = edge > 700 ? "all of it" : "below " + shown(edge) + " nm";
     s.seed = seed_of({"E43", below});
     const RenderedImage image = render(*scene, orthographic({0, 1, 0}, {0, 0, 0}, 1e-4), s);

@@ -58,7 +58,7 @@ TEST(LightPaths, LargeTiltedEmitterDoesNotShadeItself) {
           tilted_square(center - n * distance, n, 0.01f, 1, b.add_material(lambert(Rgb(1.0f))))));
       const auto scene = b.build();
       RenderSettings s = direct_light_settings();
-      s.light_sampling = light_sampling;
+      s.light_samples = light_sampling ? 1 : 0;
       const Vec3f receiver = center - n * distance;
       const Vec3d at(receiver.x, receiver.y, receiver.z);
       const Vec3d up(n.x, n.y, n.z);
@@ -101,7 +101,7 @@ TEST(LightPaths, BlendedEmitterIsSampledAsItIsSeen) {
     b.add_floor(10, 0, b.add_material(lambert(Rgb(1.0f))));
     const auto scene = b.build();
     RenderSettings s = direct_light_settings();
-    s.light_sampling = light_sampling;
+    s.light_samples = light_sampling ? 1 : 0;
     s.spp = 4096;
     return render(*scene, orthographic({.2, .5, .1}, {.2, 0, .1}, 1e-4), s);
   };
@@ -159,7 +159,7 @@ TEST(LightPaths, AbsorptionOnEveryLeg) {
                b.add_material(emitter(Rgb(400.0f))));
     const auto scene = b.build();
     RenderSettings s = direct_light_settings();
-    s.light_sampling = light_sampling;
+    s.light_samples = light_sampling ? 1 : 0;
     s.max_depth = 2;  // through the surface, then at the plate
     s.spp = light_sampling ? 1024 : 65536;
     const double d2 = 4 + square(.3) + square(.1);

@@ -174,7 +174,7 @@ RenderedImage solid_face(const MaterialDescription& material, bool inside, doubl
   // It is seen down to a cosine of 1e-4, where 1e-8 of a furnace's light comes from.
   b.add_floor(1e4f, -1, b.add_material(emitter(Rgb(inside ? 1.0f : eta2))));
   b.set_environment(Rgb(inside ? 1 / eta2 : 1.0f));
-  s.light_sampling = false;  // the lobe alone: light sampling has its own tests
+  s.light_samples = 0;  // the lobe alone: light sampling has its own tests
   s.spp = 1024;
   const double sine = std::sqrt((1 - mu) * (1 + mu));
   const Vec3d from(0.9 * sine / mu, inside ? -0.9 : 0.9, 0);

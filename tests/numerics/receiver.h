@@ -125,7 +125,7 @@ inline void expect_irradiance_of(const Emitters& emitters, const Receiver& recei
               measured_irradiance(render(*scene, view_of(receiver), s), exact, tolerance * exact),
               replay(s));
   if (!bsdf_alone) return;
-  s.light_sampling = false;
+  s.light_samples = 0;
   ++s.seed;
   s.spp = 2048;
   expect_case({name.number, name.what + ", BSDF sampling alone"},

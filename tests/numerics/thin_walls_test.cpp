@@ -162,21 +162,25 @@ struct Room {
 
 void expect_estimators_agree(const Room& room, const std::string& what, int max_depth = 6) {
   const auto scene = room.b.build();
-  const CaseName name{"E41", what};
-  RenderSettings s;
-  s.width = s.height = 24;
-  s.max_depth = max_depth;
-  s.spp = 64;
-  s.seed = seed_of(name);
-  const MeasuredMean both = mean_of(*scene, room.view, s);
-  s.light_sampling = false;
-  s.spp = 256;
-  ++s.seed;
-  const MeasuredMean alone = mean_of(*scene, room.view, s);
+  const auto measured = [&](const CaseName& name, int light_samples, uint32_t spp) {
+    RenderSettings s;
+    s.width = s.height = 24;
+    s.max_depth = max_depth;
+    s.light_samples = light_samples;
+    s.spp = spp;
+    s.seed = seed_of(name) + (light_samples == 0 ? 1 : 0);
+    return std::pair(mean_of(*scene, room.view, s), replay(s));
+  };
+  const CaseName one{"E41", what}, three{"E41", what + ", three light samples"};
+  const auto [alone, how] = measured(one, 0, 256);
   EXPECT_GT(alone.mean, 1e-3) << what;
-  expect_case(name,
-              {alone.mean, both.mean, std::hypot(both.standard_error, alone.standard_error), 1e-6},
-              replay(s));
+  for (const auto& [name, light_samples, spp] :
+       {std::tuple(one, 1, 64u), std::tuple(three, 3, 32u)}) {
+    const MeasuredMean both = measured(name, light_samples, spp).first;
+    expect_case(
+        name, {alone.mean, both.mean, std::hypot(both.standard_error, alone.standard_error), 1e-6},
+        how);
+  }
 }
 
 MaterialDescription changed(MaterialDescription m,
@@ -344,7 +348,7 @@ TEST(ThinWalls, TakeATwentiethOfTheVariance) {
   s.max_depth = 6;
   s.spp = 256;
   const MeasuredMean both = mean_of(*scene, room.view, s);
-  s.light_sampling = false;
+  s.light_samples = 0;
   const MeasuredMean alone = mean_of(*scene, room.view, s);
   EXPECT_LT(20 * square(both.standard_error), square(alone.standard_error));
 }

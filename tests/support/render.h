@@ -30,7 +30,6 @@ struct RenderSettings : FrameSettings {
   Rect crop;  // empty: the whole frame
   uint32_t spp = 16;
   StreamCount streams = StreamCount::kOne;
-  bool light_sampling = true;
   AdaptiveSettings adaptive;      // of the adaptive driver, which looks at no spp; with a threshold
                                   // also of the bucket driver
   bool find_empty_pixels = true;  // FramePlan's
@@ -100,7 +99,6 @@ inline FramePlan plan_of(const RenderSettings& s) {
   settings.spp = s.spp;
   settings.streams = int(s.streams);
   if (!s.crop.empty()) settings.crop = s.crop;
-  if (!s.light_sampling) settings.light_samples = 0;
   FramePlan plan(settings);
   plan.driver = &find_driver(s.driver);
   plan.driver_settings.adaptive = s.adaptive;

@@ -150,7 +150,7 @@ class Table {
   Table() {
     for (size_t column = 0; column < kColumns; ++column) fill_half_sines(column);
     for (int row = 0; row < kRows; ++row) fill(row);
-    half_sines_ = {};
+    half_sines_ = std::vector<HalfSines>();  // {} would keep the memory
   }
 
  private:
