@@ -165,7 +165,6 @@ class PixelSamples {
   }
 
   static constexpr uint32_t kCachedSlots = 8;
-  static constexpr uint32_t kFirstBesideSlot = 1u << 24;  // beyond those of any path
 
   const Sampler& sampler_;
   int camera_dimensions_;

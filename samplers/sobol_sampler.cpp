@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cassert>
+#include <optional>
 
 #include "renderer/core/hash.h"
 #include "samplers/owen_sobol.h"
@@ -12,7 +14,29 @@ namespace {
 
 constexpr uint32_t kBlockSize =
     8;  // indices permuted at random among themselves; see README.md for why 8
-constexpr uint32_t kNaturalOrder = 0x76543210u;
+
+using owen_sobol::Order;
+
+// What a pair of a slot takes; nothing: a random order. Numbers of one event that add up, not
+// multiply, may share one: light and BSDF samples do.
+constexpr std::optional<Order> order_of(uint32_t slot, int pair) {
+  if (slot == 0) {
+    if (pair == 0) return Order::kPixel;
+    if (pair == 1) return Order::kLens;
+  } else if (slot == 1 || slot >= kFirstBesideSlot) {
+    if (pair < 2) return Order::kFirst;
+    if (pair == 2) return Order::kChoice;
+  } else if (slot == 2 && pair < 2) {
+    return Order::kSecond;
+  }
+  return std::nullopt;
+}
+// ordered_8() of each.
+constexpr std::array<uint32_t, owen_sobol::kOrders> kOrdered8 = [] {
+  std::array<uint32_t, owen_sobol::kOrders> result{};
+  for (size_t o = 0; o < result.size(); ++o) result[o] = owen_sobol::ordered_8(Order(o));
+  return result;
+}();
 
 // Well-mixed words that tell apart the uses of one slot's hash.
 template <int kCount>
@@ -33,8 +57,9 @@ template <int kBlocks, int kPairs>
 struct BlockPlan {
   static constexpr int kDimensions = 2 * kPairs;
   alignas(64) uint32_t scramble[kBlocks * kDimensions];  // Owen scramble of each dimension
-  alignas(64) uint32_t base[kBlocks * kPairs];           // the shuffled block's first index
-  alignas(64) uint32_t order[kBlocks * kPairs];          // the order within it, as packed nibbles
+  // A pair's index in its sequence is that of the block's first sample xor the nibble of the order.
+  alignas(64) uint32_t base[kBlocks * kPairs];
+  alignas(64) uint32_t order[kBlocks * kPairs];
 };
 
 struct Block {
@@ -70,10 +95,12 @@ BlockPlan<kBlocks, kPairs> plan_blocks(const Block (&blocks)[kBlocks], uint32_t 
     plan.order[i] = owen_sobol::random_order_of_8(
         hash32(hash32(order_key[i]) ^ hash32(block_hash[i] + 0x9e3779b9u)));
   }
-  if (slot == 0) {
+  for (int p = 0; p < kPairs; ++p) {
+    const std::optional<Order> order = order_of(slot, p);
+    if (!order) continue;
     for (int b = 0; b < kBlocks; ++b) {
-      plan.base[b * kPairs] = blocks[b].index * kBlockSize;
-      plan.order[b * kPairs] = kNaturalOrder;
+      plan.base[b * kPairs + p] = owen_sobol::ordered(first_index[b * kPairs + p], *order);
+      plan.order[b * kPairs + p] = kOrdered8[size_t(*order)];
     }
   }
   return plan;
@@ -94,7 +121,7 @@ void fill_blocks(const BlockPlan<kBlocks, kPairs>& plan, int first_lane, SlotBlo
       for (uint32_t i = 0; i < kBlockSize; ++i) {
         const uint32_t within = (order >> (4 * i)) & 7u;
         const uint32_t index_y = pascal_base ^ owen_sobol::pascal_below_8(within);
-        x[i] = owen_sobol::reversed_to_unit_float(owen_sobol::permute(base | within, seed_x));
+        x[i] = owen_sobol::reversed_to_unit_float(owen_sobol::permute(base ^ within, seed_x));
         y[i] = owen_sobol::reversed_to_unit_float(owen_sobol::permute(index_y, seed_y));
       }
     }
@@ -108,7 +135,7 @@ void fill_one(const BlockPlan<1, kPairs>& plan, uint32_t index_in_block, int lan
   alignas(32) uint32_t index[kDimensions];
   alignas(32) float values[kDimensions];
   for (int p = 0; p < kPairs; ++p) {
-    const uint32_t i = plan.base[p] | ((plan.order[p] >> (4 * index_in_block)) & 7u);
+    const uint32_t i = plan.base[p] ^ ((plan.order[p] >> (4 * index_in_block)) & 7u);
     index[2 * p] = i;
     index[2 * p + 1] = owen_sobol::pascal(i);
   }
@@ -173,23 +200,46 @@ struct ScatteredLanes {
   alignas(64) uint32_t in_block[kSampleLanes];  // which of its eight samples
 };
 
-// One pair of dimensions of a slot, as plan_blocks() and fill_blocks() have it; the loop vectorises
+// ordered() of each lane's block.
+void order_blocks(const ScatteredLanes& lanes, Order order, uint32_t (&base)[kSampleLanes]) {
+  const owen_sobol::OrderColumns& columns = owen_sobol::kOrderColumns[size_t(order)];
+  uint32_t bits = 0;
+  for (int i = 0; i < kSampleLanes; ++i) {
+    bits |= lanes.block[i] * kBlockSize;
+    base[i] = 0;
+  }
+  for (; bits != 0; bits &= bits - 1) {
+    const int bit = std::countr_zero(bits);
+    for (int i = 0; i < kSampleLanes; ++i) {
+      base[i] ^= columns[size_t(bit)] & (0u - ((lanes.block[i] * kBlockSize >> bit) & 1u));
+    }
+  }
+}
+
+// One pair of dimensions of a slot, as plan_blocks() and fill_blocks() have it; the loops vectorise
 // over the lanes.
 void fill_scattered_pair(const ScatteredLanes& lanes, uint32_t slot, int pair,
                          float (&x)[kSampleLanes], float (&y)[kSampleLanes]) {
-  const bool natural = slot == 0 && pair == 0;
-  const uint32_t shuffle_salt = kShuffleSalt[size_t(pair)], order_salt = kOrderSalt[size_t(pair)];
+  alignas(64) uint32_t base[kSampleLanes], order[kSampleLanes];
+  if (const std::optional<Order> fixed = order_of(slot, pair)) {
+    order_blocks(lanes, *fixed, base);
+    std::fill(order, order + kSampleLanes, kOrdered8[size_t(*fixed)]);
+  } else {
+    const uint32_t shuffle_salt = kShuffleSalt[size_t(pair)], order_salt = kOrderSalt[size_t(pair)];
+    for (int i = 0; i < kSampleLanes; ++i) {
+      const uint32_t slot_hash = hash_combine(lanes.stream_hash[i], slot);
+      base[i] =
+          owen_sobol::shuffle_index(lanes.block[i] * kBlockSize, hash32(slot_hash ^ shuffle_salt)) &
+          ~(kBlockSize - 1);
+      order[i] = owen_sobol::random_order_of_8(
+          hash32(hash32(slot_hash ^ order_salt) ^ hash32(lanes.block[i] + 0x9e3779b9u)));
+    }
+  }
   const uint32_t salt_x = kScrambleSalt[size_t(2 * pair)];
   const uint32_t salt_y = kScrambleSalt[size_t(2 * pair + 1)];
   for (int i = 0; i < kSampleLanes; ++i) {
     const uint32_t slot_hash = hash_combine(lanes.stream_hash[i], slot);
-    const uint32_t first = lanes.block[i] * kBlockSize;
-    const uint32_t shuffled = owen_sobol::shuffle_index(first, hash32(slot_hash ^ shuffle_salt));
-    const uint32_t shuffled_order = owen_sobol::random_order_of_8(
-        hash32(hash32(slot_hash ^ order_salt) ^ hash32(lanes.block[i] + 0x9e3779b9u)));
-    const uint32_t base = natural ? first : shuffled & ~(kBlockSize - 1);
-    const uint32_t order = natural ? kNaturalOrder : shuffled_order;
-    const uint32_t index = base | ((order >> (4 * lanes.in_block[i])) & 7u);
+    const uint32_t index = base[i] ^ ((order[i] >> (4 * lanes.in_block[i])) & 7u);
     const uint32_t seed_x = hash32(slot_hash ^ salt_x), seed_y = hash32(slot_hash ^ salt_y);
     x[i] = owen_sobol::reversed_to_unit_float(owen_sobol::permute(index, seed_x));
     y[i] =
@@ -204,16 +254,18 @@ Block block_of(uint32_t pixel_hash, uint32_t half, StreamCount streams) {
   return {hash_combine(pixel_hash, half & 1u), half >> 1};
 }
 
-// The time of camera samples: the third dimension of the pixel's own sequence, so that it is
-// stratified against where in the pixel a sample lies, as what moves through the pixel asks for.
+// The time of camera samples, in an order that goes with the pixel's, as what moves through the
+// pixel asks for.
 void fill_time(const ScatteredLanes& lanes, int count, float* time) {
+  alignas(64) uint32_t base[kSampleLanes];
+  order_blocks(lanes, Order::kTime, base);
   alignas(64) float values[kSampleLanes];
   for (int i = 0; i < kSampleLanes; ++i) {
     const uint32_t seed =
         hash32(hash_combine(lanes.stream_hash[i], 0) ^ kScrambleSalt[camera_dim::kTime]);
-    const uint32_t index = lanes.block[i] * kBlockSize + lanes.in_block[i];
-    values[i] =
-        owen_sobol::reversed_to_unit_float(owen_sobol::permute(owen_sobol::third(index), seed));
+    const uint32_t index =
+        base[i] ^ ((kOrdered8[size_t(Order::kTime)] >> (4 * lanes.in_block[i])) & 7u);
+    values[i] = owen_sobol::reversed_to_unit_float(owen_sobol::permute(index, seed));
   }
   std::copy_n(values, count, time);
 }

@@ -6,11 +6,13 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <string>
 #include <vector>
 
 #include "renderer/core/constants.h"
 #include "renderer/core/vector.h"
+#include "support/pair_coupling.h"
 #include "unit/sample_statistics.h"
 
 namespace emberline {
@@ -54,19 +56,6 @@ TEST(OwenSobol, PascalAgreesWithDirectionNumbers) {
 
 // What makes a permutation of bit-reversed numbers an Owen scramble: whether bit b is flipped
 // depends on the bits below b alone.
-// By its own recurrence: v_k = v_(k-1) ^ v_(k-2) ^ v_(k-2) / 4, as the polynomial x^2 + x + 1
-// says (Bratley & Fox 1988), from 1/2 and 3/4 on.
-TEST(OwenSobol, ThirdAgreesWithDirectionNumbers) {
-  std::array<uint32_t, 32> v{0x80000000u, 0xc0000000u};
-  for (size_t k = 2; k < v.size(); ++k) v[k] = v[k - 1] ^ v[k - 2] ^ (v[k - 2] >> 2);
-  for (uint32_t i = 0; i < 20000; ++i) {
-    const uint32_t index = i < 10000 ? i : random_word(i);
-    uint32_t expected = 0;
-    for (size_t k = 0; k < v.size(); ++k) expected ^= index >> k & 1u ? v[k] : 0;
-    ASSERT_EQ(naive_reverse(third(index)), expected) << index;
-  }
-}
-
 TEST(OwenSobol, PermuteFlipsABitByTheBitsBelowItAlone) {
   for (uint32_t i = 0; i < 20000; ++i) {
     const uint32_t x = random_word(2 * i), seed = random_word(2 * i + 1);
@@ -159,6 +148,50 @@ uint32_t naive_order_of_8(uint32_t bits) {
 }
 
 // All 8! orders appear, equally often.
+// So that a pair in any order is the sequence that it was.
+TEST(OwenSobol, OrdersKeepAlignedBlocksTogether) {
+  for (int o = 0; o < kOrders; ++o) {
+    for (uint32_t bit = 0; bit < 32; ++bit) {
+      ASSERT_EQ(ordered(1u << bit, Order(o)) >> bit, 1u) << "order " << o;
+    }
+    for (uint32_t k = 0; k < 1000; ++k) {
+      const uint32_t i = random_word(k), j = random_word(k + 1000);
+      ASSERT_EQ(ordered(i ^ j, Order(o)), ordered(i, Order(o)) ^ ordered(j, Order(o)));
+      ASSERT_EQ((ordered_8(Order(o)) >> (4 * (i & 7u))) & 15u, ordered(i & 7u, Order(o)));
+    }
+  }
+}
+
+// Variance over that of random numbers, of integrands that couple what `a` and `b` are the parts
+// of: 1 in the mean over random orders.
+template <typename A, typename B>
+double coupling(Order x, Order y, uint32_t m, const A& a, const B& b) {
+  double sum = 0;
+  for (uint32_t i = 0; i < 1u << m; ++i) sum += a(ordered(i, x)) * b(ordered(i, y));
+  return sum / (a(0) * b(0));
+}
+
+TEST(OwenSobol, OrdersGoTogether) {
+  const std::map<uint32_t, double> limits = {{4, 1.7}, {5, 1.4}, {6, 0.8}, {8, 0.55}, {10, 0.2}};
+  for (const auto& [m, limit] : limits) {
+    for (int b = 0; b < kOrders; ++b) {
+      const bool time = Order(b) == Order::kTime;
+      for (int a = 0; a < b; ++a) {
+        const double found = time ? coupling(Order(a), Order(b), m, test::pair_sum, test::first_sum)
+                                  : coupling(Order(a), Order(b), m, test::pair_sum, test::pair_sum);
+        EXPECT_LT(found, limit) << "orders " << a << " and " << b << ", 2^" << m << " points";
+      }
+    }
+    EXPECT_LT(coupling(Order::kPixel, Order::kTime, m, test::first_sum, test::first_sum), 0.7);
+    EXPECT_LT(coupling(Order::kPixel, Order::kTime, m, test::second_sum, test::first_sum), 1.4);
+    // A pair and its copy are a trap: the more samples the worse.
+    EXPECT_GT(coupling(Order::kLens, Order::kLens, m, test::pair_sum, test::pair_sum),
+              (1 << m) / 9.0);
+  }
+  // The one that matters most.
+  EXPECT_LT(coupling(Order::kPixel, Order::kFirst, 6, test::pair_sum, test::pair_sum), 0.31);
+}
+
 TEST(OwenSobol, OrdersOfEightAreUniform) {
   std::vector<uint32_t> counts(40320);
   for (uint32_t i = 0; i < 40320 * 50; ++i) {
@@ -242,8 +275,7 @@ TEST_P(SobolNets, OtherPairsKeepTheirNetsAtMultiplesOfSixteen) {
   }
 }
 
-// Time and either direction of the pixel: 2^m samples are as even as the third Sobol' dimension is
-// with the first and the second, whose nets have t = 1.
+// Time and either direction of the pixel together.
 TEST_P(SobolNets, TimeIsStratifiedWithThePixel) {
   for (uint32_t p = 0; p < 10; ++p) {
     const PixelKey pixel{random_word(p), p, p / 2};
