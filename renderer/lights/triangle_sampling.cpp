@@ -93,8 +93,10 @@ template <class... Coefficients>
   return t;
 }
 
-// Direction in the spherical triangle. Arvo's formulas with the vertex angle's sine and cosine
-// from the planes' normals and with 1 - cos in place of cos where that would cancel.
+// Direction in the spherical triangle. Arvo's, with the vertex angle's sine and cosine from the
+// planes' normals, and 1 - cos and 1 + cos in place of cos: his quotient for the cosine of the arc
+// cut off, subtracted from 1, comes to (1 - cos area) (1 + cos c) over a sum that hardly cancels.
+// So it holds where a and b lie opposite, as seen from the foot of a wall.
 [[gnu::always_inline]] inline Vec3d sample_direction(const SeenTriangle& t, const Vec2f& u) {
   const Vec3d plane_ab = cross(t.a, t.b), plane_ac = cross(t.a, t.c);
   const double scale = reciprocal(std::sqrt(dot(plane_ab, plane_ab) * dot(plane_ac, plane_ac)));
@@ -103,24 +105,22 @@ template <class... Coefficients>
   const Vec3d chord = t.b - t.a;
   const double one_minus_cos_c = 0.5 * dot(chord, chord);
 
+  const Vec3d opposite = t.b + t.a;
+  const double one_plus_cos_c = 0.5 * dot(opposite, opposite);
+
   // The part of the triangle up to the arc from b to a point on the arc from a to c has the area
-  // u.x of the whole; q is the cosine of the arc from a to that point.
+  // u.x of the whole; h_c is 1 - the cosine of the arc from a to that point.
   double sin_half, cos_half;
   sincos_to_pi(0.5 * double(u.x) * t.solid_angle, &sin_half, &cos_half);
   const double sin_area = 2.0 * sin_half * cos_half, one_minus_cos_area = 2.0 * sin_half * sin_half;
   const double cos_area = 1.0 - one_minus_cos_area;
-  const double s = fma(sin_area, cos_alpha, -(cos_area * sin_alpha));
-  const double c = fma(cos_area, cos_alpha, sin_area * sin_alpha);
-  // c - cos alpha, and s + sin alpha cos c.
-  const double du = fma(sin_area, sin_alpha, -(one_minus_cos_area * cos_alpha));
-  const double dv = fma(sin_area, cos_alpha, sin_alpha * (one_minus_cos_area - one_minus_cos_c));
-  const double denominator = fma(dv, s, du * c) * sin_alpha;
-  const double numerator = fma(fma(dv, c, -(du * s)), cos_alpha, -dv);
-  const double ratio = numerator / denominator;
-  const double below = ratio < 1.0 ? ratio : 1.0;  // also NaN, of 0 / 0
-  const double q = below > -1.0 ? below : -1.0;
+  const double sin_rest = fma(cos_area, sin_alpha, -(sin_area * cos_alpha));  // of alpha - area
+  const double ratio = one_minus_cos_area * one_plus_cos_c /
+                       fma(one_minus_cos_c * sin_alpha, sin_rest, one_minus_cos_area);
+  const double above = ratio > 0.0 ? ratio : 0.0;  // also NaN, of 0 / 0
+  const double h_c = above < 2.0 ? above : 2.0;
   const Vec3d toward_c = fma(t.a, -dot(t.c, t.a), t.c);
-  const Vec3d end = of_length2(toward_c, (1.0 - q) * (1.0 + q)) + t.a * q;
+  const Vec3d end = of_length2(toward_c, h_c * (2.0 - h_c)) + t.a * (1.0 - h_c);
 
   // Along the arc from b to that point, uniform in the height above b.
   const Vec3d end_chord = end - t.b;
@@ -130,7 +130,8 @@ template <class... Coefficients>
 }
 
 // Barycentric weights of p1 and p2 where the ray along w meets the triangle's plane.
-[[gnu::always_inline]] inline Vec2f intersect_plane(const SeenTriangle& t, const Vec3d& w) {
+[[gnu::always_inline]] inline Imath::Vec2<double> intersect_plane(const SeenTriangle& t,
+                                                                  const Vec3d& w) {
   const Vec3d p = cross(w, t.edge2);
   const double scale = 1.0 / dot(t.edge1, p);
   const Vec3d from_p0 = -t.to_p0;
@@ -140,7 +141,7 @@ template <class... Coefficients>
   b2 = b2 >= 0 ? b2 : 0.0;
   b1 = b1 <= 1 ? b1 : 1.0;
   b2 = b2 <= 1 - b1 ? b2 : 1 - b1;
-  return {float(b1), float(b2)};
+  return {b1, b2};
 }
 
 [[gnu::always_inline]] inline float density(const SeenTriangle& t, float distance) {
@@ -155,13 +156,15 @@ template <class... Coefficients>
 [[gnu::always_inline]] inline TriangleSample sample(const SeenTriangle& t, const Vec3f& point,
                                                     const Vec2f& u) {
   TriangleSample result;
-  const Vec2f by_direction = intersect_plane(t, sample_direction(t, u)),
-              by_area = square_to_triangle(u);
+  const Imath::Vec2<double> by_direction = intersect_plane(t, sample_direction(t, u));
+  const Vec2f by_area = square_to_triangle(u);
   const bool spherical = t.spherical();
-  result.barycentric = {spherical ? by_direction.x : by_area.x,
-                        spherical ? by_direction.y : by_area.y};
-  const Vec3d to_light = fma(t.edge2, double(result.barycentric.y),
-                             fma(t.edge1, double(result.barycentric.x), t.to_p0));
+  // In double: where the triangle reaches past the point, closer than floats of its edges tell
+  // places apart, rounded weights are another direction.
+  const double b1 = spherical ? by_direction.x : double(by_area.x);
+  const double b2 = spherical ? by_direction.y : double(by_area.y);
+  result.barycentric = {float(b1), float(b2)};
+  const Vec3d to_light = fma(t.edge2, b2, fma(t.edge1, b1, t.to_p0));
   const double distance = length(to_light);
   result.position = to_float(to_double(point) + to_light);
   result.direction = to_float(to_light * reciprocal(distance));
