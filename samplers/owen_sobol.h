@@ -1,11 +1,12 @@
-// Owen-scrambled Sobol' points by hash: no tables of direction numbers, no stored scrambles.
+// Owen-scrambled Sobol' points by hash: no stored scrambles.
 //
 // Everything here works on the index side of the bit reversal: with rev() the reversal of 32 bits,
 // the first two Sobol' dimensions are rev(i) and rev(pascal(i)), and an Owen scramble of a number u
 // is rev(permute(rev(u))). The reversals cancel, so that one point costs one reversal per number:
 //     u0 = rev(permute(i, seed0)),  u1 = rev(permute(pascal(i), seed1)).
 // Worked: i = 6 = 110b has u0 = .011b = 3/8; pascal(6) = 101b, so u1 = .101b = 5/8 (seedless).
-// All functions are pure and free of branches, so that loops over them vectorise.
+// All functions are pure and, but for ordered(), free of branches, so that loops over them
+// vectorise.
 #pragma once
 
 #include <array>
@@ -61,8 +62,10 @@ constexpr uint32_t pascal_below_8(uint32_t i) {
 // Orders that go together. Pairs of dimensions share one sequence; a pair in an order of its own
 // takes the point of ordered(i) for its i-th. An order is a matrix over the index's bits: a bit
 // flips itself and lower bits, so that aligned blocks of 2^m stay together, and each pair the
-// (0,2)-sequence that it is. The first columns are such that any two pairs are even together, too:
-// tests/bench/pair_orders.cpp has found them. The others, for samples from 4096 on, are random.
+// (0,2)-sequence that it is. The first columns are such that two pairs are even together, too, from
+// 32 samples on any two of them: tests/bench/pair_orders.cpp has found them. With 16 samples and
+// fewer some numbers copy the first digits of others, which seldom go together. The other columns,
+// for samples from 4096 on, are random.
 enum class Order : uint8_t { kPixel, kFirst, kSecond, kChoice, kLens, kTime };
 inline constexpr int kOrders = 6;
 inline constexpr int kSearchedColumns = 12;
@@ -71,11 +74,11 @@ using OrderColumns = std::array<uint32_t, 32>;
 inline constexpr std::array<OrderColumns, kOrders> kOrderColumns = [] {
   constexpr uint32_t kSearched[kOrders][kSearchedColumns] = {
       {},
-      {1, 2, 5, 11, 16, 33, 67, 254, 365, 587, 1132, 2157},
-      {1, 3, 5, 10, 25, 56, 117, 209, 511, 994, 1417, 3061},
-      {1, 3, 6, 13, 22, 60, 91, 166, 430, 696, 1037, 3586},
-      {1, 3, 6, 8, 17, 48, 111, 244, 322, 610, 1299, 2097},
-      {1, 2, 7, 14, 28, 49, 70, 242, 443, 725, 1165, 3979},
+      {1, 2, 5, 11, 16, 33, 67, 254, 365, 565, 1024, 2103},
+      {1, 2, 7, 12, 29, 43, 94, 167, 447, 660, 1455, 3700},
+      {1, 2, 4, 15, 22, 40, 127, 234, 256, 839, 1169, 3031},
+      {1, 3, 6, 14, 25, 63, 82, 231, 451, 794, 1304, 2087},
+      {1, 2, 7, 8, 28, 49, 114, 186, 467, 615, 1351, 2544},
   };
   std::array<OrderColumns, kOrders> columns{};
   for (uint32_t bit = 0; bit < 32; ++bit) {

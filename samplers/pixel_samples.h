@@ -164,6 +164,7 @@ class PixelSamples {
     streams_hashed_ = true;
   }
 
+  static constexpr uint32_t kFirstBesideSlot = 1u << 24;  // beyond those of any path
   static constexpr uint32_t kCachedSlots = 8;
 
   const Sampler& sampler_;

@@ -50,10 +50,6 @@ enum : int {
 };
 }
 
-// From here on slots for what is done several times at one event, beyond those of any path's: light
-// samples at the first surface.
-inline constexpr uint32_t kFirstBesideSlot = 1u << 24;
-
 // Which pixel of which frame; the frame's seed included.
 struct PixelKey {
   uint32_t x = 0, y = 0;

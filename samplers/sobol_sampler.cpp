@@ -17,13 +17,13 @@ constexpr uint32_t kBlockSize =
 
 using owen_sobol::Order;
 
-// What a pair of a slot takes; nothing: a random order. Numbers of one event that add up, not
-// multiply, may share one: light and BSDF samples do.
+// What a pair of a slot takes; nothing: a random order. Light and BSDF samples of one surface share
+// one: they add up. What multiplies must not, or one is a copy of the other.
 constexpr std::optional<Order> order_of(uint32_t slot, int pair) {
   if (slot == 0) {
     if (pair == 0) return Order::kPixel;
     if (pair == 1) return Order::kLens;
-  } else if (slot == 1 || slot >= kFirstBesideSlot) {
+  } else if (slot == 1) {
     if (pair < 2) return Order::kFirst;
     if (pair == 2) return Order::kChoice;
   } else if (slot == 2 && pair < 2) {

@@ -5,8 +5,8 @@
 // pairs that vary most together with it, in orders that were searched for this
 // (owen_sobol::Order): the lens, light and BSDF samples of the first and of the second surface, the
 // choices of lobe and light at the first; time likewise. A pixel's picture depends on where in the
-// pixel and in which direction together, and where both are stratified as one its noise is .8 to
-// .9 times as large at 64 samples, .7 at 256.
+// pixel and in which direction together: where both are stratified as one its variance is .8 to 1
+// times as large at 64 samples (tests/bench/RESULTS.md, "Noise and sparkle").
 //
 // Every other pair visits its sequence in an order drawn for it, else pairs would be copies of each
 // other: the order of blocks of 8 is an Owen shuffle, the order within a block a random
@@ -15,8 +15,8 @@
 // of two pairs meet in whole pairs: exp(-4 |a - b|^2) comes out at 1.4 times, and sign x sign at 2
 // times the variance of random numbers. With the permutation only, structure finer than a block
 // stays matched: 1 + N/64 times. With both: 0.93 to 0.98, 8/7 and 9/8, the last two exactly as
-// theory has it for blocks of 8. In searched orders the first two have .15 times and none at 64
-// samples; the last, one fine frequency of the many, up to 4.
+// theory has it for blocks of 8. In searched orders the first two have .27 times and none at 64
+// samples; the last, one fine frequency of the many, 2.
 //
 // With two streams, sample k belongs to stream (k >> 3) & 1, as its index ((k >> 4) << 3) | (k &
 // 7); the streams are independent randomisations, so (A - B)^2 / 4 is an honest estimate of the

@@ -95,8 +95,8 @@ template <class... Coefficients>
 
 // Direction in the spherical triangle. Arvo's, with the vertex angle's sine and cosine from the
 // planes' normals, and 1 - cos and 1 + cos in place of cos: his quotient for the cosine of the arc
-// cut off, subtracted from 1, comes to (1 - cos area) (1 + cos c) over a sum that hardly cancels.
-// So it holds where a and b lie opposite, as seen from the foot of a wall.
+// cut off, subtracted from 1, comes to (1 - cos area) (1 + cos c) over a sum that cancels only
+// towards c. So it holds where a and b lie opposite, as seen from the foot of a wall.
 [[gnu::always_inline]] inline Vec3d sample_direction(const SeenTriangle& t, const Vec2f& u) {
   const Vec3d plane_ab = cross(t.a, t.b), plane_ac = cross(t.a, t.c);
   const double scale = reciprocal(std::sqrt(dot(plane_ab, plane_ab) * dot(plane_ac, plane_ac)));
@@ -117,8 +117,10 @@ template <class... Coefficients>
   const double sin_rest = fma(cos_area, sin_alpha, -(sin_area * cos_alpha));  // of alpha - area
   const double ratio = one_minus_cos_area * one_plus_cos_c /
                        fma(one_minus_cos_c * sin_alpha, sin_rest, one_minus_cos_area);
-  const double above = ratio > 0.0 ? ratio : 0.0;  // also NaN, of 0 / 0
-  const double h_c = above < 2.0 ? above : 2.0;
+  const Vec3d whole = t.c - t.a;
+  const double most = 0.5 * dot(whole, whole);
+  const double some = ratio >= 0.0 ? ratio : most;  // rounding next to c; and NaN, of 0 / 0
+  const double h_c = some < most ? some : most;
   const Vec3d toward_c = fma(t.a, -dot(t.c, t.a), t.c);
   const Vec3d end = of_length2(toward_c, h_c * (2.0 - h_c)) + t.a * (1.0 - h_c);
 

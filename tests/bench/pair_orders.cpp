@@ -2,8 +2,11 @@
 //
 //     build/release/bin/pair_orders [COLUMNS]
 //
-// Wanted are orders in which any two pairs of dimensions are even together, at every power of two
-// (tests/support/pair_coupling.h). Column after column, the best of many are kept. A minute.
+// Wanted are orders in which pairs of dimensions, and single numbers of two pairs, are even
+// together at every power of two (tests/support/pair_coupling.h), those most that are multiplied
+// most. With few samples there are more numbers than ways to halve them: some copy each other's
+// first digit, and may where the weight is least. Column after column, the best of many are kept.
+// Minutes.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,6 +15,7 @@
 #include <random>
 #include <vector>
 
+#include "renderer/core/vector.h"
 #include "support/pair_coupling.h"
 
 namespace emberline {
@@ -22,56 +26,68 @@ using namespace test;
 constexpr int kColumns = owen_sobol::kSearchedColumns;
 constexpr int kOrders = owen_sobol::kOrders - 1;  // the pixel's is 0, as it is
 
-// Whose coupling counts how much. Time is a number of its own; X and Y are the pixel's.
-enum { kPixel, kFirst, kSecond, kChoice, kLens, kTime, kX, kY };
-struct Coupling {
-  int a, b;
-  double weight;
-};
-constexpr Coupling kCouplings[] = {
-    {kPixel, kFirst, 25},  {kPixel, kLens, 2},    {kPixel, kChoice, 2}, {kPixel, kSecond, 1},
-    {kFirst, kSecond, 1},  {kFirst, kChoice, 1},  {kFirst, kLens, 1.5}, {kSecond, kChoice, 0.4},
-    {kSecond, kLens, 0.4}, {kChoice, kLens, 0.4}, {kTime, kPixel, 1.5}, {kTime, kX, 3},
-    {kTime, kY, 3},        {kTime, kFirst, 1.5},  {kTime, kLens, 0.5},  {kTime, kChoice, 0.3},
-    {kTime, kSecond, 0.3}};
-constexpr size_t kCouplingCount = std::size(kCouplings);
+enum { kPixel, kFirst, kSecond, kChoice, kLens, kTime };
+enum Part { kBoth, kX, kY };  // of a pair; time has an x alone
 
-struct Table {
-  std::vector<float> pair, first, second;  // by index
-  Table() {
-    for (uint32_t i = 0; i < 1u << kColumns; ++i) {
-      pair.push_back(float(pair_sum(i)));
-      first.push_back(float(first_sum(i)));
-      second.push_back(float(second_sum(i)));
+// Of two pairs, and what it costs for each of their numbers to copy one of the other's.
+struct Weight {
+  int a, b;
+  double pairs, copies;
+};
+constexpr Weight kWeights[] = {
+    {kPixel, kFirst, 25, 3},    {kPixel, kLens, 2, 1},        {kPixel, kChoice, 2, 1},
+    {kPixel, kSecond, 1, 0.7},  {kFirst, kSecond, 1, 0.7},    {kFirst, kChoice, 1, 3},
+    {kFirst, kLens, 1.5, 0.7},  {kSecond, kChoice, 0.4, 0.2}, {kSecond, kLens, 0.4, 0.03},
+    {kChoice, kLens, 0.4, 0.1}, {kPixel, kTime, 3, 1},        {kFirst, kTime, 1.5, 0.3},
+    {kLens, kTime, 0.5, 0.1},   {kChoice, kTime, 0.3, 0.05},  {kSecond, kTime, 0.3, 0.03}};
+
+struct Coupling {
+  size_t a, b;
+  Part part_a, part_b;
+  double weight, copy_weight;
+};
+
+std::vector<Coupling> couplings() {
+  std::vector<Coupling> list;
+  for (const auto& [a, b, pairs, copies] : kWeights) {
+    const bool time = b == kTime;
+    list.push_back({size_t(a), size_t(b), kBoth, time ? kX : kBoth, pairs, 0});
+    for (const Part x : {kX, kY}) {
+      list.push_back({size_t(a), size_t(b), x, kX, 0, copies});
+      if (!time) list.push_back({size_t(a), size_t(b), x, kY, 0, copies});
     }
   }
-};
+  return list;
+}
 
-using Sums = std::array<double, kCouplingCount>;
 struct Orders {
   std::array<std::array<uint32_t, kColumns>, kOrders> columns{};
-  Sums sums{};  // over the points so far
+  std::vector<double> sums;  // of each coupling over the points so far
   double cost = 0;
 };
 
 class Search {
  public:
+  Search() {
+    for (uint32_t i = 0; i < 1u << kColumns; ++i) {
+      parts_[kBoth].push_back(float(pair_sum(i)));
+      parts_[kX].push_back(float(first_sum(i)));
+      parts_[kY].push_back(float(second_sum(i)));
+    }
+  }
   void run(int columns);
 
  private:
-  const std::vector<float>& of(int what) const {
-    return what == kTime || what == kX ? table_.first : what == kY ? table_.second : table_.pair;
-  }
-  static size_t order(int what) { return what > kTime ? 0 : size_t(what); }
-  double random_sum(size_t c) const {
-    return double(of(kCouplings[c].a)[0]) * double(of(kCouplings[c].b)[0]);
+  double random_sum(const Coupling& c) const {
+    return double(parts_[c.part_a][0]) * double(parts_[c.part_b][0]);
   }
   void add_points(Orders& o, int m) const;
   double extended_cost(const Orders& before, Orders& o, int m) const;
   void improve(const Orders& before, Orders& o, int m) const;
   void print(const Orders& o) const;
 
-  const Table table_;
+  const std::vector<Coupling> couplings_ = couplings();
+  std::vector<float> parts_[3];  // by index
   std::mt19937 random_{1};
 };
 
@@ -81,9 +97,9 @@ void Search::add_points(Orders& o, int m) const {
   std::array<uint32_t, kOrders + 1> index{first};
   for (size_t q = 0; q < size_t(kOrders); ++q) index[q + 1] = o.columns[q][size_t(m - 1)];
   for (uint32_t i = 1; i <= first; ++i) {
-    for (size_t c = 0; c < kCouplingCount; ++c) {
-      const auto [a, b, weight] = kCouplings[c];
-      o.sums[c] += double(of(a)[index[order(a)]] * of(b)[index[order(b)]]);
+    for (size_t k = 0; k < couplings_.size(); ++k) {
+      const Coupling& c = couplings_[k];
+      o.sums[k] += double(parts_[c.part_a][index[c.a]] * parts_[c.part_b][index[c.b]]);
     }
     const auto column = size_t(std::countr_zero(i));
     if (i == first) break;
@@ -96,9 +112,10 @@ double Search::extended_cost(const Orders& before, Orders& o, int m) const {
   o.sums = before.sums;
   add_points(o, m);
   double cost = 0;
-  for (size_t c = 0; c < kCouplingCount; ++c) {
-    const double ratio = o.sums[c] / random_sum(c);
-    cost += kCouplings[c].weight * ratio + std::pow(std::max(0.0, ratio - 1.3), 2) * 2;
+  for (size_t k = 0; k < couplings_.size(); ++k) {
+    const Coupling& c = couplings_[k];
+    const double ratio = o.sums[k] / random_sum(c);
+    cost += c.weight * ratio + (m < 3 ? 0.0 : c.copy_weight * square(std::max(0.0, ratio - 1.5)));
   }
   return o.cost = before.cost + cost * (m < 3 ? 0.3 : m > 8 ? 0.7 : 1.0);
 }
@@ -112,7 +129,6 @@ void Search::improve(const Orders& before, Orders& o, int m) const {
       for (uint32_t low = 0; low < std::min(first, 256u); ++low) {
         Orders other = o;
         other.columns[q][size_t(m - 1)] ^= first > 256u ? (low * (first / 256u)) : low;
-        if (other.columns[q][size_t(m - 1)] < first) continue;
         if (extended_cost(before, other, m) < o.cost - 1e-9) {
           o = other;
           better = true;
@@ -124,11 +140,11 @@ void Search::improve(const Orders& before, Orders& o, int m) const {
 
 void Search::run(int columns) {
   std::vector<Orders> kept(1);
-  for (size_t c = 0; c < kCouplingCount; ++c) kept[0].sums[c] = random_sum(c);
+  for (const Coupling& c : couplings_) kept[0].sums.push_back(random_sum(c));
   const auto cheaper = [](const Orders& a, const Orders& b) { return a.cost < b.cost; };
   for (int m = 1; m <= columns; ++m) {
     const uint32_t first = 1u << (m - 1);
-    const size_t keep = m <= 6 ? 2500 : m <= 9 ? 200 : 20, tries = m <= 7 ? 1000 : 100;
+    const size_t keep = m <= 6 ? 1000 : m <= 9 ? 100 : 10, tries = m <= 7 ? 500 : 100;
     std::vector<Orders> next;
     for (const Orders& before : kept) {
       std::vector<Orders> some;
@@ -151,8 +167,10 @@ void Search::run(int columns) {
     next.resize(std::min(next.size(), keep));
     kept = std::move(next);
     std::printf("2^%d points, variance over that of random numbers:", m);
-    for (size_t c = 0; c < kCouplingCount; ++c)
-      std::printf(" %.2f", kept[0].sums[c] / random_sum(c));
+    for (size_t k = 0; k < couplings_.size(); ++k) {
+      const bool pairs = couplings_[k].part_a == kBoth;
+      std::printf(pairs ? "  %.2f:" : " %.1f", kept[0].sums[k] / random_sum(couplings_[k]));
+    }
     std::printf("\n");
     std::fflush(stdout);
   }

@@ -147,7 +147,6 @@ uint32_t naive_order_of_8(uint32_t bits) {
   return packed;
 }
 
-// All 8! orders appear, equally often.
 // So that a pair in any order is the sequence that it was.
 TEST(OwenSobol, OrdersKeepAlignedBlocksTogether) {
   for (int o = 0; o < kOrders; ++o) {
@@ -172,7 +171,7 @@ double coupling(Order x, Order y, uint32_t m, const A& a, const B& b) {
 }
 
 TEST(OwenSobol, OrdersGoTogether) {
-  const std::map<uint32_t, double> limits = {{4, 1.7}, {5, 1.4}, {6, 0.8}, {8, 0.55}, {10, 0.2}};
+  const std::map<uint32_t, double> limits = {{4, 2.8}, {5, 1.4}, {6, 0.85}, {8, 0.45}, {10, 0.2}};
   for (const auto& [m, limit] : limits) {
     for (int b = 0; b < kOrders; ++b) {
       const bool time = Order(b) == Order::kTime;
@@ -182,16 +181,14 @@ TEST(OwenSobol, OrdersGoTogether) {
         EXPECT_LT(found, limit) << "orders " << a << " and " << b << ", 2^" << m << " points";
       }
     }
-    EXPECT_LT(coupling(Order::kPixel, Order::kTime, m, test::first_sum, test::first_sum), 0.7);
+    EXPECT_LT(coupling(Order::kPixel, Order::kTime, m, test::first_sum, test::first_sum), 1.1);
     EXPECT_LT(coupling(Order::kPixel, Order::kTime, m, test::second_sum, test::first_sum), 1.4);
-    // A pair and its copy are a trap: the more samples the worse.
-    EXPECT_GT(coupling(Order::kLens, Order::kLens, m, test::pair_sum, test::pair_sum),
-              (1 << m) / 9.0);
   }
   // The one that matters most.
   EXPECT_LT(coupling(Order::kPixel, Order::kFirst, 6, test::pair_sum, test::pair_sum), 0.31);
 }
 
+// All 8! orders appear, equally often.
 TEST(OwenSobol, OrdersOfEightAreUniform) {
   std::vector<uint32_t> counts(40320);
   for (uint32_t i = 0; i < 40320 * 50; ++i) {
@@ -262,7 +259,7 @@ TEST_P(SobolNets, EveryPowerOfTwoPrefixOfThePixelPairIsANet) {
 TEST_P(SobolNets, OtherPairsKeepTheirNetsAtMultiplesOfSixteen) {
   const uint32_t first_m = GetParam() == StreamCount::kTwo ? 3 : 4;
   for (uint32_t p = 0; p < 6; ++p) {
-    for (const uint32_t slot : {0u, 1u, 7u, 100u}) {
+    for (const uint32_t slot : {0u, 1u, 2u, 7u, 100u}) {
       for (int pair = 0; pair < 4; ++pair) {
         if (slot == 0 && pair == 2) continue;  // time goes with the pixel
         for (const auto& stream : points({p, 3 * p, 1}, slot, 2 * pair, 2 * pair + 1, 512)) {
@@ -282,7 +279,7 @@ TEST_P(SobolNets, TimeIsStratifiedWithThePixel) {
     for (const int other : {camera_dim::kPixelX, camera_dim::kPixelY}) {
       for (const auto& stream : points(pixel, 0, other, camera_dim::kTime, 512)) {
         for (uint32_t m = 0; m <= 9; ++m) {
-          ASSERT_TRUE(is_net(stream, m, 2)) << "m " << m << " pixel " << p;
+          ASSERT_TRUE(is_net(stream, m, 4)) << "m " << m << " pixel " << p;
           std::vector<uint32_t> count(size_t(1) << m);
           for (uint32_t i = 0; i < 1u << m; ++i) ++count[size_t(stream[i][1] * float(1u << m))];
           ASSERT_EQ(*std::ranges::max_element(count), 1u) << "m " << m << " pixel " << p;

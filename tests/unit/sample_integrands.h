@@ -11,7 +11,7 @@
 
 namespace emberline {
 
-// Couples two pairs that are both shuffled.
+// Couples two pairs of the camera's other than the pixel's.
 inline double coupled_shuffled(const SlotNumbers& n) {
   const double x = n.u[4] - n.u[2], y = n.u[5] - n.u[3];
   return std::exp(-4.0 * (x * x + y * y));

@@ -2,6 +2,7 @@
 // the error. Every figure is an average over thousands of seeds with exact means.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <iostream>
 #include <memory>
@@ -83,10 +84,9 @@ TEST(SobolPadding, CoupledPairsAreNoWorseThanRandom) {
       const double fine = ratio_to_random(*sobol, {"fine signs", fine_signs, 0.0, 1}, 1.0, count);
       const double sign = ratio_to_random(*sobol, {"signs", signs, 0.0, 1}, 1.0, count);
       std::cout << "[ measured ] variance over random's, " << int(streams)
-                << " stream(s), N = " << count << ": coupled " << pixel_lens << ", both shuffled "
+                << " stream(s), N = " << count << ": coupled " << pixel_lens << ", no pixel "
                 << lens_time << ", signs " << sign << ", fine signs " << fine << "\n";
-      // Of the pair of time, whose order is random where no time is asked for, half is known.
-      EXPECT_LT(pixel_lens, count == 16 ? 0.6 : 0.25);
+      EXPECT_LT(pixel_lens, count == 16 ? 0.75 : 0.35);
       EXPECT_LT(lens_time, 1.0);
       EXPECT_EQ(sign, 0.0);
       // Finer than the orders' search looks, but no more the more samples there are.
@@ -95,7 +95,57 @@ TEST(SobolPadding, CoupledPairsAreNoWorseThanRandom) {
     const double shadow_gain = ratio_to_random(*sobol, shadow, 1.0, 64) / nested_shadow;
     std::cout << "[ measured ] variance over the nested shuffle's, " << int(streams)
               << " stream(s), N = 64: edge and soft shadow " << shadow_gain << "\n";
-    EXPECT_LT(shadow_gain, 0.7);
+    EXPECT_LT(shadow_gain, 0.9);
+  }
+}
+
+// Pairs of the camera and the first three surfaces, each with each: none is the copy of another but
+// those of light and BSDF at one surface, which share an order, as they add up.
+TEST(SobolPadding, NoTwoPairsThatMultiplyAreCopies) {
+  constexpr int kSlots = 4, kPairs = 4, kAll = kSlots * kPairs;
+  constexpr uint32_t kPixels = 3000;
+  const double mean = square(gauss_pair(4.0));
+  const double variance = square(gauss_pair(8.0)) - mean * mean;
+  const auto sobol = create_sampler("sobol", {StreamCount::kOne});
+  for (const uint32_t count : {16u, 32u, 64u, 256u}) {
+    std::array<std::array<double, kAll>, kAll> error{};
+    for (uint32_t p = 0; p < kPixels; ++p) {
+      std::array<std::array<double, kAll>, kAll> sum{};
+      for (uint32_t first = 0; first < count; first += kSampleLanes) {
+        SlotBlock slots[kSlots];
+        for (uint32_t slot = 0; slot < kSlots; ++slot) {
+          sobol->fill({p, p / 7, 3}, slot, first, kSampleLanes, slots[slot]);
+        }
+        const auto value = [&](int pair, int which, int lane) {
+          return double(slots[pair / kPairs].values[2 * (pair % kPairs) + which][lane]);
+        };
+        for (int a = 0; a < kAll; ++a) {
+          for (int b = 0; b < a; ++b) {
+            for (int lane = 0; lane < kSampleLanes; ++lane) {
+              sum[size_t(a)][size_t(b)] +=
+                  std::exp(-4 * (square(value(a, 0, lane) - value(b, 0, lane)) +
+                                 square(value(a, 1, lane) - value(b, 1, lane))));
+            }
+          }
+        }
+      }
+      for (size_t a = 0; a < size_t(kAll); ++a) {
+        for (size_t b = 0; b < a; ++b) error[a][b] += square(sum[a][b] / count - mean);
+      }
+    }
+    for (int a = 0; a < kAll; ++a) {
+      for (int b = 0; b < a; ++b) {
+        const double ratio = error[size_t(a)][size_t(b)] / kPixels * count / variance;
+        const bool adds_up = b % kPairs == 0 && a == b + 1 && (b == kPairs || b == 2 * kPairs);
+        // 3000 pixels know it to 2.6 %; few samples copy a digit here and there.
+        if (!adds_up) {
+          EXPECT_LT(ratio, count == 16 ? 5.0 : 1.15) << b << " " << a << " " << count;
+        }
+        if (b == 0 && (a == 1 || a == kPairs || a == kPairs + 1)) {
+          EXPECT_LT(ratio, count == 16 ? 0.75 : count == 32 ? 0.5 : 0.3) << a << " " << count;
+        }
+      }
+    }
   }
 }
 
@@ -106,7 +156,7 @@ INSTANTIATE_TEST_SUITE_P(Table, EverySamplersError,
                          testing::ValuesIn(test::names_of(sampler_table())),
                          [](const auto& test) { return test.param; });
 
-TEST_P(EverySamplersError, CoupledPairsAreNoWorseThanRandom) {
+TEST_P(EverySamplersError, OfCoupledPairsIsThatOfRandomNumbersOrLess) {
   const double mean = square(gauss_pair(4.0));
   const double variance = square(gauss_pair(8.0)) - mean * mean;
   const struct {
@@ -118,7 +168,7 @@ TEST_P(EverySamplersError, CoupledPairsAreNoWorseThanRandom) {
       {{"coupled, no pixel", coupled_shuffled, mean, 1}, variance, 1.1},
       // Two balanced sets of n/2 and n/2 matched at random cost n / (n - 1).
       {{"signs", signs, 0.0, 1}, 1.0, 8.0 / 7.0 + 0.08},
-      // One frequency, for which the orders of sobol and what builds on it are not made.
+      // One frequency, for which sobol's orders are not made.
       {{"fine signs", fine_signs, 0.0, 1}, 1.0, GetParam() == "sobol" ? 4.2 : 8.0 / 7.0 + 0.08},
   };
   for (const StreamCount streams : {StreamCount::kOne, StreamCount::kTwo}) {

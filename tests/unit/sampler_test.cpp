@@ -44,7 +44,7 @@ TEST_P(EverySampler, BatchesDoNotChangeTheNumbers) {
   const auto sampler = make();
   const uint32_t firsts[] = {0, 16, 4080, 1u << 20, 0x7ffffff0u, 0x80000000u, 0xfffffff0u};
   for (const uint32_t first : firsts) {
-    for (const uint32_t slot : {0u, 1u, 5u, 1000u}) {
+    for (const uint32_t slot : {0u, 1u, 2u, 5u, 1000u}) {
       const PixelKey pixel{first % 97, slot, 3};
       SlotBlock whole;
       sampler->fill(pixel, slot, first, kSampleLanes, whole);
@@ -200,7 +200,7 @@ TEST_P(EverySampler, PixelSamplesReadsTheSameNumbers) {
   samples.start_batch(pixel, 18, 9);
   for (const uint32_t sample : {20u, 18u, 26u, 20u}) {
     samples.start_sample(int(sample) - 18);
-    for (const uint32_t slot : {0u, 3u, 7u, 8u, 40u, 1u}) {
+    for (const uint32_t slot : {0u, 3u, 7u, 8u, 40u, 1u, 2u}) {
       samples.start_slot(slot);
       const SlotNumbers expected = read_sample(*sampler, pixel, slot, sample);
       for (int d = 0; d < kSlotDimensions; ++d) ASSERT_EQ(samples.get(d), expected.u[d]);
@@ -223,7 +223,7 @@ TEST_P(EverySampler, ScatteredBatchesReadTheSameNumbers) {
     together.start_sample(i);
     alone.start_batch({a.x, a.y, 5}, a.sample, 1);
     alone.start_sample(0);
-    for (const uint32_t slot : {0u, 3u, 7u, 8u, 40u, 1u}) {
+    for (const uint32_t slot : {0u, 3u, 7u, 8u, 40u, 1u, 2u}) {
       together.start_slot(slot);
       alone.start_slot(slot);
       for (int d = 0; d < kSlotDimensions; ++d) {
@@ -261,7 +261,7 @@ TEST_P(EverySampler, ScatteredBlocksReadTheSameNumbers) {
       together.start_sample(i);
       alone.start_batch({a.x, a.y, 5}, a.sample, 1);
       alone.start_sample(0);
-      for (const uint32_t slot : {0u, 3u, 40u}) {
+      for (const uint32_t slot : {0u, 1u, 2u, 3u, 40u}) {
         together.start_slot(slot);
         alone.start_slot(slot);
         for (int d = 0; d < kSlotDimensions; ++d) {
