@@ -63,7 +63,7 @@ constexpr uint32_t pascal_below_8(uint32_t i) {
 // takes the point of ordered(i) for its i-th. An order is a matrix over the index's bits: a bit
 // flips itself and lower bits, so that aligned blocks of 2^m stay together, and each pair the
 // (0,2)-sequence that it is. The first columns are such that two pairs are even together, too, from
-// 32 samples on any two of them: tests/bench/pair_orders.cpp has found them. With 16 samples and
+// 64 samples on any two of them: tests/bench/pair_orders.cpp has found them. With 16 samples and
 // fewer some numbers copy the first digits of others, which seldom go together. The other columns,
 // for samples from 4096 on, are random.
 enum class Order : uint8_t { kPixel, kFirst, kSecond, kChoice, kLens, kTime };

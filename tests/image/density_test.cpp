@@ -197,8 +197,8 @@ void expect_densities(const RenderSettings& settings, uint32_t reference_spp, fl
 }
 
 // Measured to --noise-threshold .01: 3.7, 2.4, 3.1 times; of a budget of 32 samples a pixel, which
-// goes by deviations and not by their squares: 2.1, 2.1, 1.9. Over three seeds they are the same
-// within 4 %; the bounds are a fifth lower, some five times that spread.
+// goes by deviations and not by their squares: 2.1, 2.1, 1.9. The bounds are a fifth
+// lower.
 TEST(Density, OfSpheresIsHighestAtTheirFeatures) {
   expect_densities(direct_light("spheres"), 64, 0.01f, {2.9, 1.95, 2.5}, {1.6, 1.6, 1.5});
 }

@@ -90,7 +90,7 @@ TEST(SobolPadding, CoupledPairsAreNoWorseThanRandom) {
       EXPECT_LT(lens_time, 1.0);
       EXPECT_EQ(sign, 0.0);
       // Finer than the orders' search looks, but no more the more samples there are.
-      EXPECT_LT(fine, 4.2);
+      EXPECT_LT(fine, 2.2);
     }
     const double shadow_gain = ratio_to_random(*sobol, shadow, 1.0, 64) / nested_shadow;
     std::cout << "[ measured ] variance over the nested shuffle's, " << int(streams)
@@ -169,7 +169,7 @@ TEST_P(EverySamplersError, OfCoupledPairsIsThatOfRandomNumbersOrLess) {
       // Two balanced sets of n/2 and n/2 matched at random cost n / (n - 1).
       {{"signs", signs, 0.0, 1}, 1.0, 8.0 / 7.0 + 0.08},
       // One frequency, for which sobol's orders are not made.
-      {{"fine signs", fine_signs, 0.0, 1}, 1.0, GetParam() == "sobol" ? 4.2 : 8.0 / 7.0 + 0.08},
+      {{"fine signs", fine_signs, 0.0, 1}, 1.0, GetParam() == "sobol" ? 2.2 : 8.0 / 7.0 + 0.08},
   };
   for (const StreamCount streams : {StreamCount::kOne, StreamCount::kTwo}) {
     for (const uint32_t count : {16u, 64u, 256u}) {
