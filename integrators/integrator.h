@@ -18,7 +18,7 @@
 
 namespace emberline {
 
-class EnvironmentGuide;  // renderer/lights/environment_guide.h
+struct LightGuide;  // renderer/lights/light_guide.h
 
 // All that is constant over a frame and that an integrator may ask for.
 struct IntegratorSettings {
@@ -55,8 +55,8 @@ struct SampleBatch {
   // By which paths it comes, likewise: values by PathLayers::place_of.
   const PathLayers* path_layers = nullptr;
   LightGroupValues* layer_values = nullptr;
-  // Chooses the environment's samples; null: by its light alone.
-  const EnvironmentGuide* guide = nullptr;
+  // Of the light samples; null: none.
+  const LightGuide* guide = nullptr;
   // What each sample shows, if that is asked for: as many as there are rays, empty when they
   // arrive.
   std::span<SeenSurface> seen = {};
@@ -67,7 +67,7 @@ struct SampleBatch {
   std::span<CaughtLight> caught = {};
   // Then, where there is an environment: chooses its samples by all of its light, as no BSDF sample
   // finds what MIS compensation leaves out.
-  const EnvironmentGuide* catcher_guide = nullptr;
+  const LightGuide* catcher_guide = nullptr;
   // With IntegratorSettings::clamp_indirect: counts what it takes. Else null.
   ClampedLight* clamped = nullptr;
 };

@@ -9,6 +9,7 @@
 #include "integrators/shadow_catcher.h"
 #include "renderer/lights/environment_guide.h"
 #include "renderer/lights/environment_light.h"
+#include "renderer/lights/light_guide.h"
 
 namespace emberline {
 namespace {
@@ -242,7 +243,8 @@ Rgb PathBatch<kGlass, kSplit>::surface_emission(const Path& path, const ShadedPo
   if constexpr (kGlass) {
     if (path.scattering.walls > 0) distance = (point.surface.position - from.query.point).length();
   }
-  const float light_pdf = lights_.pdf_triangle(from.query, emitter, path.ray.direction, distance);
+  const float light_pdf =
+      lights_.pdf_triangle(from.query, emitter, path.ray.direction, distance, batch_.guide);
   return emission * balance(from.bsdf_pdf, float(from.light_samples) * light_pdf);
 }
 
@@ -606,16 +608,17 @@ void PathBatch<kGlass, kSplit>::see_environment(const LaneList& missed) {
   Rgb radiance[kRayBatch];
   float pdf[kRayBatch];
   for (int i = 0; i < missed.size(); ++i) directions[i] = paths_[missed[i]].ray.direction;
-  if (batch_.guide) [[unlikely]] {
+  if (batch_.guide && batch_.guide->environment) [[unlikely]] {
+    const EnvironmentGuide& guide = *batch_.guide->environment;
     int regions[kRayBatch];
     for (int i = 0; i < missed.size(); ++i) {
       const LastVertex& from = sampled_from(paths_[missed[i]]);
       const bool guided = from.light_samples > 0 && !from.query.both_sides;
       regions[i] =
-          guided ? batch_.guide->region_of(from.query.point, from.query.normal) : SkyRegions::kNone;
+          guided ? guide.region_of(from.query.point, from.query.normal) : SkyRegions::kNone;
     }
     const auto count = size_t(missed.size());
-    batch_.guide->radiance_and_pdf({directions, count}, {regions, count}, radiance, pdf);
+    guide.radiance_and_pdf({directions, count}, {regions, count}, radiance, pdf);
   } else {
     lights_.environment()->radiance_and_pdf({directions, size_t(missed.size())}, radiance, pdf);
   }
@@ -626,8 +629,8 @@ void PathBatch<kGlass, kSplit>::see_environment(const LaneList& missed) {
                                        &batch_.seen[size_t(missed[i])]);
     const LastVertex& from = sampled_from(path);
     if (from.light_samples > 0) {
-      const float light_pdf =
-          float(from.light_samples) * pdf[i] * lights_.environment_probability(from.query);
+      const float light_pdf = float(from.light_samples) * pdf[i] *
+                              lights_.environment_probability(from.query, batch_.guide);
       radiance[i] *= balance(from.bsdf_pdf, light_pdf);
     }
     add_light(missed[i], path.way, Found::kEnvironment, group_of_environment(), radiance[i]);

@@ -37,7 +37,7 @@ bool plate_blocks(const Scene& scene, const SurfaceRoles& roles, Vec3f from,
 }  // namespace
 
 void catch_light(const Scene& scene, const SurfaceRoles& roles, const Ray& ray,
-                 const SurfaceHit& hit, float weight, const EnvironmentGuide* guide,
+                 const SurfaceHit& hit, float weight, const LightGuide* guide,
                  PixelSamples& samples, SampleRays* rays, CaughtLight* caught) {
   caught->catcher = weight;
   SurfaceInteraction surface;

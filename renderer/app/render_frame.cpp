@@ -15,7 +15,7 @@
 #include "renderer/drivers/adaptive_driver.h"
 #include "renderer/drivers/setting_table.h"
 #include "renderer/frame/frame_scene.h"
-#include "renderer/lights/environment_guide.h"
+#include "renderer/lights/light_guide.h"
 #include "renderer/output/checkpoint_head.h"
 #include "renderer/output/cryptomatte_layers.h"
 #include "renderer/output/frame_memory.h"

@@ -9,7 +9,8 @@
 #include "renderer/frame/frame_scene.h"
 #include "renderer/frame/half_layers.h"
 #include "renderer/lights/environment_guide.h"
-#include "renderer/scene/sky_survey.h"
+#include "renderer/lights/light_guide.h"
+#include "renderer/scene/light_survey.h"
 
 namespace emberline {
 namespace {
@@ -316,8 +317,8 @@ FramePlan::FramePlan(const FrameSettings& s)
                                                 .transparent = s.transparent,
                                                 .clamp_indirect = clamp_indirect,
                                                 .light_samples = s.light_samples});
-  guides_environment = s.environment_sampling == EnvironmentSampling::kGuided && s.max_depth > 0 &&
-                       find_integrator(s.integrator).tells_lights_apart;
+  guides_lights = s.environment_sampling == EnvironmentSampling::kGuided && s.max_depth > 0 &&
+                  find_integrator(s.integrator).tells_lights_apart;
   build.show_backfaces = s.show_backfaces;
   build.isa = s.isa;
   build.unread_uv = find_integrator(s.integrator).shows_uv || aovs.contains(Aov::kUv);
@@ -326,44 +327,43 @@ FramePlan::FramePlan(const FrameSettings& s)
 
 namespace {
 
-std::shared_ptr<const EnvironmentGuide> guide_by_all_light(const Scene& scene) {
+std::shared_ptr<const LightGuide> guide_by_all_light(const Scene& scene) {
   const EnvironmentLight* const light = scene.lights().environment();
   if (!light) return nullptr;
   auto guide = std::make_shared<EnvironmentGuide>(*light);
   guide->set_regions(SkyRegions::everywhere());
-  return guide;
+  return std::make_shared<LightGuide>(LightGuide{.environment = std::move(guide)});
 }
 
 }  // namespace
 
 Frame FramePlan::frame(const Scene& scene, const Camera& camera, const LightGroups* groups,
                        const CryptomatteIds* cryptomattes, const SurfaceRoles* roles) const {
-  return {
-      .scene = scene,
-      .camera = camera,
-      .integrator = *integrator,
-      .sampler = *sampler,
-      .filter = filter,
-      .width = width,
-      .height = height,
-      .crop = crop,
-      .first_sample = first_sample,
-      .samples_per_pixel = samples_per_pixel,
-      .seed = seed,
-      .streams = streams,
-      .half_block = half_block,
-      .aovs = aovs,
-      .shutter_frames = shutter_frames,
-      .exact_counts = even,
-      .clamp_indirect = clamp_indirect,
-      .light_groups = groups,
-      .cryptomattes = cryptomattes,
-      .roles = roles,
-      .empty_pixels = find_empty_pixels
-                          ? EmptyPixels::find(scene, camera, width, height, filter.radius())
-                          : nullptr,
-      .guide = guides_environment ? find_environment_guide(scene, camera, width, height) : nullptr,
-      .catcher_guide = aovs.contains(Aov::kShadow) ? guide_by_all_light(scene) : nullptr};
+  return {.scene = scene,
+          .camera = camera,
+          .integrator = *integrator,
+          .sampler = *sampler,
+          .filter = filter,
+          .width = width,
+          .height = height,
+          .crop = crop,
+          .first_sample = first_sample,
+          .samples_per_pixel = samples_per_pixel,
+          .seed = seed,
+          .streams = streams,
+          .half_block = half_block,
+          .aovs = aovs,
+          .shutter_frames = shutter_frames,
+          .exact_counts = even,
+          .clamp_indirect = clamp_indirect,
+          .light_groups = groups,
+          .cryptomattes = cryptomattes,
+          .roles = roles,
+          .empty_pixels = find_empty_pixels
+                              ? EmptyPixels::find(scene, camera, width, height, filter.radius())
+                              : nullptr,
+          .guide = guides_lights ? find_light_guide(scene, camera, width, height) : nullptr,
+          .catcher_guide = aovs.contains(Aov::kShadow) ? guide_by_all_light(scene) : nullptr};
 }
 
 bool shares_evenly(const FrameSettings& settings) {

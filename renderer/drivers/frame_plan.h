@@ -42,7 +42,7 @@ struct FramePlan {
   // Before a frame begins, some 20 ms of one thread for 10^5 triangles (EmptyPixels). The bits are
   // the same: those who wait for the first picture do without.
   bool find_empty_pixels = true;
-  bool guides_environment = false;  // where that pays (renderer/scene/sky_survey.h)
+  bool guides_lights = false;  // where that pays (renderer/scene/light_survey.h)
   SceneBuildOptions build;          // what the settings want of the scene
   PixelFilter filter;
   std::unique_ptr<Integrator> integrator;

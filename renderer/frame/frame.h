@@ -47,7 +47,7 @@ struct Frame {
   // Whose camera rays are not traced; null: all are.
   std::shared_ptr<const EmptyPixels> empty_pixels;
   // Those of SampleBatch; null: none.
-  std::shared_ptr<const EnvironmentGuide> guide, catcher_guide;
+  std::shared_ptr<const LightGuide> guide, catcher_guide;
 
   int half_of(uint32_t sample) const {
     return streams == StreamCount::kTwo ? int(sample / half_block & 1u) : 0;

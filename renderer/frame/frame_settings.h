@@ -29,7 +29,7 @@ enum class Reconstruction { kDuplicate, kLinear };
 enum class ErrorMetric { kMse, kRelMse, kDisplay, kDenoised };
 
 // Where samples of the environment go: by its light alone, or where little of it is seen towards
-// what is (renderer/scene/sky_survey.h).
+// what is (renderer/scene/light_survey.h).
 enum class EnvironmentSampling { kGuided, kByLight };
 
 // Every `count`-th tile of the driver's order, from the `index`-th on, 1 the first.

@@ -13,6 +13,7 @@
 #include "renderer/lights/environment_guide.h"
 #include "renderer/lights/environment_light.h"
 #include "renderer/lights/light_bvh.h"
+#include "renderer/lights/light_guide.h"
 #include "renderer/lights/triangle_sampling.h"
 
 namespace emberline {
@@ -23,11 +24,6 @@ namespace {
 constexpr float kLeastReceiverCosine = 0.05f;
 // KHR_lights_punctual: "lightAngleScale = 1.0f / max(0.001f, cos(innerConeAngle) - cos(outer...))".
 constexpr float kLeastConeDifference = 0.001f;
-
-// Least share of the samples for infinite and for finite lights: neither kind's irradiance is known
-// well (walls hide the sky from a room, a lamp faces away), so neither is ever left to chance.
-// Ours.
-constexpr float kLeastKindShare = 0.2f;
 
 bool emits(const Rgb& value) { return is_finite(value) && luminance(value) > 0.0f; }
 
@@ -173,16 +169,21 @@ float LightSampler::directional_weight(const LightQuery& query, const PointLight
   return luminance(state.intensity) * std::max(cosine, kLeastReceiverCosine);
 }
 
-LightSampler::InfiniteChoice LightSampler::weigh_infinite(const LightQuery& query) const {
+LightSampler::InfiniteChoice LightSampler::weigh_infinite(const LightQuery& query,
+                                                          const LightGuide* guide) const {
+  constexpr KindFactors kUnknown;
+  const KindFactors& factors = guide ? guide->factors : kUnknown;
   InfiniteChoice choice;
+  choice.directional_factor = factors.directional;
   int count = 0;
   for (uint32_t index : directional_) {
-    const float weight = directional_weight(query, points_[index]);
+    const float weight = directional_weight(query, points_[index]) * choice.directional_factor;
     choice.total += weight;
     count += weight > 0.0f ? 1 : 0;
   }
   if (environment_) {
-    choice.environment = kPi * environment_->mean_luminance();  // irradiance, were it even
+    // Irradiance, were it even.
+    choice.environment = kPi * environment_->mean_luminance() * factors.environment;
     choice.total += choice.environment;
     ++count;
   }
@@ -194,8 +195,8 @@ LightSampler::InfiniteChoice LightSampler::weigh_infinite(const LightQuery& quer
   const Vec3f to_finite = finite_centre_ - query.point;
   const float finite = finite_intensity_ / std::max(dot(to_finite, to_finite), finite_radius2_);
   const float share = choice.total / (choice.total + finite);
-  choice.probability =
-      share > kLeastKindShare ? std::min(share, 1.0f - kLeastKindShare) : kLeastKindShare;
+  const float least = factors.least_share;
+  choice.probability = share > least ? std::min(share, 1.0f - least) : least;
   return choice;
 }
 
@@ -206,7 +207,7 @@ LightSample LightSampler::sample_directional(const LightQuery& query, const Infi
   uint32_t picked = kNoEmitter;
   float picked_weight = 0.0f;
   for (uint32_t index : directional_) {
-    const float weight = directional_weight(query, points_[index]);
+    const float weight = directional_weight(query, points_[index]) * choice.directional_factor;
     if (weight <= 0.0f) continue;
     picked = index;  // rounding may run past the last one: keep it
     picked_weight = weight;
@@ -310,8 +311,9 @@ void LightSampler::sample_environment(std::span<const GuidedRequest> requests,
 }
 
 void LightSampler::sample(std::span<const LightRequest> requests, LightSample* const* out,
-                          const EnvironmentGuide* guide) const {
+                          const LightGuide* guide) const {
   assert(requests.size() <= size_t(kRayBatch));
+  const EnvironmentGuide* const environment_guide = guide ? guide->environment.get() : nullptr;
   // Those that pick the environment are answered together, and those that pick triangles.
   GuidedRequest environment_requests[kRayBatch];
   LightSample* environment_out[kRayBatch];
@@ -323,15 +325,15 @@ void LightSampler::sample(std::span<const LightRequest> requests, LightSample* c
     double pick = refine(requests[i].u_pick, requests[i].u);
     float finite_share = 1.0f;
     if (has_infinite()) {
-      const InfiniteChoice infinite = weigh_infinite(query);
+      const InfiniteChoice infinite = weigh_infinite(query, guide);
       const double split = double(infinite.probability);
       if (pick < split) {
         const double weight = pick / split * double(infinite.total);
         if (environment_ && weight < double(infinite.environment)) {
           GuidedRequest& request = environment_requests[environment_count];
           request.u = requests[i].u;
-          if (guide && !query.both_sides) [[unlikely]] {
-            request.region = guide->region_of(query.point, query.normal);
+          if (environment_guide && !query.both_sides) [[unlikely]] {
+            request.region = environment_guide->region_of(query.point, query.normal);
             request.u_part =
                 std::min(float(weight / double(infinite.environment)), kOneMinusEpsilon);
           }
@@ -365,7 +367,8 @@ void LightSampler::sample(std::span<const LightRequest> requests, LightSample* c
   }
   if (triangles.size() > 0) sample_triangles(triangles, triangle_out);
   if (environment_count > 0) {
-    sample_environment({environment_requests, environment_count}, guide, environment_out);
+    sample_environment({environment_requests, environment_count}, environment_guide,
+                       environment_out);
   }
 }
 
@@ -378,14 +381,16 @@ LightSample LightSampler::sample(const LightQuery& query, float u_pick, const Ve
 }
 
 float LightSampler::pdf_triangle(const LightQuery& query, uint32_t index,
-                                 const Vec3f& /*direction*/, float distance) const {
+                                 const Vec3f& /*direction*/, float distance,
+                                 const LightGuide* guide) const {
   const uint32_t emitter = triangle_emitter_[index];
   if (emitter == kNoEmitter) return 0.0f;
   const EmissiveTriangle& t = triangles_[index];
   const auto [p0, p1, p2] = corners(t, query.time);
   const SeenTriangle seen = see_triangle(p0, p1, p2, query.point);
   if (!t.two_sided && !(seen.height > 0)) return 0.0f;
-  const float finite_share = has_infinite() ? 1.0f - weigh_infinite(query).probability : 1.0f;
+  const float finite_share =
+      has_infinite() ? 1.0f - weigh_infinite(query, guide).probability : 1.0f;
   const float probability = finite_share * finite_probability(query, emitter);
   return probability * triangle_pdf(seen, distance);
 }
@@ -394,11 +399,24 @@ float LightSampler::pdf_environment(const LightQuery& query, const Vec3f& direct
   return environment_ ? environment_probability(query) * environment_->pdf(direction) : 0.0f;
 }
 
-float LightSampler::environment_probability(const LightQuery& query) const {
+float LightSampler::environment_probability(const LightQuery& query,
+                                            const LightGuide* guide) const {
   if (!environment_) return 0.0f;
-  const InfiniteChoice choice = weigh_infinite(query);
+  const InfiniteChoice choice = weigh_infinite(query, guide);
   // An environment so dim that its luminance is no float is never picked.
   return choice.total > 0.0f ? choice.probability * (choice.environment / choice.total) : 0.0f;
+}
+
+std::array<float, kLightKinds> LightSampler::kind_probabilities(const LightQuery& query,
+                                                                const LightGuide* guide) const {
+  std::array<float, kLightKinds> result{};
+  const InfiniteChoice choice = weigh_infinite(query, guide);
+  if (choice.total > 0.0f) {
+    result[kEnvironmentKind] = choice.probability * (choice.environment / choice.total);
+    result[kDirectionalKind] = choice.probability - result[kEnvironmentKind];
+  }
+  if (!emitters_.empty()) result[kFiniteKind] = 1.0f - choice.probability;
+  return result;
 }
 
 std::string LightSampler::describe() const {

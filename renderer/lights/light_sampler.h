@@ -21,6 +21,8 @@ class EnvironmentLight;  // environment_light.h
 class LightBvh;          // light_bvh.h
 struct EmitterBounds;    // light_bvh.h
 struct GuidedRequest;    // environment_guide.h
+struct KindFactors;      // light_guide.h
+struct LightGuide;       // light_guide.h
 class TriangleBatch;     // triangle_sampling.h
 
 // A triangle of an emissive mesh, as placed by one instance; at the shutter's opening, if it moves.
@@ -119,6 +121,9 @@ struct LightSample {
   bool delta = false;  // point-like: cannot be hit by a ray, pdf is the pick probability alone
 };
 
+// Kinds among which light is chosen first.
+enum { kEnvironmentKind, kDirectionalKind, kFiniteKind, kLightKinds };
+
 struct LightSamplerSettings {
   // From this many finite emitters on, a light BVH chooses; below, power does.
   uint32_t bvh_threshold = 16;
@@ -140,20 +145,25 @@ class LightSampler {
   // Picks one light with u_pick (reused by remapping inside) and a point on it with u.
   LightSample sample(const LightQuery& query, float u_pick, const Vec2f& u) const;
   // Up to kRayBatch requests at once, each answered as if it were alone; out is constructed.
-  // `guide`, of this environment: chooses its samples. Null: by light alone.
+  // `guide`, of these lights, is to be the same for samples and densities; null: none.
   void sample(std::span<const LightRequest> requests, LightSample* const* out,
-              const EnvironmentGuide* guide = nullptr) const;
+              const LightGuide* guide = nullptr) const;
 
   // Density, per solid angle at query.point, with which sample() returns the point at `distance`
   // along unit `direction` on triangle `index`, if nothing else is in the way: 0 on the back of a
   // one-sided one. Cost O(depth of the light BVH).
   float pdf_triangle(const LightQuery& query, uint32_t index, const Vec3f& direction,
-                     float distance) const;
+                     float distance, const LightGuide* guide = nullptr) const;
   // Density with which sample() without a guide returns the environment in `direction`.
   float pdf_environment(const LightQuery& query, const Vec3f& direction) const;
   // Its factor that does not depend on the direction: the probability of picking the environment
   // at all. With EnvironmentLight::radiance_and_pdf a ray that leaves the scene needs one lookup.
-  float environment_probability(const LightQuery& query) const;
+  float environment_probability(const LightQuery& query, const LightGuide* guide = nullptr) const;
+  // With which probability which kind of light is picked: the environment, directional lights,
+  // finite ones. At most 1 in all.
+  std::array<float, kLightKinds> kind_probabilities(const LightQuery& query,
+                                                    const LightGuide* guide = nullptr) const;
+  int kinds() const { return (environment_ ? 1 : 0) + !directional_.empty() + !emitters_.empty(); }
 
   const EnvironmentLight* environment() const { return environment_.get(); }
   const std::vector<EmissiveTriangle>& triangles() const { return triangles_; }
@@ -184,12 +194,13 @@ class LightSampler {
   std::vector<double> power_sums_;          // without a BVH: running shares of the power
 
   // The choice between infinite lights (directional, environment) and finite ones: by irradiance,
-  // within limits. That of the finite ones is taken as what a lamp of all their intensity in the
-  // middle of them would give. Among infinite ones by irradiance, which is known exactly but for
-  // the environment's distribution.
+  // within limits, times KindFactors. That of the finite ones is taken as what a lamp of all their
+  // intensity in the middle of them would give. Among infinite ones by irradiance, which is known
+  // exactly but for the environment's distribution.
   struct InfiniteChoice {
     float probability = 0.0f;  // of choosing any infinite light
     float environment = 0.0f;  // weights
+    float directional_factor = 1.0f;
     float total = 0.0f;
   };
   struct FinitePick {
@@ -199,7 +210,7 @@ class LightSampler {
   std::array<Vec3f, 3> corners(const EmissiveTriangle& triangle, float time) const;
   float directional_weight(const LightQuery& query, const PointLight& light) const;
   bool has_infinite() const { return environment_ || !directional_.empty(); }
-  InfiniteChoice weigh_infinite(const LightQuery& query) const;
+  InfiniteChoice weigh_infinite(const LightQuery& query, const LightGuide* guide) const;
   FinitePick pick_finite(const LightQuery& query, double u) const;
   float finite_probability(const LightQuery& query, uint32_t emitter) const;
   // Among the directional ones; u_weight in [0, their weights' sum).

@@ -1,6 +1,6 @@
 // What the parts of a scene see of the environment: a grid of cells, each with six regions for the
 // ways that a surface may face, and for each region how much of every tile of the sphere is open.
-// Surveyed by rays (renderer/scene/sky_survey.h), read by EnvironmentGuide.
+// Surveyed by rays (renderer/scene/light_survey.h), read by EnvironmentGuide.
 //
 // Points are in the scene's internal space, directions unit and in the world. Once it is
 // filled, all const functions are thread-safe.

@@ -1,8 +1,9 @@
 // Rooms that are lit through a hole, where samples of the environment are guided
-// (renderer/scene/sky_survey.h): their light has a closed form, their noise is less, and where a
+// (renderer/scene/light_survey.h): their light has a closed form, their noise is less, and where a
 // guide would not pay there is none.
 #include "receiver.h"
 #include "renderer/lights/environment_guide.h"
+#include "renderer/lights/light_guide.h"
 #include "support/float_map.h"
 #include "support/scenes.h"
 
@@ -52,10 +53,15 @@ double exact_at(const Vec3d& floor) {
   return std::abs(polygon_irradiance(hole, floor, Vec3d(0, 1, 0))) / kPiD;
 }
 
-bool is_guided(const Scene& scene, const CameraDescription& view, const RenderSettings& s) {
+LightGuide guide_of(const Scene& scene, const CameraDescription& view, const RenderSettings& s) {
   const FramePlan plan = plan_of(s);
   const Camera camera(view, s.width, s.height, scene.origin(), scene.scale());
-  return plan.frame(scene, camera).guide != nullptr;
+  const auto guide = plan.frame(scene, camera).guide;
+  return guide ? *guide : LightGuide();
+}
+
+bool is_guided(const Scene& scene, const CameraDescription& view, const RenderSettings& s) {
+  return guide_of(scene, view, s).environment != nullptr;
 }
 
 RenderSettings by_light(RenderSettings s) {
@@ -142,6 +148,61 @@ TEST(GuidedRoom, HasTheMeanOfOneThatIsNot) {
         << with;
     EXPECT_LT(error, 0.02 * light.mean) << with;
   }
+}
+
+// A closed room under a bright sky: samples of it would be lost. The lamp's light has a closed
+// form.
+TEST(GuidedRoom, LampsAndASkyThatDoesNotArrive) {
+  for (const double size : {1e-6, 1.0, 1e6}) {
+    const double power = 2;
+    SceneBuilderForTests b = room(0, size);
+    const int lid = two_sided(b, 0);
+    const auto corner = [&](double x, double z) {
+      return Vec3f(Vec3d(x, kHeight * 1.01, z) * size);
+    };
+    b.add_quad(corner(-2, -2), corner(2, -2), corner(2, 2), corner(-2, 2), lid);
+    b.add_point_light(Vec3d(0.4, 1.5, 0.3) * size, Rgb(float(power * size * size)));
+    b.set_environment(Rgb(50.0f));
+    const auto scene = b.build();
+    const Vec3d floor(-0.5, 0, 0.2);
+    const CameraDescription view = down_at(floor * size, size);
+    RenderSettings s = direct_light_settings();
+    const KindFactors factors = guide_of(*scene, view, s).factors;
+    EXPECT_LT(factors.environment, 0.25f) << size;
+    EXPECT_EQ(factors.directional, 1.0f) << size;
+    const Vec3d to_lamp = Vec3d(0.4, 1.5, 0.3) - floor;
+    const double exact = power * to_lamp.y / std::pow(to_lamp.length(), 3) / kPiD;
+    expect_exact(render(*scene, view, s), exact, 1e-4, s,
+                 {"E51", fmt::format("closed room of size {:g}, a lamp, bright sky", size)});
+    // One sample in five was the lamp's; now 19 of 20 are.
+    EXPECT_LT(noise_of(*scene, view, s), 0.4 * noise_of(*scene, view, by_light(s))) << size;
+  }
+}
+
+// Suns, lamps and a sky together, each of which is the brightest somewhere.
+TEST(GuidedRoom, KindsOfLightKeepTheirMean) {
+  SceneBuilderForTests b = room(0.5f);
+  b.set_environment(sky_map());
+  PunctualLightDescription sun;
+  sun.type = PunctualType::kDirectional;
+  sun.intensity = Rgb(30.0f);
+  sun.to_world = look_at_matrix({0.3, 5, 0.2}, {0, 0, 0});
+  b.description.lights.push_back(sun);
+  b.add_quad({1.2f, .5f, -1.5f}, {1.3f, .5f, -1.5f}, {1.3f, .6f, -1.5f}, {1.2f, .6f, -1.5f},
+             b.add_material(emitter(Rgb(5.0f))));
+  const auto scene = b.build();
+  const CameraDescription view = down_at({-0.8, 0, 0.9});
+  RenderSettings s;
+  s.width = s.height = 32;
+  s.spp = 256;
+  s.max_depth = 4;
+  ASSERT_NE(guide_of(*scene, view, s).factors, KindFactors{});
+  const RenderedImage guided = render(*scene, view, s);
+  const RenderedImage light = render(*scene, view, by_light(s));
+  EXPECT_NE(guided.values, light.values);
+  const double error = std::hypot(guided.standard_error, light.standard_error);
+  EXPECT_NEAR(guided.mean, light.mean, 5 * error);
+  EXPECT_LT(error, 0.02 * light.mean);
 }
 
 // Equal samples have equal bits: threads, buckets, crops, drivers.

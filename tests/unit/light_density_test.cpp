@@ -5,6 +5,8 @@
 
 #include "renderer/core/ray.h"
 #include "renderer/core/warps.h"
+#include "renderer/lights/environment_light.h"
+#include "renderer/lights/light_guide.h"
 #include "renderer/lights/light_sampler.h"
 #include "support/light_scenes.h"
 
@@ -69,6 +71,48 @@ TEST(LightSampler, SampleAndHitAgreeToTheBit) {
       }
       EXPECT_GT(seen, 400);
     }
+}
+
+// Kinds of light are picked with the probabilities that are told, which factors change.
+TEST(LightSampler, KindsArePickedAsTold) {
+  const MixedScene scene = mixed_scene(30, 1.0f);
+  const LightSampler lights = make(scene.triangles, scene.points, scene.sky);
+  for (const KindFactors& factors : {KindFactors{}, KindFactors{0.25f, 1, 0.05f},
+                                     KindFactors{8, 0.125f, 0.1f}, KindFactors{1, 64, 0.01f}}) {
+    const LightGuide guide{.factors = factors};
+    std::array<Moments, kLightKinds> picked;
+    std::array<double, kLightKinds> told{};
+    constexpr int kDraws = 100'000;
+    for (uint64_t draw = 0; draw < kDraws; ++draw) {
+      TestRandom random(42, draw);
+      const LightQuery query{square_to_sphere(random.vec2()) * (3 * random.next()),
+                             square_to_sphere(random.vec2()), random.next() < 0.3f};
+      const float pick = random.next();
+      const LightRequest request{query, pick, random.vec2()};
+      LightSample s;
+      LightSample* const out = &s;
+      lights.sample({&request, 1}, &out, &guide);
+      const bool sun = s.kind == LightKind::kPoint && s.distance == kInfinity;
+      const std::array<float, kLightKinds> probabilities = lights.kind_probabilities(query, &guide);
+      ASSERT_NEAR(probabilities[0] + probabilities[1] + probabilities[2], 1, 1e-5f);
+      picked[kEnvironmentKind].add(s.kind == LightKind::kEnvironment ? 1.0 : 0.0);
+      picked[kDirectionalKind].add(sun ? 1.0 : 0.0);
+      for (size_t k = 0; k < kLightKinds; ++k) told[k] += double(probabilities[k]) / kDraws;
+      if (s.kind == LightKind::kEnvironment) {
+        ASSERT_EQ(s.pdf, lights.environment_probability(query, &guide) *
+                             lights.environment()->pdf(s.direction));
+      } else if (s.kind == LightKind::kTriangle) {
+        ASSERT_EQ(s.pdf, lights.pdf_triangle(query, s.index, s.direction, s.distance, &guide));
+      } else if (sun) {
+        ASSERT_NEAR(s.pdf, probabilities[kDirectionalKind], 1e-6f);
+      }
+    }
+    for (const size_t k : {kEnvironmentKind, kDirectionalKind}) {
+      EXPECT_NEAR(picked[k].mean(), told[k], 5.5 * picked[k].standard_error())
+          << k << " factors " << factors.environment << ", " << factors.directional;
+    }
+    EXPECT_GE(told[kFiniteKind], double(factors.least_share) - 1e-6);
+  }
 }
 
 // Over uniform directions, the densities of all triangles that a ray meets add up to the

@@ -1,4 +1,4 @@
-#include "renderer/scene/sky_survey.h"
+#include "renderer/scene/light_survey.h"
 
 #include <algorithm>
 #include <array>
@@ -13,6 +13,7 @@
 #include "renderer/core/parallel.h"
 #include "renderer/core/warps.h"
 #include "renderer/lights/environment_guide.h"
+#include "renderer/lights/light_guide.h"
 #include "renderer/scene/camera.h"
 #include "renderer/scene/scene.h"
 
@@ -29,6 +30,13 @@ constexpr int kSurveyBits = 14, kSurveySurfaces = 4;
 // where at least so much of the light is the environment's.
 constexpr double kLeastVariance = 3, kLeastShare = 0.3;
 constexpr int kPilotSamples = 8;
+// Kinds of light: factors of up to 2^kMostDoublings are tried, by the light samples of each place.
+// One is taken if it takes away so much of the noise for each doubling, and all are if they leave
+// so little of it.
+constexpr int kKindSamples = 32, kMostDoublings = 8;
+constexpr uint32_t kCells = 32;  // parts of the frame, over which what samples bring is pooled
+constexpr float kLeastKindShare = 0.05f;
+constexpr double kReluctance = 0.01, kKindGain = 0.95;
 // Of the way to a lamp: its own surface is not in the way.
 constexpr float kNearlyThere = 0.999f;
 constexpr size_t kLeastPlaces = 64;
@@ -62,29 +70,44 @@ struct Place {
   Vec3f geometric_normal, shading_normal;
   float offset = 0.0f;
   float time = 0.0f;
+  uint32_t path = 0;
 };
 
 LightQuery query_of(const Place& place) {
   return {place.position, place.shading_normal, false, place.time};
 }
 
-class SkySurvey {
+// What the light samples of a place bring: of each kind of light the mean square, if all samples
+// were its.
+struct KindSquares {
+  std::array<double, kLightKinds> squares{};
+  double mean = 0;
+};
+
+class LightSurvey {
  public:
-  SkySurvey(const Scene& scene, const Camera& camera, int width, int height)
+  LightSurvey(const Scene& scene, const Camera& camera, int width, int height)
       : scene_(scene), camera_(camera), width_(width), height_(height) {}
 
-  bool pays() const;
-  std::optional<SkyRegions> regions(const EnvironmentGuide& guide) const;
+  std::vector<Place> walk(int bits, int surfaces) const;
+  bool guiding_pays(std::span<const Place> places) const;
+  std::shared_ptr<const EnvironmentGuide> environment_guide() const;
+  KindFactors factors(std::span<const Place> places, const LightGuide& guide) const;
 
  private:
-  std::vector<Place> walk(int bits, int surfaces) const;
   Ray camera_ray(uint32_t path, int bits, Numbers& numbers) const;
   enum class Met { kNothing, kPlace, kWalls };
   Met next_place(const Ray& ray, CoverageKey key, Place* out) const;
   float openness(const Place& place, const Vec3f& direction, float distance,
                  Numbers& numbers) const;
+  LightSample light_sample(const Place& place, const LightGuide* guide, Numbers& numbers) const;
+  double arriving(const Place& place, const LightSample& s, double density, Numbers& numbers) const;
   double lamp_light(const Place& place, Numbers& numbers) const;
   double environment_light(const Place& place, Numbers& numbers) const;
+  KindSquares kind_squares(const Place& place, const LightGuide& guide, Numbers numbers) const;
+  double noise(std::span<const Place> places, std::span<const KindSquares> squares,
+               const KindFactors& factors) const;
+  std::optional<SkyRegions> regions(const EnvironmentGuide& guide) const;
   void look(const EnvironmentGuide& guide, std::span<const Place* const> places, Numbers numbers,
             std::span<float> seen) const;
 
@@ -94,7 +117,7 @@ class SkySurvey {
 };
 
 // Paths are spread over the frame whatever number of the first ones is taken.
-Ray SkySurvey::camera_ray(uint32_t path, int bits, Numbers& numbers) const {
+Ray LightSurvey::camera_ray(uint32_t path, int bits, Numbers& numbers) const {
   uint32_t x = 0, y = 0;
   for (int bit = 0; bit < bits; ++bit) {
     uint32_t& axis = bit % 2 == 0 ? x : y;
@@ -110,7 +133,7 @@ Ray SkySurvey::camera_ray(uint32_t path, int bits, Numbers& numbers) const {
 }
 
 // Where the ray comes to, straight through smooth walls, if they are not too many.
-SkySurvey::Met SkySurvey::next_place(const Ray& from, CoverageKey key, Place* out) const {
+LightSurvey::Met LightSurvey::next_place(const Ray& from, CoverageKey key, Place* out) const {
   Ray ray = from;
   for (int walls = 0; walls < kWallsLookedThrough; ++walls) {
     SurfaceHit hit;
@@ -132,7 +155,7 @@ SkySurvey::Met SkySurvey::next_place(const Ray& from, CoverageKey key, Place* ou
 }
 
 // Of paths that are scattered as by chalk.
-std::vector<Place> SkySurvey::walk(int bits, int surfaces) const {
+std::vector<Place> LightSurvey::walk(int bits, int surfaces) const {
   const size_t paths = size_t(1) << bits;
   std::vector<std::vector<Place>> found(paths);
   parallel_ranges(paths, 64, [&](size_t begin, size_t end) {
@@ -142,6 +165,7 @@ std::vector<Place> SkySurvey::walk(int bits, int surfaces) const {
       for (int i = 0; i < surfaces; ++i) {
         Place place;
         if (next_place(ray, {numbers.bits(), 0}, &place) != Met::kPlace) break;
+        place.path = uint32_t(path);
         found[path].push_back(place);
         const ShadingFrame frame = ShadingFrame::from_normal(place.geometric_normal);
         ray.direction = frame.to_world(square_to_cosine_hemisphere(numbers.pair()));
@@ -158,8 +182,8 @@ std::vector<Place> SkySurvey::walk(int bits, int surfaces) const {
 }
 
 // What arrives from so far in a direction.
-float SkySurvey::openness(const Place& place, const Vec3f& direction, float distance,
-                          Numbers& numbers) const {
+float LightSurvey::openness(const Place& place, const Vec3f& direction, float distance,
+                            Numbers& numbers) const {
   const CoverageKey key{numbers.bits(), 0};
   const Vec3f origin =
       offset_ray_origin(place.position, place.geometric_normal, place.offset, direction);
@@ -171,24 +195,37 @@ float SkySurvey::openness(const Place& place, const Vec3f& direction, float dist
   return next_place(ray, key, &met) == Met::kNothing ? 1.0f : 0.0f;
 }
 
-// Of the lamps; what one sample brings, or nothing if it chose the environment.
-double SkySurvey::lamp_light(const Place& place, Numbers& numbers) const {
-  const LightSampler& lights = scene_.lights();
+LightSample LightSurvey::light_sample(const Place& place, const LightGuide* guide,
+                                      Numbers& numbers) const {
   const float u_pick = numbers.next();
-  const LightSample s = lights.sample(query_of(place), u_pick, numbers.pair());
+  const LightRequest request{query_of(place), u_pick, numbers.pair()};
+  LightSample sample;
+  LightSample* const out = &sample;
+  scene_.lights().sample({&request, 1}, &out, guide);
+  return sample;
+}
+
+// Over a density: the light's, or that of all techniques.
+double LightSurvey::arriving(const Place& place, const LightSample& s, double density,
+                             Numbers& numbers) const {
   const float cosine = dot(s.direction, place.geometric_normal);
-  if (s.kind == LightKind::kNone || s.kind == LightKind::kEnvironment || !(s.pdf > 0.0f) ||
-      !(cosine > 0.0f)) {
-    return 0;
-  }
-  const Rgb radiance =
-      s.kind == LightKind::kTriangle ? lights.triangles()[s.index].mean_radiance : s.radiance;
-  return double(openness(place, s.direction, s.distance * kNearlyThere, numbers) * cosine / s.pdf) *
-         double(luminance(radiance));
+  if (s.kind == LightKind::kNone || !(s.pdf > 0.0f) || !(cosine > 0.0f)) return 0;
+  const Rgb radiance = s.kind == LightKind::kTriangle
+                           ? scene_.lights().triangles()[s.index].mean_radiance
+                           : s.radiance;
+  return double(openness(place, s.direction, s.distance * kNearlyThere, numbers) * cosine) *
+         double(luminance(radiance)) / density;
+}
+
+// Of the lamps; what one sample brings, or nothing if it chose the environment.
+double LightSurvey::lamp_light(const Place& place, Numbers& numbers) const {
+  const LightSample s = light_sample(place, nullptr, numbers);
+  if (s.kind == LightKind::kEnvironment) return 0;
+  return arriving(place, s, double(s.pdf), numbers);
 }
 
 // Of the environment, by one sample of it and one of a chalk's, weighed by the balance heuristic.
-double SkySurvey::environment_light(const Place& place, Numbers& numbers) const {
+double LightSurvey::environment_light(const Place& place, Numbers& numbers) const {
   const EnvironmentLight& environment = *scene_.lights().environment();
   const auto light = [&](const Vec3f& direction, const Rgb& radiance, float pdf) {
     const float cosine = dot(direction, place.geometric_normal);
@@ -209,9 +246,7 @@ double SkySurvey::environment_light(const Place& place, Numbers& numbers) const 
 // Whether the environment's light arrives by few samples of each place, and enough of all light is
 // its. Where every sample of some places arrives, and none of others, as with a sun, there is
 // nothing to guide.
-bool SkySurvey::pays() const {
-  const std::vector<Place> places = walk(kPilotBits, kPilotSurfaces);
-  if (places.size() < kLeastPlaces) return false;
+bool LightSurvey::guiding_pays(std::span<const Place> places) const {
   std::vector<double> lamps(places.size());
   std::vector<Moments> environment(places.size());
   parallel_ranges(places.size(), 32, [&](size_t begin, size_t end) {
@@ -234,9 +269,85 @@ bool SkySurvey::pays() const {
          variance >= kLeastVariance * squares;
 }
 
+// Beside BSDF samples of a chalk, by the balance heuristic.
+KindSquares LightSurvey::kind_squares(const Place& place, const LightGuide& guide,
+                                      Numbers numbers) const {
+  KindSquares result;
+  const std::array<float, kLightKinds> probabilities =
+      scene_.lights().kind_probabilities(query_of(place), &guide);
+  for (int i = 0; i < kKindSamples; ++i) {
+    const LightSample s = light_sample(place, &guide, numbers);
+    const float cosine = std::max(0.0f, dot(s.direction, place.geometric_normal));
+    const double density = double(s.pdf) + double(s.delta ? 0.0f : cosine / kPi);
+    const double light = arriving(place, s, density, numbers);
+    const int kind = s.kind == LightKind::kEnvironment    ? kEnvironmentKind
+                     : s.delta && s.distance == kInfinity ? kDirectionalKind
+                                                          : kFiniteKind;
+    result.mean += light / kKindSamples;
+    result.squares[size_t(kind)] +=
+        square(light) * double(probabilities[size_t(kind)]) / kKindSamples;
+  }
+  return result;
+}
+
+// Of pixels, over their light, or that of the mean one where it is dark; the sum over cells of
+// roots, so that a few do not decide.
+double LightSurvey::noise(std::span<const Place> places, std::span<const KindSquares> squares,
+                          const KindFactors& factors) const {
+  const LightGuide guide{.factors = factors};
+  std::array<double, 1u << kPilotBits> light{};  // of paths
+  double mean = 0;
+  for (size_t i = 0; i < places.size(); ++i) {
+    light[places[i].path] += squares[i].mean;
+    mean += squares[i].mean / double(light.size());
+  }
+  std::array<double, kCells> cells{};
+  for (size_t i = 0; i < places.size(); ++i) {
+    const std::array<float, kLightKinds> probabilities =
+        scene_.lights().kind_probabilities(query_of(places[i]), &guide);
+    const uint32_t path = places[i].path;
+    for (size_t k = 0; k < kLightKinds; ++k) {
+      if (!(squares[i].squares[k] > 0)) continue;
+      cells[path % kCells] +=
+          squares[i].squares[k] / double(probabilities[k]) / (square(light[path]) + square(mean));
+    }
+  }
+  double sum = 0;
+  for (const double cell : cells) sum += std::sqrt(cell);
+  return sum;
+}
+
+// Those of the least noise.
+KindFactors LightSurvey::factors(std::span<const Place> places, const LightGuide& guide) const {
+  std::vector<KindSquares> squares(places.size());
+  parallel_ranges(places.size(), 32, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      squares[i] = kind_squares(places[i], guide, Numbers{~uint32_t(i)});
+    }
+  });
+  KindFactors best{.least_share = kLeastKindShare};
+  double least = noise(places, squares, best);
+  int far = 0;  // doublings of the other factor
+  for (float KindFactors::*const factor : {&KindFactors::environment, &KindFactors::directional}) {
+    KindFactors other = best;
+    int taken = 0;
+    for (int doublings = -kMostDoublings; doublings <= kMostDoublings; ++doublings) {
+      other.*factor = std::ldexp(1.0f, doublings);
+      const double found =
+          noise(places, squares, other) * (1 + kReluctance * (far + std::abs(doublings)));
+      if (!(found < least)) continue;
+      least = found;
+      taken = std::abs(doublings);
+      best = other;
+    }
+    far += taken;
+  }
+  return least < kKindGain * noise(places, squares, {}) ? best : KindFactors{};
+}
+
 // Root mean squares: of what a tile brings if its samples are to have the least variance.
-void SkySurvey::look(const EnvironmentGuide& guide, std::span<const Place* const> places,
-                     Numbers numbers, std::span<float> seen) const {
+void LightSurvey::look(const EnvironmentGuide& guide, std::span<const Place* const> places,
+                       Numbers numbers, std::span<float> seen) const {
   using sky_tiles::kColumns, sky_tiles::kRows, sky_tiles::kCount;
   struct Looks {
     float squares = 0.0f;
@@ -285,7 +396,7 @@ void SkySurvey::look(const EnvironmentGuide& guide, std::span<const Place* const
   }
 }
 
-std::optional<SkyRegions> SkySurvey::regions(const EnvironmentGuide& guide) const {
+std::optional<SkyRegions> LightSurvey::regions(const EnvironmentGuide& guide) const {
   const auto pixels = uint64_t(width_) * uint64_t(height_);
   const int bits = std::clamp(int(std::bit_width(pixels)) - 1, kPilotBits, kSurveyBits);
   const std::vector<Place> places = walk(bits, kSurveySurfaces);
@@ -320,20 +431,29 @@ std::optional<SkyRegions> SkySurvey::regions(const EnvironmentGuide& guide) cons
   return regions;
 }
 
+std::shared_ptr<const EnvironmentGuide> LightSurvey::environment_guide() const {
+  auto guide = std::make_shared<EnvironmentGuide>(*scene_.lights().environment());
+  std::optional<SkyRegions> found = regions(*guide);
+  if (!found) return nullptr;
+  guide->set_regions(std::move(*found));
+  return guide;
+}
+
 }  // namespace
 
-std::shared_ptr<const EnvironmentGuide> find_environment_guide(const Scene& scene,
-                                                               const Camera& camera, int width,
-                                                               int height) {
-  const EnvironmentLight* const light = scene.lights().environment();
-  if (!light) return nullptr;
-  const SkySurvey survey(scene, camera, width, height);
-  if (!survey.pays()) return nullptr;
-  auto guide = std::make_shared<EnvironmentGuide>(*light);
-  std::optional<SkyRegions> regions = survey.regions(*guide);
-  if (!regions) return nullptr;
-  guide->set_regions(std::move(*regions));
-  return guide;
+std::shared_ptr<const LightGuide> find_light_guide(const Scene& scene, const Camera& camera,
+                                                   int width, int height) {
+  const LightSampler& lights = scene.lights();
+  if (!lights.environment() && lights.kinds() < 2) return nullptr;
+  const LightSurvey survey(scene, camera, width, height);
+  const std::vector<Place> places = survey.walk(kPilotBits, kPilotSurfaces);
+  if (places.size() < kLeastPlaces) return nullptr;
+  LightGuide guide;
+  if (lights.environment() && survey.guiding_pays(places))
+    guide.environment = survey.environment_guide();
+  if (lights.kinds() > 1) guide.factors = survey.factors(places, guide);
+  if (!guide.environment && guide.factors == KindFactors{}) return nullptr;
+  return std::make_shared<LightGuide>(std::move(guide));
 }
 
 }  // namespace emberline
