@@ -30,10 +30,11 @@ constexpr int kSurveyBits = 14, kSurveySurfaces = 4;
 // where at least so much of the light is the environment's.
 constexpr double kLeastVariance = 3, kLeastShare = 0.3;
 constexpr int kPilotSamples = 8;
-// Kinds of light: factors of up to 2^kMostDoublings are tried, by the light samples of each place.
+// Kinds of light: factors of up to 2^kMostDoublings are tried, by light samples of each place. Of
+// more surfaces, as a patch of sun may light a room that does not see it.
 // One is taken if it takes away so much of the noise for each doubling, and all are if they leave
 // so little of it.
-constexpr int kKindSamples = 32, kMostDoublings = 8;
+constexpr int kKindSurfaces = 4, kKindSamples = 16, kMostDoublings = 8;
 constexpr uint32_t kCells = 32;  // parts of the frame, over which what samples bring is pooled
 constexpr float kLeastKindShare = 0.05f;
 constexpr double kReluctance = 0.01, kKindGain = 0.95;
@@ -290,30 +291,30 @@ KindSquares LightSurvey::kind_squares(const Place& place, const LightGuide& guid
   return result;
 }
 
-// Of pixels, over their light, or that of the mean one where it is dark; the sum over cells of
-// roots, so that a few do not decide.
+// The sum over cells, over their light, or that of the frame where it is dark.
 double LightSurvey::noise(std::span<const Place> places, std::span<const KindSquares> squares,
                           const KindFactors& factors) const {
   const LightGuide guide{.factors = factors};
-  std::array<double, 1u << kPilotBits> light{};  // of paths
+  struct Cell {
+    double variance = 0, light = 0;
+  };
+  std::array<Cell, kCells> cells;
   double mean = 0;
-  for (size_t i = 0; i < places.size(); ++i) {
-    light[places[i].path] += squares[i].mean;
-    mean += squares[i].mean / double(light.size());
-  }
-  std::array<double, kCells> cells{};
   for (size_t i = 0; i < places.size(); ++i) {
     const std::array<float, kLightKinds> probabilities =
         scene_.lights().kind_probabilities(query_of(places[i]), &guide);
-    const uint32_t path = places[i].path;
+    Cell& cell = cells[places[i].path % kCells];
     for (size_t k = 0; k < kLightKinds; ++k) {
-      if (!(squares[i].squares[k] > 0)) continue;
-      cells[path % kCells] +=
-          squares[i].squares[k] / double(probabilities[k]) / (square(light[path]) + square(mean));
+      if (squares[i].squares[k] > 0)
+        cell.variance += squares[i].squares[k] / double(probabilities[k]);
     }
+    cell.light += squares[i].mean;
+    mean += squares[i].mean / kCells;
   }
   double sum = 0;
-  for (const double cell : cells) sum += std::sqrt(cell);
+  for (const Cell& cell : cells) {
+    if (cell.variance > 0) sum += std::sqrt(cell.variance) / (cell.light + mean);
+  }
   return sum;
 }
 
@@ -451,7 +452,8 @@ std::shared_ptr<const LightGuide> find_light_guide(const Scene& scene, const Cam
   LightGuide guide;
   if (lights.environment() && survey.guiding_pays(places))
     guide.environment = survey.environment_guide();
-  if (lights.kinds() > 1) guide.factors = survey.factors(places, guide);
+  if (lights.kinds() > 1)
+    guide.factors = survey.factors(survey.walk(kPilotBits, kKindSurfaces), guide);
   if (!guide.environment && guide.factors == KindFactors{}) return nullptr;
   return std::make_shared<LightGuide>(std::move(guide));
 }
