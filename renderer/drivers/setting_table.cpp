@@ -324,7 +324,8 @@ Setting unless_default(Setting setting) {
 using S = FrameSettings;
 
 constexpr NamedValue<EnvironmentSampling> kEnvironmentSamplings[] = {
-    {"guided", "where little of it is seen, as in a room, to what a short survey saw of it",
+    {"guided",
+     "to the kinds of light that a short survey saw arrive; of the environment, to what is seen",
      EnvironmentSampling::kGuided},
     {"light", "by its light alone", EnvironmentSampling::kByLight}};
 
@@ -450,9 +451,9 @@ std::vector<Setting> make_table() {
                                        "multiplies the environment"),
       number<&S::environment_rotation>("env-rotation", kLight, -36000.0f, 36000.0f,
                                        "degrees; 90 brings what was at +X to -Z"),
-      unless_default(choice<&S::environment_sampling>(
-          "env-sampling", kSample, "sampling", "where samples of the environment go [guided]",
-          environment_sampling_table())),
+      unless_default(choice<&S::environment_sampling>("env-sampling", kSample, "sampling",
+                                                      "where light samples go [guided]",
+                                                      environment_sampling_table())),
       flag<&S::transparent>("transparent", kSample, "the camera does not see the environment"),
       unless_default(choice<&S::working_space>("working-space", kLight, "space",
                                                "primaries that are rendered and written [rec709]",

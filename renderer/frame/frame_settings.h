@@ -28,8 +28,8 @@ enum class Reconstruction { kDuplicate, kLinear };
 // In what units an error counts (drivers/adaptive/error_metric.h).
 enum class ErrorMetric { kMse, kRelMse, kDisplay, kDenoised };
 
-// Where samples of the environment go: by its light alone, or where little of it is seen towards
-// what is (renderer/scene/light_survey.h).
+// Where light samples go: by each light alone, or to those kinds of light that arrive, and where
+// little of the environment is seen towards what is (renderer/scene/light_survey.h).
 enum class EnvironmentSampling { kGuided, kByLight };
 
 // Every `count`-th tile of the driver's order, from the `index`-th on, 1 the first.

@@ -14,7 +14,7 @@ class EnvironmentGuide;  // environment_guide.h
 // factor; finite lights' is 1.
 struct KindFactors {
   float environment = 1.0f, directional = 1.0f;
-  // Of the samples, for infinite lights and for finite ones. Without a survey neither kind's
+  // Of the samples, for infinite lights and for finite ones each. Without a survey neither kind's
   // irradiance is known well: walls hide the sky from a room, a lamp faces away. Ours.
   float least_share = 0.2f;
 
