@@ -43,7 +43,7 @@ struct FramePlan {
   // the same: those who wait for the first picture do without.
   bool find_empty_pixels = true;
   bool guides_lights = false;  // where that pays (renderer/scene/light_survey.h)
-  SceneBuildOptions build;          // what the settings want of the scene
+  SceneBuildOptions build;     // what the settings want of the scene
   PixelFilter filter;
   std::unique_ptr<Integrator> integrator;
   std::unique_ptr<Sampler> sampler;

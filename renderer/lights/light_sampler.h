@@ -21,7 +21,6 @@ class EnvironmentLight;  // environment_light.h
 class LightBvh;          // light_bvh.h
 struct EmitterBounds;    // light_bvh.h
 struct GuidedRequest;    // environment_guide.h
-struct KindFactors;      // light_guide.h
 struct LightGuide;       // light_guide.h
 class TriangleBatch;     // triangle_sampling.h
 

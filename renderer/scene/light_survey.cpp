@@ -35,7 +35,9 @@ constexpr int kPilotSamples = 8;
 // One is taken if it takes away so much of the noise for each doubling, and all are if they leave
 // so little of it.
 constexpr int kKindSurfaces = 4, kKindSamples = 16, kMostDoublings = 8;
-constexpr uint32_t kCells = 32;  // parts of the frame, over which what samples bring is pooled
+// Parts of the frame, over which what samples bring is pooled: a path's low bits say in which it
+// is.
+constexpr uint32_t kCells = 32;
 constexpr float kLeastKindShare = 0.05f;
 constexpr double kReluctance = 0.01, kKindGain = 0.95;
 // Of the way to a lamp: its own surface is not in the way.

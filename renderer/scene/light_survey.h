@@ -2,9 +2,9 @@
 // there, whether little of the environment is seen, and if so what of it from where.
 //
 // The environment after the learning phase of Atanasov et al. 2018
-// (renderer/lights/environment_guide.h). A pure function of the scene and of the whole frame's view:
-// the same for every driver, crop, part, sample count and seed, and so are the samples that it
-// guides (law 1).
+// (renderer/lights/environment_guide.h). A pure function of the scene and of the whole frame's
+// view: the same for every driver, crop, part, sample count and seed, and so are the samples that
+// it guides (law 1).
 #pragma once
 
 #include <memory>
