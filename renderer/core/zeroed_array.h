@@ -1,6 +1,6 @@
-// An array that is all zero bits when it is made, and whose memory the system hands out page by
-// page on first use: a frame's film costs nothing until its first samples come, and then belongs to
-// the threads that bring them.
+// An array that is all zero bits when it is made. The system hands out small pages of its memory on
+// first use, so that a film costs nothing until samples come. Huge pages, of which the first few
+// samples of a frame would touch every one, are taken by all threads together.
 #pragma once
 
 #include <cassert>
@@ -18,6 +18,13 @@ namespace emberline {
 // touched 16,000 pages in its first pass, a sixth of the time of that pass.
 void prefer_huge_pages(void* data, size_t bytes);
 
+// The same for memory that is zero, and all its huge pages are there on return: cleared one by one,
+// as samples come, they were an eighth of a bisection frame of 32 samples with 16 threads.
+void take_huge_pages(void* zeroes, size_t bytes);
+
+// Sets all to zero; large ones with all threads.
+void clear_bytes(void* data, size_t bytes);
+
 template <typename T>
 class ZeroedArray {
   static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T>);
@@ -30,10 +37,10 @@ class ZeroedArray {
       capacity_ = 0;
       data_.reset(static_cast<T*>(std::calloc(size, sizeof(T))));
       if (!data_) throw std::bad_alloc();
-      prefer_huge_pages(data_.get(), size * sizeof(T));
+      take_huge_pages(data_.get(), size * sizeof(T));
       capacity_ = size;
     } else if (size > 0) {
-      std::memset(static_cast<void*>(data_.get()), 0, size * sizeof(T));
+      clear_bytes(data_.get(), size * sizeof(T));
     }
     size_ = size;
   }

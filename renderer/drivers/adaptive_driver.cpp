@@ -49,14 +49,30 @@ std::vector<uint32_t> tile_order(const Rect& crop) {
 
 std::vector<size_t> cut_into_parts(std::span<const uint32_t> order, std::span<const uint32_t> have,
                                    std::span<const uint32_t> targets, uint64_t samples) {
+  const auto missing = [&](size_t k) { return uint64_t(targets[order[k]] - have[order[k]]); };
+  // Sums of blocks by all threads: what is left to one is to look where a part ends.
+  constexpr size_t kBlock = 32;
+  const size_t count = order.size();
+  std::vector<uint64_t> sums((count + kBlock - 1) / kBlock);
+  parallel_each(sums.size(), [&](size_t block) {
+    const size_t end = std::min(count, (block + 1) * kBlock);
+    for (size_t k = block * kBlock; k < end; ++k) sums[block] += missing(k);
+  });
   std::vector<size_t> parts = {0};
   uint64_t in_part = 0;
-  for (size_t k = 0; k < order.size(); ++k) {
-    if (in_part >= samples) {
-      parts.push_back(k);
-      in_part = 0;
+  for (size_t block = 0; block < sums.size(); ++block) {
+    if (in_part + sums[block] < samples) {
+      in_part += sums[block];
+      continue;
     }
-    in_part += targets[order[k]] - have[order[k]];
+    const size_t end = std::min(count, (block + 1) * kBlock);
+    for (size_t k = block * kBlock; k < end; ++k) {
+      if (in_part >= samples) {
+        parts.push_back(k);
+        in_part = 0;
+      }
+      in_part += missing(k);
+    }
   }
   if (!order.empty()) parts.push_back(order.size());
   return parts;
@@ -271,7 +287,8 @@ void AdaptiveDriver::end(FilmTile& film, PixelStop cut_short) {
     planner_.look(film);
     planner_.write_variances(&film);
   }
-  for (size_t i = 0; i < have_.size(); ++i) film.set_stop(x_of(i), y_of(i), stop_of(i, cut_short));
+  parallel_each(have_.size(),
+                [&](size_t i) { film.set_stop(x_of(i), y_of(i), stop_of(i, cut_short)); });
 }
 
 void AdaptiveDriver::archive(Archive& archive, const FilmTile& film) {

@@ -13,8 +13,10 @@ constexpr uint64_t kPartSamples = 4096;
 // Of the frame, in the first pass.
 constexpr uint64_t kFirstPassRounds = 100;
 
-// Parts of such a round, for several threads to share.
-constexpr uint64_t kFirstPassParts = 16;
+// Parts of such a round: for many threads to share, but fewer where they would not hold two batches
+// of samples.
+constexpr uint64_t kFirstPassParts = 64, kLeastFirstPassParts = 16;
+constexpr uint64_t kTwoBatches = 32;
 
 PartShape shape_of(const SampleRange& samples, BisectionAxis axis) {
   if (samples.first_sample > 0 || axis == BisectionAxis::kBoth) return PartShape::kSquare;
@@ -42,7 +44,9 @@ uint64_t bisection_part_pixels(const SampleRange& samples, uint64_t frame_pixels
   const uint64_t pixels =
       std::bit_floor(std::max<uint64_t>(1, kPartSamples / samples.sample_count));
   if (samples.first_sample > 0) return pixels;
-  const uint64_t most = frame_pixels / (kFirstPassRounds * kFirstPassParts);
+  const uint64_t round = frame_pixels / kFirstPassRounds;
+  const uint64_t most =
+      std::max(round / kFirstPassParts, std::min(kTwoBatches, round / kLeastFirstPassParts));
   return std::min(pixels, std::bit_floor(std::max<uint64_t>(1, most)));
 }
 

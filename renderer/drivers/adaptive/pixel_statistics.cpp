@@ -83,12 +83,19 @@ void gather_channel(const Block& block, const Reciprocals& per, size_t c, size_t
 void PixelStatistics::resize(int new_width, int new_height) {
   width = new_width;
   height = new_height;
-  for (auto* plane : {&count, &second_count, &cost}) plane->resize(size());
-  for (size_t c = 0; c < 3; ++c) {
-    mean[c].resize(size());
-    stream_difference[c].resize(size());
-    variance[c].resize(size());
+  std::vector<std::vector<float>*> planes = {&count, &second_count, &cost};
+  for (auto* channels : {&mean, &stream_difference, &variance}) {
+    for (std::vector<float>& channel : *channels) planes.push_back(&channel);
   }
+  resize_planes(planes, size());
+}
+
+void resize_planes(std::span<std::vector<float>* const> planes, size_t pixels) {
+  constexpr size_t kGrain = 1 << 16;
+  const size_t together = std::max<size_t>(1, kGrain / std::max<size_t>(1, pixels));
+  parallel_ranges(planes.size(), together, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) planes[i]->resize(pixels);
+  });
 }
 
 float rel_mse_epsilon(const PixelStatistics& pixels) {

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "renderer/film/film.h"
@@ -35,6 +36,10 @@ struct PixelStatistics {
   size_t size() const { return size_t(width) * size_t(height); }
   void resize(int new_width, int new_height);
 };
+
+// Resizes planes of pixels; those of a large crop by several threads, as it may be their memory's
+// first use.
+void resize_planes(std::span<std::vector<float>* const> planes, size_t pixels);
 
 // relMSE's epsilon, (x - r)^2 / (r^2 + epsilon): a hundredth of the squared mean over pixels and
 // channels, as `compare` has it; 1e-6 for a black picture.

@@ -1,6 +1,7 @@
 #include "renderer/drivers/adaptive/round_planner.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -194,11 +195,14 @@ PixelStop RoundPlanner::stop_so_far(size_t i, uint32_t have) const {
 // Estimators that go by batches tell an error and no variance of a sample.
 void RoundPlanner::expected_gains(std::span<const uint32_t> have, std::span<const uint32_t> targets,
                                   std::vector<float>* gains) const {
-  gains->assign(have.size(), 0.0f);
-  if (errors_.error.empty()) return;
+  gains->resize(have.size());
+  const bool unknown = errors_.error.empty();
   parallel_ranges(have.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
-      if (targets[i] <= have[i]) continue;
+      if (unknown || targets[i] <= have[i]) {
+        (*gains)[i] = 0.0f;
+        continue;
+      }
       const float now = entry_.batch > 0 ? square(errors_.error[i])
                                          : square(errors_.deviation[i]) / float(have[i]);
       (*gains)[i] = now * (1.0f - float(have[i]) / float(targets[i]));
@@ -245,9 +249,9 @@ bool RoundPlanner::grow_pilot() {
 // as each pixel's present samples can vouch for.
 bool RoundPlanner::share_by_deviation() {
   const size_t pixels = targets_.size();
-  rates_.resize(pixels);
   bounds_.resize(pixels);
-  shares_.resize(pixels);
+  const std::array<std::vector<float>*, 2> planes = {&rates_, &shares_};
+  resize_planes(planes, pixels);
   const OpenPixels open =
       ordered_sum(pixels, [&](size_t begin, size_t end) { return limit_pixels(begin, end); });
   if (open.count == 0) return resample_noise_free_pixels();

@@ -20,11 +20,11 @@ bool is_half_step(float count) { return (significand(count) & 0x3fffffu) == 0; }
 
 void SampleHalves::look(PixelStatistics* pixels) {
   const size_t size = pixels->size();
-  for (auto* plane : {&count_, &weight_}) plane->resize(size);
-  for (size_t c = 0; c < 3; ++c) {
-    mean_[c].resize(size);
-    difference_[c].resize(size);
+  std::vector<std::vector<float>*> planes = {&count_, &weight_};
+  for (auto* channels : {&mean_, &difference_}) {
+    for (std::vector<float>& channel : *channels) planes.push_back(&channel);
   }
+  resize_planes(planes, size);
   constexpr size_t kGrain = 4096;
   parallel_ranges(size, kGrain, [&](size_t begin, size_t end) { look_at(begin, end, pixels); });
 }

@@ -268,8 +268,8 @@ void estimate_rows(const PixelStatistics& p, const Metric& metric, ErrorMap* out
 
 void estimate_two_stream(const PixelStatistics& p, const EstimatorSettings& settings,
                          ErrorMap* out) {
-  out->error.resize(p.size());
-  out->deviation.resize(p.size());
+  const std::array<std::vector<float>*, 2> planes = {&out->error, &out->deviation};
+  resize_planes(planes, p.size());
   constexpr float kWhole = 1.0f / (1.0f + kPrior);
   switch (settings.allocation) {
     case ErrorMetric::kDisplay:
