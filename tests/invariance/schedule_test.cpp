@@ -396,6 +396,29 @@ TEST(AdaptiveSchedule, PartsHoldAllWorkInEqualPieces) {
   EXPECT_EQ(cut_into_parts({}, {}, {}, 500).size(), 1u);
 }
 
+// Blocks of pixels that hold no end of a part are passed over as a whole.
+TEST(AdaptiveSchedule, PartsAreAsPixelByPixel) {
+  const std::vector<uint32_t> order = tile_order({0, 0, 83, 47});
+  const std::vector<uint32_t> have(order.size(), 3);
+  for (const uint64_t samples : {uint64_t(1), uint64_t(40), uint64_t(500), uint64_t(100000)}) {
+    for (const uint32_t seldom : {1u, 2u, 50u, 5000u}) {
+      std::vector<uint32_t> targets = have;
+      for (uint32_t i = 0; i < order.size(); ++i) {
+        if (hash32(i) % seldom == 0) targets[i] += 1 + hash32(i + 9) % 30;
+      }
+      std::vector<size_t> expected = {0};
+      uint64_t in_part = 0;
+      for (size_t k = 0; k < order.size(); ++k) {
+        if (in_part >= samples) expected.push_back(k), in_part = 0;
+        in_part += targets[order[k]] - have[order[k]];
+      }
+      expected.push_back(order.size());
+      EXPECT_EQ(cut_into_parts(order, have, targets, samples), expected)
+          << samples << ' ' << seldom;
+    }
+  }
+}
+
 TEST(AdaptiveSchedule, WhatGainsMostForItsSamplesComesFirst) {
   const std::vector<uint32_t> order = {5, 4, 3, 2, 1, 0};
   const std::vector<size_t> parts = {0, 2, 4, 6};  // pixels 5 4, 3 2, 1 0
