@@ -1,8 +1,10 @@
 #include "renderer/frame/scene_file.h"
 
 #include "io/image_input.h"
+#include "renderer/core/parallel.h"
 #include "renderer/description/clear_sky.h"
 #include "renderer/frame/frame_scene.h"
+#include "renderer/shading/lobes/specular_albedo.h"
 
 namespace emberline {
 namespace {
@@ -42,7 +44,11 @@ void SceneFile::read_environment(const FrameSettings& settings, LoadProgress& pr
 SceneDescription SceneFile::pose(const FrameSettings& settings, std::span<const uint64_t> held,
                                  LoadProgress& progress) {
   SceneDescription scene = gltf_->pose(load_options(settings), held, progress);
-  read_environment(settings, progress);
+  // A picture's decoder leaves threads idle; every first hit would wait for the tables.
+  parallel_tasks(2, [&](size_t task) {
+    if (task == 0) return read_environment(settings, progress);
+    if (!scene.materials.empty()) SpecularAlbedo::prepare();
+  });
   if (environment_) scene.environment = environment_;
   scene.to_working = to_working_space(settings.working_space);
   scene.repairs.non_finite_texels += repaired_texels_;

@@ -11,7 +11,7 @@
 // layer below mu = alpha. 40 x 64 nodes, bilinear: |error| < 6e-4 in E and in B for all mu and
 // every alpha in [kMirrorAlpha, 1] (measured against quadrature; unit test SpecularAlbedo).
 //
-// Built once, at first use (about 6 ms, deterministic); thread-safe.
+// Built once (6 to 13 ms, deterministic), at first use or in prepare(); thread-safe.
 #pragma once
 
 #include "renderer/core/vector.h"
@@ -25,6 +25,8 @@ class SpecularAlbedo {
   SpecularAlbedo() = default;
   // `roughness` is glTF's, alpha = roughness^2, in [0, 1]; below kMirrorAlpha: a mirror.
   explicit SpecularAlbedo(float roughness);
+  // Builds the tables, which the first hit would otherwise wait for, if nobody has.
+  static void prepare() { (void)tables(); }
 
   struct Value {
     float loss;     // 1 - E, in [0, 1]
