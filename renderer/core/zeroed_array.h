@@ -19,7 +19,8 @@ namespace emberline {
 void prefer_huge_pages(void* data, size_t bytes);
 
 // The same for memory that is zero, and all its huge pages are there on return: cleared one by one,
-// as samples come, they were an eighth of a bisection frame of 32 samples with 16 threads.
+// as samples come, they were most of a bisection frame's first pass with 16 threads
+// (tests/bench/RESULTS.md, "Many threads").
 void take_huge_pages(void* zeroes, size_t bytes);
 
 // Sets all to zero; large ones with all threads.
