@@ -18,9 +18,8 @@ namespace emberline {
 // touched 16,000 pages in its first pass, a sixth of the time of that pass.
 void prefer_huge_pages(void* data, size_t bytes);
 
-// The same for memory that is zero, and all its huge pages are there on return: cleared one by one,
-// as samples come, they were most of a bisection frame's first pass with 16 threads
-// (tests/bench/RESULTS.md, "Many threads").
+// The same for memory that is zero, and all its huge pages are there on return. Cleared one by one,
+// as samples come, they held up a first pass of bisection (tests/bench/RESULTS.md, "Many threads").
 void take_huge_pages(void* zeroes, size_t bytes);
 
 // Sets all to zero; large ones with all threads.
