@@ -24,8 +24,8 @@ constexpr uint64_t kMostTriangles = uint64_t(1) << 20;
 constexpr int64_t kMostMarks = 64;
 // A map that knows fewer empty cells, as a share of all, is not worth asking.
 constexpr double kLeastShare = 1.0 / 64;
-// Pixels beside what the filter reaches. Directions of rays are rounded to 2^-24 of the frame's
-// size.
+// Pixels beside what the filter reaches: reserve. That directions of rays are rounded is part of
+// what an error of the camera's position moves.
 constexpr double kMargin = 1.0 / 16;
 // How far a triangle may be from where a ray meets it, over the bound of a surface point's error
 // (Scene, "Ray offsets" in README.md) times the condition of its placing: rays are rounded when
@@ -60,9 +60,10 @@ class EmptyPixels::Projection {
         slack_(double(reach) - 0.5 + kMargin) {
     eye_error_ = 4 * 0x1p-23 * largest(camera.position());
     const Vec2d pixel = camera.pixel_size();
-    const double across = 0.5 * width * pixel.x, down = 0.5 * height * pixel.y;
+    const double across = (0.5 * width + reach + kMargin) * pixel.x;
+    const double down = (0.5 * height + reach + kMargin) * pixel.y;
     farthest_aside_ = std::sqrt(1 + across * across + down * down) * 2;
-    pixels_ = 1 / std::min(pixel.x, pixel.y) + 2.0 * (width + height);
+    pixels_ = 1 / std::min(pixel.x, pixel.y) + 2.0 * (width + height) + 4.0 * reach;
   }
 
   // Marks what a triangle may be seen in; adds the number of cells to `marks`. False: it lies so
@@ -90,7 +91,8 @@ class EmptyPixels::Projection {
   double pixels_;          // by which an error of 1 at depth 1 moves what is seen, at most
 };
 
-// No point of the triangle in the frame is less deep than this: it is as far away as its plane.
+// No point of the triangle that a sample can see is less deep than this: it is as far away as its
+// plane.
 double EmptyPixels::Projection::nearest_seen(const std::array<Vec3d, 3>& p) const {
   const Vec3d normal = (p[1] - p[0]).cross(p[2] - p[0]);
   const double length = normal.length();

@@ -140,6 +140,41 @@ TEST(EmptyPixels, TrianglesBesideAndBehindTheCamera) {
   EXPECT_GT(told, 20);
 }
 
+// A wall beside the camera and behind it, seen by samples far outside of a tiny frame alone.
+TEST(EmptyPixels, AFilterWiderThanTheFrame) {
+  for (const int size : {1, 4, 8}) {
+    for (const float reach : {1.5f, 6.0f, 32.0f}) {
+      SceneBuilderForTests builder;
+      MaterialDescription material = lambert(Rgb(0.5f));
+      material.double_sided = true;
+      MeshDescription mesh;
+      mesh.material = builder.add_material(material);
+      mesh.positions = {{-1, -9, 9}, {-1, 9, 9}, {-1, 0, -0.2f}};
+      mesh.triangles.push_back({0, 1, 2});
+      builder.place(builder.add_mesh(std::move(mesh)));
+      const auto scene = builder.build();
+      const Camera camera(perspective(Vec3d(0.0), Vec3d(0, 0, -1), 90), size, size, scene->origin(),
+                          scene->scale(), scene->farthest());
+      const auto empty = EmptyPixels::find(*scene, camera, size, size, reach);
+      const auto meets = [&](double film) {
+        SurfaceHit hit;
+        return scene->intersect(camera.ray({float(film), float(size) / 2}), CoverageKey(), &hit);
+      };
+      // The wall ends where x = 5 z: at so many pixels left of the frame's middle.
+      const double edge = size / 2.0 - 5.0 * size / 2.0;
+      EXPECT_TRUE(meets(edge - 0.1));
+      EXPECT_FALSE(meets(edge + 0.1));
+      for (int x = 0; x < size; ++x) {
+        const bool sees = x + 0.5 - double(reach) < edge;
+        if (sees && empty) EXPECT_FALSE(empty->contains(x, size / 2)) << size << ", " << reach;
+        if (x - double(reach) > edge + 1) {
+          EXPECT_TRUE(empty && empty->contains(x, size / 2)) << size << ", " << reach;
+        }
+      }
+    }
+  }
+}
+
 TEST(EmptyPixels, AreNotLookedForWhereOneProjectionDoesNotShowAll) {
   View view(1);
   view.camera = orthographic(Vec3d(0.2, 0.4, 4), Vec3d(0, 0.5, 0), 2);
