@@ -1,5 +1,7 @@
 #include "renderer/core/zeroed_array.h"
 
+#include <algorithm>
+
 #if defined(__linux__)
 #include <sys/mman.h>
 #endif
@@ -30,7 +32,8 @@ void take_huge_pages(void* zeroes, size_t bytes) {
   if (bytes < kLarge) return;
   constexpr size_t kHugePage = size_t(2) << 20;
   volatile char* const data = static_cast<char*>(zeroes);
-  parallel_each(bytes / kHugePage, [&](size_t page) { data[page * kHugePage] = 0; });
+  parallel_each(bytes / kHugePage + 1,
+                [&](size_t page) { data[std::min(page * kHugePage, bytes - 1)] = 0; });
 }
 
 void clear_bytes(void* data, size_t bytes) {

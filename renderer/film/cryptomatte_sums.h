@@ -31,7 +31,7 @@ class CryptomatteSums {
   // Lists of `levels` ids for each of `kinds`; none of them: nothing is kept.
   CryptomatteSums(int kinds, int levels) : kinds_(size_t(kinds)), levels_(size_t(levels)) {}
 
-  // Clears to no samples of so many pixels; memory that is new is touched by the first sample.
+  // Clears to no samples of so many pixels, as FilmTile does.
   void reset(size_t pixels);
   bool empty() const { return weights_.empty(); }
   size_t kinds() const { return kinds_; }

@@ -183,8 +183,8 @@ class FilmTile {
         halves_(aovs.contains(Aov::kDenoising), extras.light_groups),
         cryptomattes_(extras.cryptomattes, extras.cryptomatte_levels) {}
 
-  // Clears to no samples over `rect`; keeps its memory. Memory that is new is touched by the first
-  // sample alone: clearing a whole frame takes no time.
+  // Clears to no samples over `rect`; keeps its memory. Of memory that is new, small pages are
+  // taken by the samples that come to them, huge ones here (renderer/core/zeroed_array.h).
   void reset(const Rect& rect);
   const Rect& rect() const { return rect_; }
   const AovSet& aovs() const { return aovs_; }

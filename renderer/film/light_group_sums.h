@@ -29,7 +29,7 @@ class LightGroupSums {
   // -1: there are none to be kept. 0: nothing shines, but pictures can be mixed.
   explicit LightGroupSums(int groups) : groups_(groups) {}
 
-  // Clears to no samples of so many pixels; memory that is new is touched by the first sample.
+  // Clears to no samples of so many pixels, as FilmTile does.
   void reset(size_t pixels);
   bool empty() const { return sums_.empty(); }
   int groups() const { return groups_; }
