@@ -170,7 +170,7 @@ void RenderFrame::build() {
   if (ids) layers_.cryptomattes = ids->names();
   if (outputs_) outputs_->add_scene(layers_);
   const Stopwatch preparing;
-  frame_.emplace(plan_.frame(scene, camera_, groups, ids, run_.scene.roles()));
+  frame_.emplace(plan_.frame(scene, camera_, {groups, ids, run_.scene.roles(), stop_.token()}));
   report_.times.build_s += preparing.seconds();
   if (frame_->guide) report_.features.push_back(frame_->guide->describe());
 }

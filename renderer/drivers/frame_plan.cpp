@@ -337,8 +337,7 @@ std::shared_ptr<const LightGuide> guide_by_all_light(const Scene& scene) {
 
 }  // namespace
 
-Frame FramePlan::frame(const Scene& scene, const Camera& camera, const LightGroups* groups,
-                       const CryptomatteIds* cryptomattes, const SurfaceRoles* roles) const {
+Frame FramePlan::frame(const Scene& scene, const Camera& camera, const FrameInputs& inputs) const {
   return {.scene = scene,
           .camera = camera,
           .integrator = *integrator,
@@ -356,13 +355,14 @@ Frame FramePlan::frame(const Scene& scene, const Camera& camera, const LightGrou
           .shutter_frames = shutter_frames,
           .exact_counts = even,
           .clamp_indirect = clamp_indirect,
-          .light_groups = groups,
-          .cryptomattes = cryptomattes,
-          .roles = roles,
+          .light_groups = inputs.groups,
+          .cryptomattes = inputs.cryptomattes,
+          .roles = inputs.roles,
           .empty_pixels = find_empty_pixels
                               ? EmptyPixels::find(scene, camera, width, height, filter.radius())
                               : nullptr,
-          .guide = guides_lights ? find_light_guide(scene, camera, width, height) : nullptr,
+          .guide =
+              guides_lights ? find_light_guide(scene, camera, width, height, inputs.stop) : nullptr,
           .catcher_guide = aovs.contains(Aov::kShadow) ? guide_by_all_light(scene) : nullptr};
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <stop_token>
 
 #include "integrators/integrator.h"
 #include "renderer/core/rect.h"
@@ -15,15 +16,23 @@
 
 namespace emberline {
 
+// What a frame needs besides, where it has it.
+struct FrameInputs {
+  const LightGroups* groups = nullptr;
+  const CryptomatteIds* cryptomattes = nullptr;
+  const SurfaceRoles* roles = nullptr;
+  // The lights are looked for until it is requested (renderer/scene/light_survey.h): no sample of
+  // the frame may be made then, as FrameRender makes none.
+  std::stop_token stop = {};
+};
+
 struct FramePlan {
   // Looks all names up, and checks ranges and combinations. Throws UsageError that names the
   // option, the reason and what is valid.
   explicit FramePlan(const FrameSettings& settings);
 
-  // Refers to the plan, the scene, the camera, the groups, the ids and the roles.
-  Frame frame(const Scene& scene, const Camera& camera, const LightGroups* groups = nullptr,
-              const CryptomatteIds* cryptomattes = nullptr,
-              const SurfaceRoles* roles = nullptr) const;
+  // Refers to the plan, the scene, the camera and what is in `inputs`.
+  Frame frame(const Scene& scene, const Camera& camera, const FrameInputs& inputs = {}) const;
 
   const DriverEntry* driver;
   DriverSettings driver_settings;

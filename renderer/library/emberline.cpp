@@ -222,8 +222,9 @@ Picture render_picture(const Access::SceneState& state, const FrameSettings& set
   Picture picture = blank_picture(plan);
   const Camera camera = camera_of(state, settings);
   tbb::task_arena arena(arena_threads(resources));
-  const Frame frame = arena.execute([&] { return plan.frame(state.scene->scene(), camera); });
   const EndOfFrame end(stop, give_up, settings.time_limit_s);
+  const Frame frame = arena.execute(
+      [&] { return plan.frame(state.scene->scene(), camera, {.stop = end.token()}); });
   PictureObserver observer(picture, plan.crop, end, render.by_tiles(), watch);
   FrameCounters counters;
   arena.execute([&] {

@@ -23,6 +23,8 @@ using sky_tiles::kRows;
 constexpr double kBlindShare = 0.3, kBlindPlaces = 1.0;
 // Of all light; less of it would take factors that are no floats.
 constexpr double kLeastSeen = 1e-9;
+// Of what the tables leave out at most.
+constexpr double kLeastLeftOut = 1e-3;
 // Texels along each side of a tile, or up to twice as many, that its even light is the mean of.
 constexpr int kMeasured = 16;
 
@@ -153,7 +155,11 @@ void EnvironmentGuide::measure_even_light() {
   for (size_t t = 0; t < size_t(kCount); ++t) {
     Tile& tile = tiles_[t];
     if (!(tile.solid_angle > 0)) continue;
-    const double even = density * (light_.image_ ? mean_left_out(tile) : 1 / (4 * kPiD));
+    // Where all texels that were looked at are black others need not be.
+    const double weight =
+        light_.image_ ? std::max(mean_left_out(tile), kLeastLeftOut * double(light_.threshold_))
+                      : 1 / (4 * kPiD);
+    const double even = density * weight;
     tile.even_mass = even * tile.solid_angle;
     even_density_[t] = float(even);
   }

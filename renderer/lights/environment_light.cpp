@@ -7,6 +7,7 @@
 
 #include <cassert>
 #include <cstring>
+#include <limits>
 
 #include "renderer/core/branch_free.h"
 #include "renderer/core/color4.h"
@@ -123,7 +124,8 @@ void EnvironmentLight::adjust(const EnvironmentAdjustment& adjustment) {
   // What the tint makes of a grey map. Exactly 1 without any; how bright a coloured map gets is not
   // worth reading it again for, as it only weighs this light against others.
   const double tinted = double(luminance(tint)) / double(luminance(Rgb(1.0f)));
-  mean_luminance_ = map_mean_luminance_ * double(strength) * tinted;
+  mean_luminance_ = std::min(map_mean_luminance_ * double(strength) * tinted,
+                             double(std::numeric_limits<float>::max()));
   if (!(mean_luminance_ > 0)) mean_luminance_ = 0;
   // Turning the map by +90 degrees brings what was at +X (phi = 0) to -Z (phi = -90): a direction
   // looks up the angle phi + rotation. The offset is in [0, width), so that columns are within
@@ -515,10 +517,6 @@ EnvironmentSample EnvironmentLight::sample(const Vec2f& u) const {
   EnvironmentSample result;
   sample({&u, 1}, &result);
   return result;
-}
-
-float EnvironmentLight::power(float scene_radius) const {
-  return float(mean_luminance_ * 4.0 * kPiD * kPiD * square(double(scene_radius)));
 }
 
 uint64_t EnvironmentLight::bytes() const {

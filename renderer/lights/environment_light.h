@@ -88,8 +88,7 @@ class EnvironmentLight {
   const Image* image() const { return image_.get(); }              // null: constant
   bool black() const { return mean_luminance_ == 0.0; }            // no radiance anywhere
   float mean_luminance() const { return float(mean_luminance_); }  // over the sphere
-  float power(float scene_radius) const;  // luminance of the flux through a disk of that radius
-  uint64_t bytes() const;                 // tables and texels
+  uint64_t bytes() const;                                          // tables and texels
 
  private:
   friend class EnvironmentGuide;

@@ -17,6 +17,8 @@ struct KindFactors {
   // Of the samples, for infinite lights and for finite ones each. Without a survey neither kind's
   // irradiance is known well: walls hide the sky from a room, a lamp faces away. Ours.
   float least_share = 0.2f;
+  // Of the environment's samples, for directional lights that can shine there.
+  float least_directional = 0.0f;
 
   bool operator==(const KindFactors&) const = default;
 };

@@ -22,6 +22,9 @@ namespace {
 // A directional light above the query's horizon is not thought fainter than at 87 degrees: the
 // normal need not be the one that the BSDF uses. As in light_bvh.cpp.
 constexpr float kLeastReceiverCosine = 0.05f;
+// Weights of infinite lights are compared with each other: none is larger, so that all together are
+// a float.
+constexpr float kMostWeight = 1e30f;
 // KHR_lights_punctual: "lightAngleScale = 1.0f / max(0.001f, cos(innerConeAngle) - cos(outer...))".
 constexpr float kLeastConeDifference = 0.001f;
 
@@ -161,12 +164,14 @@ std::array<Vec3f, 3> LightSampler::corners(const EmissiveTriangle& t, float time
   return {t.p0, t.p1, t.p2};
 }
 
-float LightSampler::directional_weight(const LightQuery& query, const PointLight& light) const {
+float LightSampler::directional_weight(const LightQuery& query, const PointLight& light,
+                                       float factor) const {
   const PointLightState state = light.at(query.time);
   float cosine = -dot(query.normal, state.direction);
   if (query.both_sides) cosine = std::abs(cosine);
   if (!(cosine > 0.0f)) return 0.0f;
-  return luminance(state.intensity) * std::max(cosine, kLeastReceiverCosine);
+  const float weight = luminance(state.intensity) * std::max(cosine, kLeastReceiverCosine) * factor;
+  return std::min(weight, kMostWeight);
 }
 
 LightSampler::InfiniteChoice LightSampler::weigh_infinite(const LightQuery& query,
@@ -177,13 +182,20 @@ LightSampler::InfiniteChoice LightSampler::weigh_infinite(const LightQuery& quer
   choice.directional_factor = factors.directional;
   int count = 0;
   for (uint32_t index : directional_) {
-    const float weight = directional_weight(query, points_[index]) * choice.directional_factor;
+    const float weight = directional_weight(query, points_[index], choice.directional_factor);
     choice.total += weight;
     count += weight > 0.0f ? 1 : 0;
   }
   if (environment_) {
     // Irradiance, were it even.
-    choice.environment = kPi * environment_->mean_luminance() * factors.environment;
+    const float irradiance = kPi * environment_->mean_luminance() * factors.environment;
+    choice.environment = std::min(irradiance, kMostWeight);
+    // The survey may have met nothing of a sun, which no other technique finds.
+    const float least = choice.environment * factors.least_directional;
+    if (choice.total > 0.0f && choice.total < least) [[unlikely]] {
+      choice.directional_factor *= least / choice.total;
+      choice.total = least;
+    }
     choice.total += choice.environment;
     ++count;
   }
@@ -207,7 +219,7 @@ LightSample LightSampler::sample_directional(const LightQuery& query, const Infi
   uint32_t picked = kNoEmitter;
   float picked_weight = 0.0f;
   for (uint32_t index : directional_) {
-    const float weight = directional_weight(query, points_[index]) * choice.directional_factor;
+    const float weight = directional_weight(query, points_[index], choice.directional_factor);
     if (weight <= 0.0f) continue;
     picked = index;  // rounding may run past the last one: keep it
     picked_weight = weight;

@@ -207,7 +207,7 @@ class LightSampler {
     float probability = 0.0f;
   };
   std::array<Vec3f, 3> corners(const EmissiveTriangle& triangle, float time) const;
-  float directional_weight(const LightQuery& query, const PointLight& light) const;
+  float directional_weight(const LightQuery& query, const PointLight& light, float factor) const;
   bool has_infinite() const { return environment_ || !directional_.empty(); }
   InfiniteChoice weigh_infinite(const LightQuery& query, const LightGuide* guide) const;
   FinitePick pick_finite(const LightQuery& query, double u) const;

@@ -89,8 +89,9 @@ struct KindSquares {
 
 class LightSurvey {
  public:
-  LightSurvey(const Scene& scene, const Camera& camera, int width, int height)
-      : scene_(scene), camera_(camera), width_(width), height_(height) {}
+  LightSurvey(const Scene& scene, const Camera& camera, int width, int height,
+              const std::stop_token& stop)
+      : scene_(scene), camera_(camera), width_(width), height_(height), stop_(stop) {}
 
   std::vector<Place> walk(int bits, int surfaces) const;
   bool guiding_pays(std::span<const Place> places) const;
@@ -117,6 +118,7 @@ class LightSurvey {
   const Scene& scene_;
   const Camera& camera_;
   int width_, height_;
+  const std::stop_token& stop_;  // what is found is of no use after a request
 };
 
 // Paths are spread over the frame whatever number of the first ones is taken.
@@ -162,7 +164,7 @@ std::vector<Place> LightSurvey::walk(int bits, int surfaces) const {
   const size_t paths = size_t(1) << bits;
   std::vector<std::vector<Place>> found(paths);
   parallel_ranges(paths, 64, [&](size_t begin, size_t end) {
-    for (size_t path = begin; path < end; ++path) {
+    for (size_t path = begin; path < end && !stop_.stop_requested(); ++path) {
       Numbers numbers{uint32_t(path)};
       Ray ray = camera_ray(uint32_t(path), bits, numbers);
       for (int i = 0; i < surfaces; ++i) {
@@ -328,7 +330,7 @@ KindFactors LightSurvey::factors(std::span<const Place> places, const LightGuide
       squares[i] = kind_squares(places[i], guide, Numbers{~uint32_t(i)});
     }
   });
-  KindFactors best{.least_share = kLeastKindShare};
+  KindFactors best{.least_share = kLeastKindShare, .least_directional = kLeastKindShare};
   double least = noise(places, squares, best);
   int far = 0;  // doublings of the other factor
   for (float KindFactors::*const factor : {&KindFactors::environment, &KindFactors::directional}) {
@@ -427,7 +429,7 @@ std::optional<SkyRegions> LightSurvey::regions(const EnvironmentGuide& guide) co
     regions.places(region)++;
   }
   parallel_ranges(of_region.size(), 4, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) {
+    for (size_t i = begin; i < end && !stop_.stop_requested(); ++i) {
       look(guide, of_region[i], Numbers{uint32_t(i)}, regions.seen(int(i)));
     }
   });
@@ -445,10 +447,11 @@ std::shared_ptr<const EnvironmentGuide> LightSurvey::environment_guide() const {
 }  // namespace
 
 std::shared_ptr<const LightGuide> find_light_guide(const Scene& scene, const Camera& camera,
-                                                   int width, int height) {
+                                                   int width, int height,
+                                                   const std::stop_token& stop) {
   const LightSampler& lights = scene.lights();
   if (!lights.environment() && lights.kinds() < 2) return nullptr;
-  const LightSurvey survey(scene, camera, width, height);
+  const LightSurvey survey(scene, camera, width, height, stop);
   const std::vector<Place> places = survey.walk(kPilotBits, kPilotSurfaces);
   if (places.size() < kLeastPlaces) return nullptr;
   LightGuide guide;
@@ -456,6 +459,7 @@ std::shared_ptr<const LightGuide> find_light_guide(const Scene& scene, const Cam
     guide.environment = survey.environment_guide();
   if (lights.kinds() > 1)
     guide.factors = survey.factors(survey.walk(kPilotBits, kKindSurfaces), guide);
+  if (stop.stop_requested()) return nullptr;
   if (!guide.environment && guide.factors == KindFactors{}) return nullptr;
   return std::make_shared<LightGuide>(std::move(guide));
 }

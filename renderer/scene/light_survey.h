@@ -8,6 +8,7 @@
 #pragma once
 
 #include <memory>
+#include <stop_token>
 
 namespace emberline {
 
@@ -18,8 +19,9 @@ struct LightGuide;
 // Null where samples find the lights well enough by themselves, which is known after some ten
 // thousand rays. Where the environment is to be looked for it takes up to 13 million more (1 in the
 // rooms that were tried, which panes make dearer), fewer for frames of fewer than 16384 pixels, and
-// up to 11 MB. Refers to the scene. Uses all threads.
+// up to 11 MB. Refers to the scene. Uses all threads. Null soon after a stop is requested, too.
 std::shared_ptr<const LightGuide> find_light_guide(const Scene& scene, const Camera& camera,
-                                                   int width, int height);
+                                                   int width, int height,
+                                                   const std::stop_token& stop);
 
 }  // namespace emberline

@@ -127,7 +127,8 @@ FrameCounters ViewFrame::render_stage(Stage stage, std::optional<FrameRender>& r
   const uint64_t lights = groups_ ? LightGroupSums::bytes_per_pixel(groups_->list().size()) : 0;
   if (const uint64_t film = render->bytes_per_pixel(prepared_.plan.aovs))
     reserve(crop, film + lights);
-  Frame frame = prepared_.plan.frame(request_.scene->scene.scene(), camera_, groups_.get());
+  Frame frame =
+      prepared_.plan.frame(request_.scene->scene.scene(), camera_, {.groups = groups_.get()});
   frame.crop = crop;
   frame.samples_per_pixel = samples_per_pixel;
   frame.exact_counts = !main || prepared_.plan.even;

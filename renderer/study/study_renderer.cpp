@@ -156,7 +156,8 @@ std::optional<StudyPicture> StudyRenderer::render(const RenderOptions& options, 
   TileKeeper keeper(crop_, aovs, on_samples_);
   StudyPicture picture;
   const RenderClock clock;
-  const FrameCounters counters = frame_render.render(plan.frame(*scene_, camera_), keeper, stop);
+  const FrameCounters counters =
+      frame_render.render(plan.frame(*scene_, camera_, {.stop = stop}), keeper, stop);
   picture.wall_s = clock.seconds();
   picture.cpu_s = clock.cpu_seconds();
   if (counters.stopped) return std::nullopt;
@@ -178,8 +179,8 @@ ProgressiveFrame StudyRenderer::render_progressive(const RenderOptions& options,
   ProgressiveKeeper keeper(crop_, budgets, by_time, plan.even, on_samples_);
   const std::stop_callback pass_on(stop, [&] { keeper.spent.request_stop(); });
   keeper.clock = RenderClock();
-  const FrameCounters counters =
-      frame_render.render(plan.frame(*scene_, camera_), keeper, keeper.spent.get_token());
+  const FrameCounters counters = frame_render.render(plan.frame(*scene_, camera_, {.stop = stop}),
+                                                     keeper, keeper.spent.get_token());
   const double wall = keeper.clock.seconds(), cpu = keeper.clock.cpu_seconds();
   ProgressiveFrame result;
   result.stopped = stop.stop_requested();

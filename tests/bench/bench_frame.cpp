@@ -122,7 +122,7 @@ FrameRun BenchFrame::run(int threads, const FrameSampling& s, FrameObserver& obs
   plan.aovs = s.aovs;
   plan.even = s.driver != "adaptive";
   plan.driver_settings.adaptive = s.adaptive;
-  const Frame frame = plan.frame(*scene_, camera_, s.light_groups);
+  const Frame frame = plan.frame(*scene_, camera_, {.groups = s.light_groups});
   FrameRender frame_render(driver_factory(s.driver, plan.driver_settings));
   tbb::task_arena arena(threads);
   FrameRun run;

@@ -310,7 +310,7 @@ Mattes mattes(const MatteScene& of, const RenderSettings& s) {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(s.threads));
   const Camera camera(matte_view(), s.width, s.height, of.scene->origin(), of.scene->scale());
   FramePlan plan = plan_of(s);
-  const Frame frame = plan.frame(*of.scene, camera, nullptr, &of.ids);
+  const Frame frame = plan.frame(*of.scene, camera, {.cryptomattes = &of.ids});
   Mattes seen(plan.crop);
   MatteObserver observer(seen);
   tbb::task_arena arena(s.threads);
@@ -419,7 +419,7 @@ TEST(Cryptomatte, OfTwoRangesIsThatOfTheWhole) {
     FramePlan plan = plan_of(range);
     plan.first_sample = first;
     plan.find_empty_pixels = false;
-    const Frame frame = plan.frame(*scene.scene, camera, nullptr, &scene.ids);
+    const Frame frame = plan.frame(*scene.scene, camera, {.cryptomattes = &scene.ids});
     auto render = std::make_unique<FrameRender>(driver_factory("bisection", plan.driver_settings));
     Mattes unseen(plan.crop);
     MatteObserver observer(unseen);

@@ -88,7 +88,7 @@ TEST(LightGroupFilm, ABadSampleIsBlackInAllGroups) {
   settings.width = settings.height = 8;
   FramePlan plan = plan_of(settings);
   plan.integrator = std::make_unique<Faulty>();
-  const Frame frame = plan.frame(scene, camera, &lit.groups);
+  const Frame frame = plan.frame(scene, camera, {.groups = &lit.groups});
   class Look final : public FrameObserver {
     void tile_finished(const FilmTile& tile) override {
       EXPECT_EQ(tile.non_finite(3, 3), 4u);

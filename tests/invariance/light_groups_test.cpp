@@ -437,7 +437,7 @@ TEST(LightGroups, MixIncompletePictures) {
   s.spp = 4;
   s.max_depth = 3;
   const FramePlan plan = plan_of(s);
-  const Frame frame = plan.frame(scene, camera, &lit.groups);
+  const Frame frame = plan.frame(scene, camera, {.groups = &lit.groups});
   for (const char* name : {"bisection", "adaptive"}) {
     for (const Reconstruction reconstruction :
          {Reconstruction::kDuplicate, Reconstruction::kLinear}) {

@@ -233,6 +233,19 @@ TEST(GuidedRoom, EqualSamplesHaveEqualBits) {
   }
 }
 
+TEST(GuidedRoom, NoGuideWhenStopped) {
+  SceneBuilderForTests b = room();
+  b.set_environment(Rgb(1.0f));
+  const auto scene = b.build();
+  const CameraDescription view = perspective({1.5, 2, 1.5}, {0, 0.5, 0}, 70);
+  const RenderSettings s;
+  ASSERT_TRUE(is_guided(*scene, view, s));
+  std::stop_source stop;
+  stop.request_stop();
+  const Camera camera(view, s.width, s.height, scene->origin(), scene->scale());
+  EXPECT_FALSE(plan_of(s).frame(*scene, camera, {.stop = stop.get_token()}).guide);
+}
+
 TEST(GuidedRoom, NoGuideWhereItDoesNotPay) {
   const CameraDescription view = perspective({1.5, 2, 1.5}, {0, 0.5, 0}, 70);
   const RenderSettings s;

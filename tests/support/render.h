@@ -126,7 +126,7 @@ inline RenderedImage render(const Scene& scene, const CameraDescription& view,
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(s.threads));
   const Camera camera(view, s.width, s.height, scene.origin(), scene.scale());
   const FramePlan plan = plan_of(s);
-  const Frame frame = plan.frame(scene, camera, groups, nullptr, roles);
+  const Frame frame = plan.frame(scene, camera, {.groups = groups, .roles = roles});
   RenderedImage image = blank_image(plan);
   if (groups) {
     image.light_groups = groups->size();

@@ -266,6 +266,37 @@ TEST(EnvironmentGuide, AnOpeningToTheDark) {
   }
 }
 
+// A dim texel among black ones, which the tables leave out, is in no tile that cannot be sampled:
+// a shadow catcher has no other technique.
+TEST(EnvironmentGuide, NothingThatShinesIsLeftOut) {
+  constexpr int kWidth = 1024, kHeight = 512;
+  for (int dot = 0; dot < 20; ++dot) {
+    TestRandom random(29, uint64_t(dot));
+    const int column = int(random.next() * kWidth), row = kHeight / 2 + int(random.next() * 250);
+    const auto image = float_map(kWidth, kHeight, [&](int c, int r) {
+      return Rgb(r < kHeight / 4 ? 1.0f : r == row && c == column ? 0.01f : 0.0f);
+    });
+    const EnvironmentLight light(image, 1.0f, 0.0f, {.mis_compensation = 1});
+    EnvironmentGuide guide(light);
+    guide.set_regions(SkyRegions::everywhere());
+    const double theta = (row + 0.5) * kPiD / kHeight;
+    // In whichever direction the texel is.
+    int found = 0;
+    for (int c = 0; c < kWidth; ++c) {
+      const double phi = (c + 0.5) * 2 * kPiD / kWidth;
+      const Vec3f direction(float(std::sin(theta) * std::cos(phi)), float(std::cos(theta)),
+                            float(std::sin(theta) * std::sin(phi)));
+      float pdf;
+      const Rgb radiance = look(guide, direction, &pdf, guide.region_of(Vec3f(0.0f), {0, 1, 0}));
+      if (luminance(radiance) < 1e-4f) continue;
+      ++found;
+      EXPECT_EQ(light.pdf(direction), 0.0f);
+      EXPECT_GT(pdf, 0.0f) << dot;
+    }
+    EXPECT_GE(found, 1) << dot;
+  }
+}
+
 // The less was looked from, the more samples go by light alone.
 TEST(EnvironmentGuide, DoubtsWhatFewPointsSaw) {
   const EnvironmentLight light(Rgb(1.0f));

@@ -115,6 +115,58 @@ TEST(LightSampler, KindsArePickedAsTold) {
   }
 }
 
+// A sun that no path of a survey has met is looked for all the same, where it can shine.
+TEST(LightSampler, SunsKeepTheirLeastShare) {
+  const auto sky = std::make_shared<EnvironmentLight>(Rgb(1.0f));
+  const std::vector<PointLight> suns =
+      points_of(directional({0, -1, 0}, 1e-3f), directional({0, -1, -1}, 3e-3f));
+  const LightSampler lights = make({}, suns, sky);
+  const LightGuide guide{.factors = {256, 1, 0.05f, 0.05f}};
+  const LightQuery up{Vec3f(0.0f), Vec3f(0, 1, 0)}, down{Vec3f(0.0f), Vec3f(0, -1, 0)};
+  EXPECT_NEAR(lights.kind_probabilities(up, &guide)[kDirectionalKind], 0.05f / 1.05f, 1e-6f);
+  EXPECT_EQ(lights.kind_probabilities(down, &guide)[kDirectionalKind], 0.0f);
+  EXPECT_LT(lights.kind_probabilities(up)[kDirectionalKind], 0.01f);
+  // Both suns and the sky, each with the density that is told.
+  Moments irradiance;
+  for (uint64_t draw = 0; draw < 100'000; ++draw) {
+    TestRandom random(43, draw);
+    const float pick = random.next();
+    const LightRequest request{up, pick, random.vec2()};
+    LightSample s;
+    LightSample* const out = &s;
+    lights.sample({&request, 1}, &out, &guide);
+    irradiance.add(s.pdf > 0.0f ? double(luminance(s.radiance) * std::max(0.0f, s.direction.y)) /
+                                      double(s.pdf)
+                                : 0.0);
+  }
+  const double exact = kPiD + 1e-3 + 3e-3 / std::sqrt(2.0);
+  EXPECT_NEAR(irradiance.mean(), exact, 5.5 * irradiance.standard_error());
+}
+
+// Lights so bright that their sum is no float are weighed against each other all the same.
+TEST(LightSampler, TheBrightestLightsHaveDensities) {
+  const auto sky = std::make_shared<EnvironmentLight>(Rgb(1.6e38f));
+  const std::vector<PointLight> suns =
+      points_of(directional({0, -1, 0}, 3e38f), directional({0, -1, 1}, 3e38f));
+  const LightQuery query{Vec3f(0.0f), Vec3f(0, 1, 0)};
+  for (const auto& points : {std::vector<PointLight>(), suns}) {
+    const LightSampler lights = make({}, points, sky);
+    for (const LightGuide& guide :
+         {LightGuide(), LightGuide{.factors = {256, 256, 0.05f, 0.05f}}}) {
+      const float probability = lights.environment_probability(query, &guide);
+      EXPECT_GT(probability, 0.3f);
+      EXPECT_LE(probability, 1.0f);
+      for (const float pick : {0.0f, 0.4f, 0.99f}) {
+        const LightRequest request{query, pick, Vec2f(0.3f, 0.6f)};
+        LightSample s;
+        LightSample* const out = &s;
+        lights.sample({&request, 1}, &out, &guide);
+        EXPECT_TRUE(s.pdf > 0.0f && std::isfinite(s.pdf)) << pick;
+      }
+    }
+  }
+}
+
 // Over uniform directions, the densities of all triangles that a ray meets add up to the
 // probability of sampling a triangle at all; points and environment are the rest.
 TEST(LightSampler, DensitiesAddUpToOne) {
