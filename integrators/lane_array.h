@@ -1,6 +1,8 @@
 // Room for one object per sample of a batch, constructed only for the samples that need it.
 #pragma once
 
+#include <algorithm>
+#include <cassert>
 #include <cstddef>
 #include <new>
 #include <type_traits>
@@ -32,7 +34,12 @@ class LaneArray {
 // Which samples of a batch take part in a stage, in order.
 class LaneList {
  public:
-  void add(int lane) { lanes_[count_++] = lane; }
+  // Once each.
+  void add(int lane) {
+    assert(count_ < kRayBatch);
+    lanes_[count_++] = lane;
+  }
+  bool contains(int lane) const { return std::find(begin(), end(), lane) != end(); }
   bool empty() const { return count_ == 0; }
   int size() const { return count_; }
   int operator[](int i) const { return lanes_[i]; }

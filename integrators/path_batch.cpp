@@ -428,8 +428,9 @@ template <bool kGlass, bool kSplit>
 [[gnu::noinline, gnu::cold]] Rgb PathBatch<kGlass, kSplit>::clamp(int lane, uint32_t group,
                                                                   const Rgb& light) {
   const Rgb& throughput = paths_[lane].throughput;
-  const float most = max_component(throughput * light);
-  if (!(most > settings_.clamp_indirect) || !std::isfinite(most)) return light;
+  const Rgb contribution = throughput * light;
+  const float most = max_component(contribution);
+  if (!(most > settings_.clamp_indirect) || !is_finite(contribution)) return light;
   const Rgb clamped = light * (settings_.clamp_indirect / most);
   const Rgb taken = throughput * (light - clamped);
   clamped_[lane] += taken;
@@ -569,7 +570,8 @@ void PathBatch<kGlass, kSplit>::see_nothing(LaneList* missed, std::span<SampleVa
   });
 }
 
-// Ends the paths of camera rays that have met a holdout, or a catcher that is not to be seen.
+// Ends the paths of camera rays that have met a holdout, or a catcher that is not to be seen. Of
+// catchers behind each other, seen through those that are panes, the last one counts.
 template <bool kGlass, bool kSplit>
 void PathBatch<kGlass, kSplit>::see_roles(std::span<SampleValue> values, uint32_t depth) {
   alive_.filter([&](int lane) {
@@ -580,7 +582,7 @@ void PathBatch<kGlass, kSplit>::see_roles(std::span<SampleValue> values, uint32_
     const bool catches = role == SurfaceRole::kCatcher && !batch_.caught.empty();
     if (catches) {
       catches_.emplace(lane) = {path.ray, path.hit, depth + 1, through};
-      caught_.add(lane);
+      if (!caught_.contains(lane)) caught_.add(lane);
     }
     if (role == SurfaceRole::kCatcher && !settings_.transparent) return true;
     if (catches) batch_.caught[size_t(lane)].hidden = through;

@@ -103,12 +103,12 @@ void TextureStore::add(const std::shared_ptr<Image>& image, const LoadProgress& 
   waiting_.push_back(image);
   if (bytes_ <= *progress.texture_bytes()) return;
   if (!file_) file_ = std::make_shared<TextureFile>(*progress.texture_bytes());
-  for (const std::shared_ptr<Image>& next : waiting_) {
+  while (!waiting_.empty()) {
     progress.check();
-    file_->take(*next);
-    progress.budget()->give_back(MemoryPart::kTextures, next->byte_count());
+    file_->take(*waiting_.back());  // throws where the disk is full; the next image tries again
+    progress.budget()->give_back(MemoryPart::kTextures, waiting_.back()->byte_count());
+    waiting_.pop_back();
   }
-  waiting_.clear();
 }
 
 }  // namespace emberline

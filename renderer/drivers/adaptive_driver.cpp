@@ -293,7 +293,7 @@ void AdaptiveDriver::end(FilmTile& film, PixelStop cut_short) {
 
 void AdaptiveDriver::archive(Archive& archive, const FilmTile& film) {
   archive.number(stage_, shown_ ? Stage::kTree : Stage::kPilotStep, Stage::kFinished);
-  archive.number(pass_, 1, std::numeric_limits<int>::max());
+  archive.number(pass_, 1, std::numeric_limits<int>::max() / 2);
   archive.number(ends_pass_, false, true);
   archive.number(followed_from_, 0, std::numeric_limits<int>::max());
   planner_.archive(archive);
@@ -341,7 +341,7 @@ void AdaptiveDriver::archive_tree(Archive& archive) {
   archive.list(rgb, tree_ ? 3 * refined_pixels() : 0);
   archive.number(under_way, false, true);
   if (!archive.loading()) return;
-  archive.check(kept ? tree_.has_value() : covered());
+  archive.check(kept ? tree_.has_value() : covered() && !settings_.keep_tree);
   archive.check(!under_way || stage_ == Stage::kTree);
   if (!kept) return tree_.reset();
   std::vector<Rgb> values;

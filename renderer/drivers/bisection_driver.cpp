@@ -104,7 +104,7 @@ uint64_t BisectionDriver::samples(size_t part) const {
 void BisectionDriver::rendered(const RenderedParts& parts, const FilmTile& film) {
   const BisectionPass& all = pass().parts;
   const RenderedParts of_pass{begin_ + parts.begin, begin_ + parts.end, parts.complete, {}};
-  if (pass_ == 0) coverage_ = coverage(all, of_pass, begin_);
+  if (pass_ == 0 && extended_ == 0) coverage_ = coverage(all, of_pass, begin_);
   if (of_pass.end < all.parts()) return;
   uint32_t least = passes_[pass_].first_sample + passes_[pass_].sample_count;
   std::vector<PixelWork> list;
@@ -136,6 +136,12 @@ void BisectionDriver::archive(Archive& archive, const FilmTile&) {
   archive.number(c.begun_parts, size_t(0), parts);
   archive.number(c.complete_parts, size_t(0), c.begun_parts);
   archive.number(least_samples_, 0u, samples_per_pixel_);
+  archive.number(extended_, 0u, samples_per_pixel_);
+}
+
+void BisectionDriver::extend(Archive&, const FilmTile& film) {
+  extended_ = std::min(film.least_samples(), samples_per_pixel_);
+  if (extended_ > 0) coverage_ = {first_.steps.size(), 0, 0};
 }
 
 void BisectionDriver::end(FilmTile& film, PixelStop cut_short) {

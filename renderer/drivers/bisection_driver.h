@@ -3,6 +3,7 @@
 // many samples as there are.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <vector>
 
@@ -23,7 +24,9 @@ class BisectionDriver final : public FrameDriver {
   uint64_t samples(size_t part) const override;
   void rendered(const RenderedParts& parts, const FilmTile& film) override;
   bool finished() const override { return least_samples_ == samples_per_pixel_; }
-  uint32_t least_samples(const FilmTile&) const override { return least_samples_; }
+  uint32_t least_samples(const FilmTile&) const override {
+    return std::max(least_samples_, extended_);
+  }
   PixelStop stop_so_far(const FilmTile& film, int x, int y) const override;
   void resolve(const FilmTile& film, std::span<float> rgba, const LightMix* mix) const override;
   void end(FilmTile& film, PixelStop cut_short) override;
@@ -33,6 +36,7 @@ class BisectionDriver final : public FrameDriver {
     return steps > 0 ? &first_.steps[steps - 1].complete : nullptr;
   }
   void archive(Archive& archive, const FilmTile& film) override;
+  void extend(Archive& finished, const FilmTile& film) override;
 
  private:
   // One pass, and the lines that it goes by.
@@ -53,7 +57,8 @@ class BisectionDriver final : public FrameDriver {
   size_t pass_ = 0;             // which of the passes is under way
   size_t begin_ = 0, end_ = 0;  // of its parts: the round under way
   BisectionCoverage coverage_;  // of the first pass
-  uint32_t least_samples_ = 0;
+  uint32_t least_samples_ = 0;  // of those that were asked for
+  uint32_t extended_ = 0;       // what every pixel has of a frame that goes on in this one
 };
 
 // Where the round that begins with part `first` ends. In the first pass it lies within a step and

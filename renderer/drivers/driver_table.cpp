@@ -24,7 +24,9 @@ constexpr DriverEntry kDrivers[] = {
        return has_threshold(settings) ? AdaptiveDriver::film_extras(settings.adaptive)
                                       : FilmExtras{};
      },
-     [](const DriverSettings&) { return uint64_t(0); }},
+     [](const DriverSettings& settings) {
+       return has_threshold(settings) ? AdaptiveDriver::bytes_per_pixel(settings.adaptive) : 0;
+     }},
     {"bisection", "the whole frame at once, refined line between lines and pass after pass",
      Sharing::kEven, false,
      [](const Frame& frame, const Rect& pixels,

@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-
-#include "renderer/film/light_group_values.h"
+#include <limits>
 
 namespace emberline {
 namespace {
@@ -55,17 +54,15 @@ void ClampedLight::merge(const ClampedLight& other) {
 }
 
 void ClampedLight::archive(Archive& archive) {
-  bool there = clamps();
-  archive.number(there, false, true);
-  if (!there) {
-    if (archive.loading()) *this = {};
-    return;
-  }
-  double limit = double(limit_);
-  archive.number(limit, 1e-30, 1e30);
-  uint64_t count = groups_.size();
-  archive.number(count, uint64_t(0), uint64_t(kMostLightGroups));
-  if (archive.loading()) *this = ClampedLight(float(limit), int(count));
+  const auto same = [&archive](auto value) {
+    const auto own = value;
+    archive.number(value, std::numeric_limits<decltype(value)>::lowest(),
+                   std::numeric_limits<decltype(value)>::max());
+    archive.check(value == own);
+  };
+  same(double(limit_));
+  same(uint64_t(groups_.size()));
+  if (!clamps()) return;
   const auto sum = [&archive](Sum& s) {
     for (uint64_t& units : s) archive.number(units, uint64_t(0), kMostUnits);
   };

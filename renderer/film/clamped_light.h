@@ -29,6 +29,7 @@ class ClampedLight {
   void keep(const Rgb& radiance) { add(&kept_, radiance); }
   // Of the same frame.
   void merge(const ClampedLight& other);
+  // Loads what is of the same limit and as many groups, and nothing else.
   void archive(Archive& archive);
 
   // Radiance; over `samples` it is the mean that the picture lacks.

@@ -430,8 +430,10 @@ void FilmTile::check(const Archive& archive) const {
     std::memcpy(&byte, &flag, sizeof byte);
     return byte <= 1;
   };
-  for (const SampleVariance& variance : sample_variances_) {
+  for (size_t i = 0; i < sample_variances_.size(); ++i) {
+    const SampleVariance& variance = sample_variances_[i];
     archive.check(is_flag(variance.known));
+    archive.check(!variance.known || sums_[i].samples() > 0);
     finite(variance.rgb);
   }
   for (const ShownValue& value : shown_) {

@@ -4,6 +4,27 @@
 
 namespace emberline {
 
+namespace {
+
+bool comes_before(const NonFiniteSample& a, const NonFiniteSample& b) {
+  return std::tie(a.y, a.x, a.sample, a.seed) < std::tie(b.y, b.x, b.sample, b.seed);
+}
+
+}  // namespace
+
+FrameCounters Frame::no_counts() const {
+  FrameCounters counters;
+  if (clamp_indirect > 0.0f) {
+    counters.clamped = ClampedLight(clamp_indirect, light_groups ? light_groups->size() : 0);
+  }
+  return counters;
+}
+
+void FrameCounters::locate(const NonFiniteSample& sample) {
+  located.insert(std::ranges::upper_bound(located, sample, comes_before), sample);
+  if (located.size() > kLocatedLimit) located.pop_back();
+}
+
 void FrameCounters::merge(const FrameCounters& other) {
   rays.merge(other.rays);
   max_samples = std::max(max_samples, other.max_samples);
@@ -11,9 +32,7 @@ void FrameCounters::merge(const FrameCounters& other) {
   non_finite_samples += other.non_finite_samples;
   clamped.merge(other.clamped);
   located.insert(located.end(), other.located.begin(), other.located.end());
-  std::sort(located.begin(), located.end(), [](const auto& a, const auto& b) {
-    return std::tie(a.y, a.x, a.sample) < std::tie(b.y, b.x, b.sample);
-  });
+  std::ranges::sort(located, comes_before);
   if (located.size() > kLocatedLimit) located.resize(kLocatedLimit);
 }
 

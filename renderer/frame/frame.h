@@ -17,6 +17,47 @@
 
 namespace emberline {
 
+// A sample that came out NaN or infinite: enough to replay it.
+struct NonFiniteSample {
+  int x = 0, y = 0;
+  uint32_t sample = 0;
+  uint32_t seed = 0;  // the frame's, or its round's
+};
+
+struct RayCounters {
+  uint64_t camera = 0;  // one per sample
+  uint64_t scatter = 0, shadow = 0;
+  uint64_t total() const { return camera + scatter + shadow; }
+  void add(const SampleRays& sample) {
+    camera++;
+    scatter += sample.scatter;
+    shadow += sample.shadow;
+  }
+  void merge(const RayCounters& o) {
+    camera += o.camera;
+    scatter += o.scatter;
+    shadow += o.shadow;
+  }
+};
+
+// What happened, summed over the frame.
+struct FrameCounters {
+  RayCounters rays;
+  uint64_t samples = 0;
+  uint64_t non_finite_samples = 0;
+  std::vector<NonFiniteSample> located;       // the first few, in (y, x, sample) order
+  uint32_t min_samples = 0, max_samples = 0;  // per pixel of the crop
+  ClampedLight clamped;                       // by --clamp-indirect
+  bool stopped = false;                       // by the stop token, before the work was done
+
+  static constexpr size_t kLocatedLimit = 16;
+  void locate(const NonFiniteSample& sample);
+  // All but min_samples and stopped, which no worker knows.
+  void merge(const FrameCounters& other);
+  // All but `stopped`.
+  void archive(Archive& archive);
+};
+
 // All that is constant while a frame renders. Refers to things that must outlive it.
 struct Frame {
   const Scene& scene;
@@ -54,50 +95,12 @@ struct Frame {
   }
   // Whether samples have a time.
   bool moves() const { return scene.moves() || camera.moves(); }
+  // Of which a worker, or what is loaded of the frame, begins.
+  FrameCounters no_counts() const;
   FilmExtras with_light_groups(FilmExtras extras) const {
     if (light_groups) extras.light_groups = light_groups->size();
     return extras;
   }
-};
-
-// A sample that came out NaN or infinite: enough to replay it.
-struct NonFiniteSample {
-  int x = 0, y = 0;
-  uint32_t sample = 0;
-  uint32_t seed = 0;  // the frame's, or its round's
-};
-
-struct RayCounters {
-  uint64_t camera = 0;  // one per sample
-  uint64_t scatter = 0, shadow = 0;
-  uint64_t total() const { return camera + scatter + shadow; }
-  void add(const SampleRays& sample) {
-    camera++;
-    scatter += sample.scatter;
-    shadow += sample.shadow;
-  }
-  void merge(const RayCounters& o) {
-    camera += o.camera;
-    scatter += o.scatter;
-    shadow += o.shadow;
-  }
-};
-
-// What happened, summed over the frame.
-struct FrameCounters {
-  RayCounters rays;
-  uint64_t samples = 0;
-  uint64_t non_finite_samples = 0;
-  std::vector<NonFiniteSample> located;       // the first few, in (y, x, sample) order
-  uint32_t min_samples = 0, max_samples = 0;  // per pixel of the crop
-  ClampedLight clamped;                       // by --clamp-indirect
-  bool stopped = false;                       // by the stop token, before the work was done
-
-  static constexpr size_t kLocatedLimit = 16;
-  // All but min_samples and stopped, which no worker knows.
-  void merge(const FrameCounters& other);
-  // All but `stopped`.
-  void archive(Archive& archive);
 };
 
 }  // namespace emberline

@@ -10,6 +10,7 @@
 #include <new>
 
 #include "renderer/core/errors.h"
+#include "renderer/core/flush_denormals.h"
 #include "renderer/core/parallel.h"
 #include "renderer/frame/bucket_schedule.h"
 #include "renderer/frame/render_worker.h"
@@ -149,6 +150,7 @@ void FrameRender::begin(const Frame& frame) {
   film_.emplace(frame.aovs, frame.with_light_groups(drivers_.film_extras));
   reset_film(frame.crop, &*film_);
   driver_ = drivers_.create(frame, frame.crop);
+  counters_ = frame.no_counts();
 }
 
 void FrameRender::archive(Archive& archive) {
@@ -182,7 +184,7 @@ void FrameRender::load(std::span<const std::byte> state) {
 
 void FrameRender::extend(std::span<const std::byte> finished) {
   Archive loading(finished);
-  TileResult result;
+  TileResult result{.counters = counters_};
   bool is_finished = false;
   result.archive(loading);
   loading.number(is_finished, false, true);
@@ -264,7 +266,7 @@ void FrameRender::render_tiles(Loop& loop) {
     while (going()) {
       const size_t i = next.fetch_add(1, std::memory_order_relaxed);
       if (i >= tiles.size()) break;
-      TileResult result;
+      TileResult result{.counters = frame.no_counts()};
       if (!load_tile(loop, tiles[i], film, result)) {
         loop.observer.tile_begun(tiles[i]);
         const std::unique_ptr<FrameDriver> driver = begin_tile(loop, tiles[i], film, result);
@@ -342,9 +344,10 @@ bool FrameRender::load_tile(Loop& loop, const Rect& tile, FilmTile& film, TileRe
     film.archive(loading);
     const std::unique_ptr<FrameDriver> driver = drivers_.create(loop.frame, tile);
     driver->archive(loading, film);
+    loading.check(driver->finished());
     loading.end();
   } catch (const InputError&) {
-    result = {};
+    result = {.counters = loop.frame.no_counts()};
     return false;
   }
   loop.observer.tile_loaded(film, result.counters.samples);
@@ -352,8 +355,14 @@ bool FrameRender::load_tile(Loop& loop, const Rect& tile, FilmTile& film, TileRe
 }
 
 uint64_t FrameRender::bytes_per_pixel(const AovSet& aovs) const {
-  if (drivers_.tiles) return 0;
-  return film_bytes_per_pixel(aovs, drivers_.film_extras) + drivers_.bytes_per_pixel;
+  return drivers_.tiles
+             ? 0
+             : film_bytes_per_pixel(aovs, drivers_.film_extras) + drivers_.bytes_per_pixel;
+}
+
+uint64_t FrameRender::tile_bytes_per_pixel(const AovSet& aovs) const {
+  const uint64_t of_driver = drivers_.tiles ? drivers_.bytes_per_pixel : 0;
+  return film_bytes_per_pixel(aovs, drivers_.film_extras) + of_driver;
 }
 
 std::optional<double> FrameRender::error_estimate() const {
@@ -387,6 +396,7 @@ void FrameRender::deliver(FrameObserver& observer) {
   if (!shown.empty() && layers > 0) paths = shown_groups(*this, LightMix::Of::kPaths, layers);
   std::atomic<size_t> next{0};
   const auto work = [&](size_t /*worker*/) {
+    const FlushDenormals flush;                     // as the workers that hand tiles on
     FilmTile tile(film_->aovs(), film_->extras());  // one each: its memory serves again and again
     for (size_t i = next++; i < tiles.size(); i = next++) {
       const Rect& rect = tiles[i];

@@ -33,15 +33,15 @@ struct DriverFactory {
   BucketOrder tile_order = BucketOrder::kHilbert;
   FramePart part = {};  // of the tiles
   FilmExtras film_extras = {};
-  uint64_t bytes_per_pixel = 0;  // of the crop's driver beside the film, at most
+  uint64_t bytes_per_pixel = 0;  // of a driver beside the film, at most
   std::function<std::unique_ptr<FrameDriver>(const Frame& frame, const Rect& pixels)> create;
 };
 
 // What becomes of a tile beside its film.
 struct TileResult {
-  std::optional<double> error;  // estimated, of the displayed tile
-  uint32_t least_samples = 0;   // of any pixel
-  FrameCounters counters;
+  std::optional<double> error = {};  // estimated, of the displayed tile
+  uint32_t least_samples = 0;        // of any pixel
+  FrameCounters counters = {};
 
   void archive(Archive& archive);
 };
@@ -111,6 +111,8 @@ class FrameRender final : public FramePicture {
   // What render() and deliver() hold of each pixel of the crop beside their workers' tiles, at
   // most; with light groups 24 for each and 24 more. And what is held by now.
   uint64_t bytes_per_pixel(const AovSet& aovs) const;
+  // Of each pixel of a worker's tile.
+  uint64_t tile_bytes_per_pixel(const AovSet& aovs) const;
   uint64_t film_bytes() const { return driver_ ? film_->bytes() + driver_->bytes() : 0; }
 
   void resolve(std::span<float> rgba, const LightMix* mix = nullptr) const override {

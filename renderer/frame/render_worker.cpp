@@ -4,10 +4,6 @@
 #include <chrono>
 #include <limits>
 
-#if defined(__x86_64__) || defined(_M_X64)
-#include <immintrin.h>
-#endif
-
 namespace emberline {
 namespace {
 
@@ -20,23 +16,6 @@ int camera_dimensions(const Frame& frame) {
 // Samples between two reports of progress: about a millisecond of work.
 constexpr uint64_t kReportedSamples = 2048;
 
-// Flush-to-zero and denormals-are-zero, bits 15 and 6 of MXCSR (Intel SDM, section 10.2.3).
-unsigned flush_denormals() {
-#if defined(__x86_64__) || defined(_M_X64)
-  const unsigned saved = _mm_getcsr();
-  _mm_setcsr(saved | 0x8040u);
-  return saved;
-#else
-  return 0;
-#endif
-}
-
-void restore_mode([[maybe_unused]] unsigned saved) {
-#if defined(__x86_64__) || defined(_M_X64)
-  _mm_setcsr(saved);
-#endif
-}
-
 }  // namespace
 
 RenderWorker::RenderWorker(const Frame& frame)
@@ -46,22 +25,10 @@ RenderWorker::RenderWorker(const Frame& frame)
       weighted_(frame.exact_counts &&
                 frame.sampler.integration_weight(0, frame.samples_per_pixel) != 1.0f),
       samples_(frame.sampler, camera_dimensions(frame)),
-      counters_(no_counts()),
+      counters_(frame.no_counts()),
       light_values_(frame.light_groups ? frame.light_groups->size() : 0),
       path_layers_(frame.aovs),
-      layer_values_(path_layers_.size()),
-      saved_mode_(flush_denormals()) {}
-
-FrameCounters RenderWorker::no_counts() const {
-  FrameCounters counters;
-  if (frame_.clamp_indirect > 0.0f) {
-    counters.clamped =
-        ClampedLight(frame_.clamp_indirect, frame_.light_groups ? frame_.light_groups->size() : 0);
-  }
-  return counters;
-}
-
-RenderWorker::~RenderWorker() { restore_mode(saved_mode_); }
+      layer_values_(path_layers_.size()) {}
 
 // Of one pixel, consecutive.
 void RenderWorker::begin_batch(int x, int y, uint32_t first_sample, int count) {
@@ -207,9 +174,7 @@ bool RenderWorker::add(int lane, FilmTile& tile) {
     return true;
   }
   counters_.non_finite_samples++;
-  if (counters_.located.size() < FrameCounters::kLocatedLimit) {
-    counters_.located.push_back({x, y, a.sample, seed_});
-  }
+  counters_.locate({x, y, a.sample, seed_});
   // It counts as black for the light groups and layers, too.
   values_[lane].alpha = 0.0f;
   light_values_.clear(lane);

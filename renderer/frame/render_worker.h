@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "renderer/core/flush_denormals.h"
 #include "renderer/frame/frame.h"
 #include "renderer/frame/frame_driver.h"
 #include "renderer/frame/frame_observer.h"
@@ -18,7 +19,6 @@ class RenderWorker {
   // Also sets the thread's floating-point mode as Embree asks (denormals to zero); undone by the
   // destructor.
   explicit RenderWorker(const Frame& frame);
-  ~RenderWorker();
   RenderWorker(const RenderWorker&) = delete;
   RenderWorker& operator=(const RenderWorker&) = delete;
 
@@ -36,10 +36,9 @@ class RenderWorker {
   SampleValue replay(int x, int y, uint32_t sample, Ray* camera_ray);
 
   // Since the last call.
-  FrameCounters take_counters() { return std::exchange(counters_, no_counts()); }
+  FrameCounters take_counters() { return std::exchange(counters_, frame_.no_counts()); }
 
  private:
-  FrameCounters no_counts() const;
   bool catches() const { return frame_.aovs.contains(Aov::kShadow); }
   bool sees() const { return frame_.aovs.contains(Aov::kDenoising); }
   void begin_batch(int x, int y, uint32_t first_sample, int count);
@@ -71,7 +70,7 @@ class RenderWorker {
   LightGroupValues light_values_;
   const PathLayers path_layers_;
   LightGroupValues layer_values_;
-  unsigned saved_mode_;
+  const FlushDenormals flush_;
 };
 
 }  // namespace emberline

@@ -1,5 +1,7 @@
 #include "renderer/output/frame_memory.h"
 
+#include <algorithm>
+
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/limit_error.h"
 #include "renderer/output/light_layers.h"
@@ -58,6 +60,23 @@ void reserve_frame(uint64_t bytes, const Rect& crop, MemoryReservation& memory) 
     memory.add(bytes, "");
   } catch (const LimitError&) {
     throw UsageError("--size, --crop: a frame of {}x{} pixels {}", crop.width(), crop.height(),
+                     memory.budget()->refusal(MemoryPart::kFilm, bytes));
+  }
+}
+
+void reserve_tiles(uint64_t bytes_per_pixel, const OutputSettings& settings, int threads,
+                   MemoryReservation& memory) {
+  const auto side = int64_t(settings.tile_size);
+  const int64_t width = settings.crop.width(), height = settings.crop.height();
+  const int64_t all = ((width - 1) / side + 1) * ((height - 1) / side + 1);
+  const int64_t at_once = std::min<int64_t>(all, threads);
+  const int64_t pixels = std::min(width, side) * std::min(height, side);
+  const uint64_t bytes = bytes_of(uint64_t(at_once * pixels), bytes_per_pixel);
+  try {
+    memory.add(bytes, "");
+  } catch (const LimitError&) {
+    throw UsageError("--bucket-size, --threads: {} bucket{} of {}x{} pixels at once {}", at_once,
+                     at_once == 1 ? "" : "s", std::min(width, side), std::min(height, side),
                      memory.budget()->refusal(MemoryPart::kFilm, bytes));
   }
 }

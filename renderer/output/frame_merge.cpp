@@ -13,6 +13,7 @@
 
 #include "io/json_input.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/flush_denormals.h"
 #include "renderer/core/log.h"
 #include "renderer/core/parallel.h"
 #include "renderer/output/checkpoint.h"
@@ -77,7 +78,7 @@ void StoredFrame::load_film(MemoryBudget& budget) {
   Archive loading{std::span<const std::byte>(*state)};
   bool finished = false;
   try {
-    TileResult result;
+    TileResult result = blank_result();
     result.archive(loading);
     loading.number(finished, false, true);
     film_->archive(loading);
@@ -86,6 +87,16 @@ void StoredFrame::load_film(MemoryBudget& budget) {
     throw InputError(path(), error.what());
   }
   if (!finished) film_.reset();
+}
+
+// As Frame::no_counts() of the frame that wrote it.
+TileResult StoredFrame::blank_result() const {
+  TileResult result;
+  if (settings_.clamp_indirect) {
+    result.counters.clamped =
+        ClampedLight(*settings_.clamp_indirect, std::max(0, extras_.light_groups));
+  }
+  return result;
 }
 
 bool StoredFrame::has(size_t tile) const {
@@ -103,7 +114,7 @@ TileResult StoredFrame::load(size_t tile, FilmTile& film) const {
   const std::vector<std::byte> state =
       file_.read(*tiles_[tile], FrameRender::most_of_state(film.bytes()));
   Archive loading{std::span<const std::byte>(state)};
-  TileResult result;
+  TileResult result = blank_result();
   try {
     result.archive(loading);
     film.archive(loading);
@@ -144,6 +155,18 @@ FrameMerge::FrameMerge(const std::vector<std::string>& paths, bool allow_holes, 
   for (const auto& frame : frames_) frame->load_film(budget);
   make_groups();
   check_groups(allow_holes);
+  reserve_tiles(budget);
+}
+
+// Of each thread two films, and the state that one of them is read from.
+void FrameMerge::reserve_tiles(MemoryBudget& budget) const {
+  uint64_t most = 0;
+  for (const Rect& tile : tiles_) most = std::max(most, uint64_t(tile.area()));
+  const uint64_t of_pixel = film_bytes_per_pixel(first().plan().aovs, first().film_extras());
+  const auto threads = uint64_t(std::max(1, tbb::this_task_arena::max_concurrency()));
+  budget.reserve(MemoryPart::kFilm,
+                 bytes_of(std::min<uint64_t>(tiles_.size(), threads) * most, 3 * of_pixel),
+                 first().path());
 }
 
 void FrameMerge::check_frames(bool strict) const {
@@ -279,6 +302,7 @@ void FrameMerge::deliver(const AovSet& aovs, FrameObserver& observer) {
   std::mutex mutex;
   const auto threads = size_t(std::max(1, tbb::this_task_arena::max_concurrency()));
   parallel_tasks(std::min(tiles_.size(), threads), [&](size_t) {
+    const FlushDenormals flush;  // as the workers of a frame that is rendered at once
     FilmTile film(aovs, first().film_extras());
     FilmTile more(aovs, first().film_extras());
     FrameCounters counters;

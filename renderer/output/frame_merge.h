@@ -54,6 +54,7 @@ class StoredFrame {
   size_t number_of(const Rect& tile) const {
     return bucket_number(plan_.crop, tile, settings_.bucket_size);
   }
+  TileResult blank_result() const;
   std::vector<Rect> own_;                  // tiles of its part of the frame
   std::vector<const RecordEntry*> tiles_;  // by number; null: it has none
   std::optional<FilmTile> film_;
@@ -94,6 +95,7 @@ class FrameMerge {
   void check_frames(bool strict) const;
   void make_groups();
   void check_groups(bool allow_holes);
+  void reserve_tiles(MemoryBudget& budget) const;
   void merge_tile(const Rect& tile, FilmTile& film, FilmTile& more, FrameCounters& counters);
   void combine_errors();
   size_t part_number(const StoredFrame* frame) const;

@@ -233,6 +233,8 @@ void EmbreeDevice::check() {
 OwnedScene::OwnedScene(std::shared_ptr<EmbreeDevice> of) : device(std::move(of)) {
   add_object_bytes(embree::kSceneObjectBytes);
   scene = rtcNewScene(device->handle());
+  // With it the builder splits no triangle, and the filter of a shadow ray is asked once for each
+  // (Thickness); without it a light could leak, too.
   rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
   rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_HIGH);
 }

@@ -14,7 +14,7 @@ struct LayerParameters {
   // wo is behind the face: of a solid, coat and sheen are then on the other side. Not the same as
   // BsdfParameters::inside, which between touching solids means the denser one.
   bool behind = false;
-  // KHR_materials_anisotropy. Of the base's reflection and of what transmission bends.
+  // KHR_materials_anisotropy. Of the base's reflection.
   float anisotropy = 0.0f;
   Vec2f anisotropy_direction = Vec2f(1.0f, 0.0f);  // unit, x and y of local shading space
   // KHR_materials_iridescence

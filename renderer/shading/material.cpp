@@ -46,19 +46,6 @@ Vec2f turned(const Vec2f& direction, const Vec2f& turn) {
 
 Rgb rgb(const Vec4f& v) { return {v.x, v.y, v.z}; }
 
-// Whether any texel of an image with alpha is not opaque. Exporters often write rgba images that
-// are opaque throughout, and a surface with coverage costs every ray a question.
-bool has_transparent_texel(const Texture& texture) {
-  if (!texture.has_alpha_channel()) return false;
-  const Image& image = texture.image();
-  for (int y = 0; y < image.height; ++y) {
-    for (int x = 0; x < image.width; ++x) {
-      if (texture.texel(x, y).w < 1.0f) return true;
-    }
-  }
-  return false;
-}
-
 }  // namespace
 
 Material::Slot Material::add_texture(const TextureRef& ref, bool srgb, const char* slot,
@@ -241,11 +228,12 @@ void Material::compile_interior(const MaterialDescription& d) {
   if (has_transmission() && ior_ > 0.0f) dispersion_ = non_negative(d.dispersion);
 }
 
+// Exporters often write rgba images that are opaque throughout, and a surface with coverage costs
+// every ray a question.
 void Material::compile_coverage() {
   if (alpha_mode_ == AlphaMode::kOpaque) return;
   const float opaque = alpha_mode_ == AlphaMode::kMask ? alpha_cutoff_ : 1.0f;
-  alpha_varies_ =
-      alpha_ < opaque || (base_color_texture_ && has_transparent_texel(*base_color_texture_));
+  alpha_varies_ = alpha_ < opaque || (base_color_texture_ && !base_color_texture_->is_opaque());
 }
 
 MaterialPoint Material::constant_point() const {

@@ -2,6 +2,7 @@
 
 #include <Imath/half.h>
 
+#include <algorithm>
 #include <cassert>
 #include <cstddef>
 #include <cstring>
@@ -236,6 +237,22 @@ float Texture::alpha_texel(int x, int y) const {
       break;
   }
   return LoadFloat{texels_}.alpha(i);
+}
+
+bool Texture::is_opaque() const {
+  if (!has_alpha_channel()) return true;
+  const size_t count = size_t(width_) * size_t(height_), channels = size_t(channels_);
+  return decoded([&](const auto& load) {
+    constexpr size_t kBlock = 4096;
+    for (size_t begin = 0; begin < count; begin += kBlock) {
+      bool opaque = true;
+      for (size_t i = begin; i < std::min(count, begin + kBlock); ++i) {
+        opaque &= load.alpha((i + 1) * channels - 1) >= 1.0f;
+      }
+      if (!opaque) return false;
+    }
+    return true;
+  });
 }
 
 float Texture::bilinear_alpha(const Vec2f& uv) const {

@@ -59,6 +59,8 @@ class Texture {
     for (int row : corners.row) prefetch(place(corners.column[0], row));  // the next is beside it
   }
   Vec4f read(const TexelCorners& corners) const;
+  // Whether all texels are: looks at them until one is not.
+  bool is_opaque() const;
   // Alpha alone of the same; 1 for an image without alpha.
   float bilinear_alpha(const Vec2f& uv) const;
 

@@ -10,7 +10,8 @@ namespace emberline {
 
 namespace {
 
-// More texels than this and a regular subset stands for all (chosen by us: 15 ms for a triangle).
+// More texels than this, or more in a row, and a regular subset stands for all (chosen by us: 15 ms
+// for a triangle, some 40 for a sliver).
 constexpr double kMaxTexels = double(1 << 22);
 // Fewer inside and filtered points are taken instead.
 constexpr int kMinTexels = 16;
@@ -55,7 +56,7 @@ Rgb Texture::mean_over_triangle(const Vec2f& uv0, const Vec2f& uv1, const Vec2f&
   if (usable && area >= kMinTexels) {
     const auto stride = int64_t(std::ceil(std::sqrt(std::max(1.0, area / kMaxTexels))));
     const auto [y_min, y_max] = std::minmax({y[0], y[1], y[2]});
-    // A sliver can be long without having area; its rows are few texels each.
+    // A sliver can be long without having area: in many rows of few texels, or in one of many.
     const auto first_row = int64_t(std::ceil(y_min)), last_row = int64_t(std::floor(y_max));
     const int64_t row_stride =
         std::max(stride, int64_t(std::ceil(double(last_row - first_row + 1) / kMaxTexels)));
@@ -71,7 +72,8 @@ Rgb Texture::mean_over_triangle(const Vec2f& uv0, const Vec2f& uv1, const Vec2f&
       }
       if (!(left <= right)) continue;
       const int j = wrap_index(row, height_, wrap_t_);
-      for (auto i = int64_t(std::ceil(left)); double(i) <= right; i += stride) {
+      const int64_t step = std::max(stride, int64_t(std::ceil((right - left) / kMaxTexels)));
+      for (auto i = int64_t(std::ceil(left)); double(i) <= right; i += step) {
         add(texel(wrap_index(i, width_, wrap_s_), j));
       }
     }

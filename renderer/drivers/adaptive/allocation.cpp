@@ -142,7 +142,8 @@ double sum_of_steps(std::span<const float> rates, std::span<const SampleBounds> 
 float find_step_scale(std::span<const float> rates, std::span<const SampleBounds> bounds,
                       double total) {
   const Extent extent = extent_of(rates, bounds);
-  if (!(extent.most_rate > 0.0f) || total <= extent.least) return 0.0f;
+  if (!(extent.most_rate > 0.0f) || !std::isfinite(extent.rates) || total <= extent.least)
+    return 0.0f;
   const double highest = std::min(4.0 * double(extent.most_count) / double(extent.least_rate),
                                   0x1p126 / double(extent.most_rate));
   if (total >= extent.most) return float(highest);

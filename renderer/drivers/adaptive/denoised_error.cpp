@@ -124,7 +124,7 @@ void DenoisedError::archive(Archive& archive, size_t pixels) {
   archive.number(filtered_at_, 0.0, double(UINT32_MAX));
   archive.array(square_, pixels);
   archive.check(square_.empty() == (filtered_at_ == 0.0));
-  for (const float square : square_) archive.check(square >= 0.0f);
+  for (const float square : square_) archive.check(square >= 0.0f && std::isfinite(square));
 }
 
 double root_mean_square(std::span<const float> values) {

@@ -1,5 +1,7 @@
 #include "renderer/shading/lobes/transmission_lobe.h"
 
+#include <limits>
+
 #include "renderer/core/branch_free.h"
 #include "renderer/core/constants.h"
 #include "renderer/shading/lobes/specular_albedo.h"
@@ -29,7 +31,10 @@ float fresnel_dielectric(float cos_i, float eta) {
 Rgb attenuation_coefficient(const Rgb& color, float distance) {
   if (!(distance > 0.0f) || !std::isfinite(distance)) return Rgb(0.0f);
   const auto channel = [distance](float c) {
-    return -std::log(c > 1e-6f ? std::min(c, 1.0f) : 1e-6f) / distance;  // also NaN
+    const float coefficient =
+        -std::log(c > 1e-6f ? std::min(c, 1.0f) : 1e-6f) / distance;  // also NaN
+    return std::min(coefficient,
+                    std::numeric_limits<float>::max());  // so that 0 metres let all pass
   };
   return {channel(color.x), channel(color.y), channel(color.z)};
 }
