@@ -75,9 +75,9 @@ void reserve_tiles(uint64_t bytes_per_pixel, const OutputSettings& settings, int
   try {
     memory.add(bytes, "");
   } catch (const LimitError&) {
-    throw UsageError("--bucket-size, --threads: {} bucket{} of {}x{} pixels at once {}", at_once,
-                     at_once == 1 ? "" : "s", std::min(width, side), std::min(height, side),
-                     memory.budget()->refusal(MemoryPart::kFilm, bytes));
+    throw UsageError("--bucket-size, --threads: working on {} bucket{} of {}x{} pixels at once {}",
+                     at_once, at_once == 1 ? "" : "s", std::min(width, side),
+                     std::min(height, side), memory.budget()->refusal(MemoryPart::kFilm, bytes));
   }
 }
 

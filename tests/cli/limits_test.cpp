@@ -153,6 +153,19 @@ TEST_F(Limits, AFrameThatIsTooLargeIsRefusedBeforeTheLoad) {
   }
 }
 
+// What each thread works on is part of it.
+TEST_F(Limits, BucketsThatAreTooLargeAreRefusedBeforeTheLoad) {
+  for (const auto& [driver, limit] : {std::pair("bucket", "60"), std::pair("bisection", "120")}) {
+    const Words words = {"--size",   "1024x1024", "--memory-limit", limit + std::string("M"),
+                         "--driver", driver,      "--threads",      "4"};
+    expect_failure(
+        render_words(words + Words{"--bucket-size", "512"}), 2,
+        {"--bucket-size, --threads: working on 4 buckets of 512x512 pixels at once needs",
+         "limit of " + std::string(limit) + " MiB", "--memory-limit"});
+    render(render_words(words));
+  }
+}
+
 TEST_F(Limits, ASceneThatIsTooLargeIsRefused) {
   const std::string file = grid(300);
   for (const char* command : {"render", "info"}) {

@@ -83,6 +83,11 @@ TEST_F(TextureMemory, AFolderThatTakesNoFileIsSaid) {
   // Full: no file may grow beyond so much.
   expect_failure(words, 1, {"cannot hold textures", "File too large"},
                  {.environment = {{"TMPDIR", folder_.path()}}, .file_size_limit = kMap / 2});
+  // Of two that waited for the file it holds one: the third map tries again with what is left.
+  const Words some = {"render", textured(),         "-o",  path("no.exr"), "--threads",
+                      "1",      "--texture-memory", "300K"};
+  expect_failure(some, 1, {"cannot hold textures", "File too large"},
+                 {.environment = {{"TMPDIR", folder_.path()}}, .file_size_limit = kMap * 3 / 2});
 }
 
 // Where they all fit nobody asks for the folder.

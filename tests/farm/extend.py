@@ -44,6 +44,12 @@ def at_once(farm):
             run = extend(farm, folder, "--spp", spp, "--quiet").wait()
             farm.check(run.code == 0, case, f"should be done: {run}")
         farm.check_done(run, folder, expected, case, FILES)
+        if name != "bisection":
+            continue
+        # One film that is stopped at once has what it had.
+        run = extend(farm, folder, "--spp", "5000", "--quiet", "--time-limit", "0.01", "--report", "report.json").wait()
+        samples = report_of(folder)["samples"]
+        farm.check(samples["min"] >= 20, case, f"a pixel has lost samples: {samples}")
 
 
 def interrupted(farm):

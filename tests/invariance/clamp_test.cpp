@@ -111,6 +111,33 @@ TEST(ClampIndirect, EveryDriverAndThreadCountTakesTheSame) {
   }
 }
 
+// What a state has is of the same limit and groups, or it is damaged.
+TEST(ClampIndirect, LoadsWhatIsOfTheSameFrame) {
+  const auto saved = [](const ClampedLight& light) {
+    std::vector<std::byte> bytes;
+    Archive saving(bytes);
+    ClampedLight(light).archive(saving);
+    saving.end();
+    return bytes;
+  };
+  const auto load = [](const std::vector<std::byte>& bytes, ClampedLight into) {
+    Archive loading{std::span<const std::byte>(bytes)};
+    into.archive(loading);
+    loading.end();
+    return into;
+  };
+  ClampedLight light(0.5f, 3);
+  light.take(1, Rgb(1, 2, 3));
+  const ClampedLight again = load(saved(light), {0.5f, 3});
+  EXPECT_EQ(again.taken_of_group(1, 1), light.taken_of_group(1, 1));
+  EXPECT_FALSE(load(saved({}), {}).clamps());
+  for (const ClampedLight& other : {ClampedLight(), ClampedLight(0.5f, 0), ClampedLight(0.5f, 2),
+                                    ClampedLight(0.5f, 64), ClampedLight(0.25f, 3)}) {
+    EXPECT_THROW(load(saved(light), other), InputError);
+    EXPECT_THROW(load(saved(other), {0.5f, 3}), InputError);
+  }
+}
+
 // Nothing reaches a limit that is high enough, and the bits are those of a frame without one.
 TEST(ClampIndirect, WhatIsBelowTheLimitKeepsItsBits) {
   for (const auto& scene : {busy_scene(), sparkling().build()}) {

@@ -293,5 +293,35 @@ INSTANTIATE_TEST_SUITE_P(EverySampler, AdaptiveSameSamples,
 INSTANTIATE_TEST_SUITE_P(EverySampler, SameSamples, testing::ValuesIn(sampler_names()),
                          [](const auto& p) { return p.param; });
 
+// Light whose sums are no normal floats.
+TEST(FaintLight, BisectionAndBucket) {
+  SceneBuilderForTests b;
+  b.add_floor(4, 0, b.add_material(lambert(Rgb(0.5f, 0.1f, 0.9f))));
+  b.set_environment(Rgb(1.5e-38f));
+  const auto scene = b.build();
+  const CameraDescription view = perspective({0.4, 2.0, 5.0}, {0, 0.5, 0}, 40);
+  RenderSettings s;
+  s.width = 24;
+  s.height = 18;
+  s.spp = 16;
+  const RenderedImage expected = render(*scene, view, s);
+  for (const char* driver : {"bisection", "adaptive"}) {
+    s.driver = driver;
+    s.adaptive.budget = s.adaptive.min_samples = s.adaptive.max_samples = s.spp;
+    expect_same_bits(render(*scene, view, s), expected, driver);
+  }
+}
+
+// Whoever meets them: those that come first.
+TEST(NonFiniteSamples, TheFirstAreKept) {
+  FrameCounters one, other;
+  for (int i = 99; i >= 0; --i) (i % 3 == 0 ? one : other).locate({i % 10, i / 10, 7, 1});
+  one.merge(other);
+  ASSERT_EQ(one.located.size(), FrameCounters::kLocatedLimit);
+  for (int i = 0; i < int(one.located.size()); ++i) {
+    EXPECT_EQ(one.located[size_t(i)].x + 10 * one.located[size_t(i)].y, i);
+  }
+}
+
 }  // namespace
 }  // namespace emberline

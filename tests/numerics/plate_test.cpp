@@ -306,6 +306,24 @@ TEST(Plate, HasTheSameBitsWhoeverRenders) {
   }
 }
 
+// Catchers behind each other, of which those in front are panes: the last one counts.
+TEST(Plate, CatchersThatArePanes) {
+  Plate p = half_a_lamp();
+  const int pane = p.add_material(glass(1.5f, 0.0f, false));
+  for (const auto& [name, y] : {std::pair("low", 0.2f), std::pair("high", 0.3f)}) {
+    p.add_quad({-1, y, -1}, {1, y, -1}, {1, y, 1}, {-1, y, 1}, pane);
+    p.call(name);
+  }
+  RenderSettings s = settings("floor,low,high");
+  s.width = 33;
+  s.height = 25;
+  s.spp = 32;
+  const CameraDescription view = perspective({0.3, 0.9, 1.2}, {0, 0, 0}, 40);
+  EXPECT_GT(mean_of(image_of(p, view, s), "shadow.G"), 0.1);
+  expect_same_bits_whoever_renders(
+      s, {4, 3, 21, 17}, [&](const RenderSettings& each) { return image_of(p, view, each); });
+}
+
 // A catcher that is seen changes no other bit.
 TEST(Plate, CatchersChangeNoBitOfAPictureThatShowsThem) {
   RenderSettings s = settings("");

@@ -300,6 +300,18 @@ TEST(ShareSteps, NoOtherStepsAreWorthMore) {
   }
 }
 
+// As a damaged state may have them: an end, and every pixel within its bounds.
+TEST(ShareSteps, RatesThatAreNoNumbers) {
+  constexpr float kInf = std::numeric_limits<float>::infinity();
+  for (const float rate : {kInf, std::numeric_limits<float>::max(), std::nanf("")}) {
+    const std::vector<float> rates = {1.0f, rate, 3.0f};
+    const std::vector<SampleBounds> bounds(3, {8, 0x1p24f});
+    std::vector<float> counts;
+    share_steps(rates, bounds, 1000.0, &counts);
+    for (const float count : counts) EXPECT_TRUE(count >= 8 && count <= 0x1p24f) << rate;
+  }
+}
+
 TEST(ShareSteps, BoundsThatSettleEverything) {
   const std::vector<float> rates = {1.0f, 0.0f, 3.0f};
   const std::vector<SampleBounds> bounds = {{8, 100}, {8, 100}, {32, 20}};

@@ -166,7 +166,9 @@ TEST(EmptyPixels, AFilterWiderThanTheFrame) {
       EXPECT_FALSE(meets(edge + 0.1));
       for (int x = 0; x < size; ++x) {
         const bool sees = x + 0.5 - double(reach) < edge;
-        if (sees && empty) EXPECT_FALSE(empty->contains(x, size / 2)) << size << ", " << reach;
+        if (sees && empty) {
+          EXPECT_FALSE(empty->contains(x, size / 2)) << size << ", " << reach;
+        }
         if (x - double(reach) > edge + 1) {
           EXPECT_TRUE(empty && empty->contains(x, size / 2)) << size << ", " << reach;
         }

@@ -210,6 +210,38 @@ TEST(Texture, TriangleMeanSeesEveryTexel) {
   EXPECT_NEAR(point.x, noise.bilinear(p).x, 1e-5);
 }
 
+// A triangle along a row of texels, of some 1e9 of them and hardly any area.
+TEST(Texture, TriangleMeanOfASliver) {
+  const Texture texture(noise_image(1024, 1, 3), TextureRef{}, false);
+  const Rgb along = texture.mean_over_triangle({0, .5f}, {878900, .5f}, {0, .5000001f});
+  const Rgb whole = texture.mean_over_triangle({0, 0}, {1, 0}, {0, 1});
+  EXPECT_GT(along.x, 0.3f * whole.x);
+  EXPECT_LT(along.x, 3.0f * whole.x);
+}
+
+template <typename T>
+void expect_one_texel_is_found(TexelType type, T opaque, T nearly) {
+  for (const int channels : {1, 2, 3, 4}) {
+    std::vector<T> texels(size_t(90 * 100 * channels), opaque);
+    const auto is_opaque = [&] {
+      return Texture(make_image(90, 100, channels, type, texels), TextureRef{}, false).is_opaque();
+    };
+    EXPECT_TRUE(is_opaque());
+    for (const size_t texel : {0, 5000, 8999}) {
+      T& last = texels[(texel + 1) * size_t(channels) - 1];
+      last = nearly;
+      EXPECT_EQ(is_opaque(), channels % 2 == 1) << channels << ", " << texel;
+      last = opaque;
+    }
+  }
+}
+
+TEST(Texture, OneTexelMakesItSeeThrough) {
+  expect_one_texel_is_found<uint8_t>(TexelType::kUint8, 255, 254);
+  expect_one_texel_is_found<uint16_t>(TexelType::kUint16, 65535, 65534);
+  expect_one_texel_is_found<float>(TexelType::kFloat, 1.0f, 0.999f);
+}
+
 // What a mapped file would hold of the image.
 std::shared_ptr<Image> in_tiles(const Image& image) {
   auto tiled = std::make_shared<Image>(image);

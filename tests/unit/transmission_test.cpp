@@ -317,6 +317,9 @@ TEST(Attenuation, IsBeersLaw) {
   EXPECT_EQ(attenuation_coefficient(Rgb(.5f), 0), Rgb(0));
   EXPECT_EQ(attenuation_coefficient(Rgb(.5f), nan), Rgb(0));
   EXPECT_TRUE(is_finite(attenuation_coefficient(Rgb(nan, -1, inf), 1)));
+  const Rgb dense = attenuation_coefficient(Rgb(.5f), 1e-44f);
+  EXPECT_EQ(beer_transmittance(dense, 0), Rgb(1));
+  EXPECT_EQ(beer_transmittance(dense, 1), Rgb(0));
 }
 
 }  // namespace
