@@ -116,8 +116,8 @@ void RenderFrame::reserve(uint64_t bytes) { reserve_frame(bytes, plan_.crop, mem
 
 void RenderFrame::open_outputs() {
   reserve(frame_bytes(options_, output_settings_, frame_render_));
-  reserve_tiles(frame_render_.tile_bytes_per_pixel(plan_.aovs), output_settings_,
-                run_.workers->count(), memory_);
+  reserve_tiles(frame_render_.tile_bytes_per_pixel(plan_.aovs), film_channels(plan_.aovs).size(),
+                output_settings_, run_.workers->count(), memory_);
   if (!options_.save_settings.empty()) check_writable(options_.save_settings);
   for (const std::string& path : options_.reports) check_writable(path);
   if (std::ranges::any_of(options_.reports, is_page)) {
@@ -183,8 +183,8 @@ void RenderFrame::add_light_groups(const LightGroups& groups) {
   report_.features.push_back(describe(groups));
   layers_.lights = report_.light_layers = light_layer_names(groups.list());
   reserve(light_group_bytes(options_, output_settings_, frame_render_, layers_.lights));
-  reserve_tiles(LightGroupSums::bytes_per_pixel(layers_.lights.size()), output_settings_,
-                run_.workers->count(), memory_);
+  reserve_tiles(LightGroupSums::bytes_per_pixel(layers_.lights.size()), 3 * layers_.lights.size(),
+                output_settings_, run_.workers->count(), memory_);
 }
 
 void RenderFrame::note_picture(const FrameProgress& now, const FramePicture& picture) {
