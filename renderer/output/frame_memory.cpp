@@ -64,18 +64,18 @@ void reserve_frame(uint64_t bytes, const Rect& crop, MemoryReservation& memory) 
   }
 }
 
+// As pixels, as rows of an EXR and on the way through its library: measured, of 5 and 15 channels.
+uint64_t written_bytes_per_pixel(size_t channels) { return 5 * sizeof(float) * channels; }
+
 void reserve_tiles(uint64_t film_bytes_per_pixel, size_t channels, const OutputSettings& settings,
                    int threads, MemoryReservation& memory) {
-  // As pixels, as rows of an EXR and on the way through its library: measured, of 5 and 15
-  // channels.
-  constexpr uint64_t kCopies = 5;
   const auto side = int64_t(settings.tile_size);
   const int64_t width = settings.crop.width(), height = settings.crop.height();
   const int64_t all = ((width - 1) / side + 1) * ((height - 1) / side + 1);
   const int64_t at_once = std::min<int64_t>(all, threads);
   const int64_t pixels = std::min(width, side) * std::min(height, side);
   const uint64_t bytes = bytes_of(uint64_t(at_once * pixels),
-                                  film_bytes_per_pixel + kCopies * sizeof(float) * channels);
+                                  film_bytes_per_pixel + written_bytes_per_pixel(channels));
   try {
     memory.add(bytes, "");
   } catch (const LimitError&) {

@@ -20,8 +20,10 @@ uint64_t light_group_bytes(const RenderOptions& options, const OutputSettings& s
 
 // Adds it. Throws UsageError: the size of a frame is the command line's.
 void reserve_frame(uint64_t bytes, const Rect& crop, MemoryReservation& memory);
-// Adds the tiles that so many threads work on at once, and what writing so many channels of them
-// takes. Throws UsageError, as their size is.
+// What writing so many channels of a tile takes of each of its pixels, about.
+uint64_t written_bytes_per_pixel(size_t channels);
+// Adds the tiles that so many threads work on at once, with what writing them takes. Throws
+// UsageError, as their size is.
 void reserve_tiles(uint64_t film_bytes_per_pixel, size_t channels, const OutputSettings& settings,
                    int threads, MemoryReservation& memory);
 

@@ -18,6 +18,7 @@
 #include "renderer/core/parallel.h"
 #include "renderer/output/checkpoint.h"
 #include "renderer/output/checkpoint_head.h"
+#include "renderer/output/frame_memory.h"
 
 namespace emberline {
 namespace {
@@ -158,14 +159,16 @@ FrameMerge::FrameMerge(const std::vector<std::string>& paths, bool allow_holes, 
   reserve_tiles(budget);
 }
 
-// Of each thread two films, and the state that one of them is read from.
+// Of each thread two films, the state that one of them is read from, and what is written.
 void FrameMerge::reserve_tiles(MemoryBudget& budget) const {
   uint64_t most = 0;
   for (const Rect& tile : tiles_) most = std::max(most, uint64_t(tile.area()));
-  const uint64_t of_pixel = film_bytes_per_pixel(first().plan().aovs, first().film_extras());
+  const AovSet& aovs = first().plan().aovs;
+  const uint64_t of_pixel = 3 * film_bytes_per_pixel(aovs, first().film_extras()) +
+                            written_bytes_per_pixel(film_channels(aovs).size());
   const auto threads = uint64_t(std::max(1, tbb::this_task_arena::max_concurrency()));
   budget.reserve(MemoryPart::kFilm,
-                 bytes_of(std::min<uint64_t>(tiles_.size(), threads) * most, 3 * of_pixel),
+                 bytes_of(std::min<uint64_t>(tiles_.size(), threads) * most, of_pixel),
                  first().path());
 }
 
