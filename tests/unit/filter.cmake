@@ -1,1 +1,1 @@
-emberline_test(filter_test SOURCES filter_test.cpp LINK emberline_film emberline_samplers)
+emberline_test(filter_test OPTIMISED SOURCES filter_test.cpp LINK emberline_film emberline_samplers)

@@ -1,1 +1,1 @@
-emberline_test(flush_search_test SOURCES flush_search_test.cpp LINK emberline_scene emberline_embree)
+emberline_test(flush_search_test OPTIMISED SOURCES flush_search_test.cpp LINK emberline_scene emberline_embree)

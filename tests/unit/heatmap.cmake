@@ -1,4 +1,4 @@
-emberline_test(heatmap_test
+emberline_test(heatmap_test OPTIMISED
   SOURCES
     colour_map_test.cpp
     heatmap_test.cpp

@@ -1,1 +1,1 @@
-emberline_test(warps_test SOURCES warps_test.cpp LINK emberline_core)
+emberline_test(warps_test OPTIMISED SOURCES warps_test.cpp LINK emberline_core)
