@@ -46,8 +46,8 @@ def start(options, case, folder):
     more = {"TMPDIR": str(temporary), "BLENDER_USER_RESOURCES": str(folder / "user"), "HOME": str(folder), "XDG_CONFIG_HOME": str(folder)}
     if case in VIEWPORT:
         # xvfb-run itself wants no blank in TMPDIR, nor in the server's arguments.
-        screen = ["xvfb-run", "-a", "-s", f"-screen 0 1280x800x24 -fbdir {options.screen}", "env", f"TMPDIR={temporary}"]
-        window = ["--factory-startup", "--no-window-focus", "-p", "0", "0", "1280", "800"]
+        screen = ["xvfb-run", "-a", "-s", f"-screen 0 960x600x24 -fbdir {options.screen}", "env", f"TMPDIR={temporary}"]
+        window = ["--factory-startup", "--no-window-focus", "-p", "0", "0", "960", "600"]
         more |= {"LIBGL_ALWAYS_SOFTWARE": "1", "EMBERLINE_TEST_SCREEN": options.screen}
         del more["TMPDIR"]
         command = [*screen, options.blender, *window, "-P", HERE / "in_viewport.py", "--"]

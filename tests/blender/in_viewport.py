@@ -44,7 +44,7 @@ def the_viewport():
     return next(iter(viewport._viewports), None)
 
 
-def until(good, said, seconds=20):
+def until(good, said, seconds=60):
     """Waits for it; afterwards `took` has the seconds."""
     global took
     began = time.perf_counter()
@@ -106,7 +106,7 @@ def begin(name="materials", samples=8):
     space.use_render_border = scene.render.use_border = True
     yield
     look(view_perspective="CAMERA")
-    yield from until(new_picture(samples=samples), "no picture", 60)
+    yield from until(new_picture(samples=samples), "no picture")
 
 
 said = []  # (command, members) that sessions were told
@@ -293,7 +293,7 @@ def viewport_borders():
     bpy.context.scene.emberline.viewport_samples = 16
     space = area().spaces.active
     look(view_perspective="PERSP", view_rotation=bpy.context.scene.camera.rotation_euler.to_quaternion(), view_distance=9.0, view_location=(0, 0, 0.5))
-    yield from until(new_picture(samples=8), "no picture", 60)
+    yield from until(new_picture(samples=8), "no picture")
     yield from shown()
     whole = screenshot()
     space.render_border_min_x, space.render_border_max_x = 0.3, 0.6
@@ -342,7 +342,7 @@ def viewport_animation():
     check(abs(balls[0] - balls[1]) > 0.02, f"the frames are alike: {balls}")
     check(len(bpy.data.scenes) == 1, "the export's scene has stayed")
     yield from shown(0.5)
-    yield from until(new_picture(samples=1), "no viewport after it", 60)
+    yield from until(new_picture(samples=1), "no viewport after it")
 
 
 def viewport_large():
@@ -356,7 +356,7 @@ def viewport_large():
     scene.render.engine = "EMBERLINE"
     yield from shown()
     look(view_perspective="CAMERA")
-    yield from until(lambda: the_viewport() and the_viewport()._picture, "no picture", 60)
+    yield from until(lambda: the_viewport() and the_viewport()._picture, "no picture")
     print(f"large: {count} triangles, {region().width}x{region().height}, first picture after {took:.2f} s")
     check(took < 10, "the first picture took too long")
     yield from shown(1.0)
