@@ -19,8 +19,9 @@ using Json = nlohmann::json;
 constexpr int kEditsOfEachKind = 25;
 constexpr double kBetweenEdits_s = 0.25;
 constexpr double kWarmUp_s = 1.0;
-// After the last edit: until its picture has settled, and how long the pace is then taken.
-constexpr double kSettling_s = 2.0, kIdle_s = 6.0;
+// After the last edit: until its picture has settled, and how long the pace is then taken, longer
+// where no picture comes meanwhile.
+constexpr double kSettling_s = 2.0, kIdle_s = 6.0, kIdleAtMost_s = 60.0;
 // Of a script: a day.
 constexpr double kLongest_s = 86400.0;
 
@@ -152,7 +153,10 @@ void Measurement::step(double now_s) {
   }
   if (next_step_ < steps_.size() || now_s < last_edit_s_ + kSettling_s) return;
   if (!idle_begin_) idle_begin_ = mark(now_s);
-  if (now_s < idle_begin_->time_s + kIdle_s && !bench_.picture()->finished) return;
+  // Without another picture the rate would be 0, whatever it is.
+  const bool another = bench_.picture()->samples > idle_begin_->samples;
+  const double end_s = idle_begin_->time_s + (another ? kIdle_s : kIdleAtMost_s);
+  if (now_s < end_s && !bench_.picture()->finished) return;
   idle_end_ = mark(now_s);
   finished_ = true;
 }
@@ -160,7 +164,9 @@ void Measurement::step(double now_s) {
 double Measurement::next_s() const {
   if (opened_s_ < 0.0) return now_s_ + 0.01;
   if (next_step_ < steps_.size()) return opened_s_ + steps_[next_step_].at_s;
-  return idle_begin_ ? idle_begin_->time_s + kIdle_s : last_edit_s_ + kSettling_s;
+  if (!idle_begin_) return last_edit_s_ + kSettling_s;
+  const double end_s = idle_begin_->time_s + kIdle_s;
+  return end_s > now_s_ ? end_s : now_s_ + 0.1;
 }
 
 void Measurement::blocked(double seconds) { busy_s_.push_back(seconds); }
