@@ -153,6 +153,14 @@ std::vector<Rect> bucket_schedule(const Rect& crop, int bucket_size, BucketOrder
   return buckets;
 }
 
+BucketsAtWork buckets_at_work(const Rect& crop, int bucket_size, int threads) {
+  const int64_t columns = (crop.width() - 1) / bucket_size + 1;
+  const int64_t rows = (crop.height() - 1) / bucket_size + 1;
+  return {.count = std::min<int64_t>(columns * rows, threads),
+          .width = std::min(crop.width(), bucket_size),
+          .height = std::min(crop.height(), bucket_size)};
+}
+
 size_t bucket_number(const Rect& crop, const Rect& bucket, int bucket_size) {
   const auto columns = size_t((crop.width() + bucket_size - 1) / bucket_size);
   return size_t((bucket.y0 - crop.y0) / bucket_size) * columns +

@@ -29,6 +29,15 @@ std::vector<Rect> bucket_schedule(const Rect& crop, int bucket_size, BucketOrder
 // Of one of these buckets, by rows, whatever their order.
 size_t bucket_number(const Rect& crop, const Rect& bucket, int bucket_size);
 
+// Those that so many threads work on at once: how many, and the sides of the largest.
+struct BucketsAtWork {
+  int64_t count = 0;
+  int width = 0, height = 0;
+
+  uint64_t pixels() const { return uint64_t(count) * uint64_t(width) * uint64_t(height); }
+};
+BucketsAtWork buckets_at_work(const Rect& crop, int bucket_size, int threads);
+
 inline constexpr int kMostBucketSize = 4096;
 
 }  // namespace emberline

@@ -22,6 +22,7 @@
 #include "renderer/drivers/frame_plan.h"
 #include "renderer/drivers/setting_table.h"
 #include "renderer/film/shared_samples.h"
+#include "renderer/frame/bucket_schedule.h"
 #include "renderer/frame/frame_scene.h"
 #include "renderer/library/translated.h"
 #include "renderer/process/run_limits.h"
@@ -219,9 +220,14 @@ Picture render_picture(const Access::SceneState& state, const FrameSettings& set
                       render.bytes_per_pixel(plan.aovs) + (channels + 4) * sizeof(float)),
              "a frame of " + std::to_string(plan.crop.width()) + "x" +
                  std::to_string(plan.crop.height()) + " pixels");
+  const int threads = arena_threads(resources);
+  const BucketsAtWork at_work = buckets_at_work(plan.crop, settings.bucket_size, threads);
+  memory.add(bytes_of(at_work.pixels(), render.tile_bytes_per_pixel(plan.aovs)),
+             "working on buckets of " + std::to_string(at_work.width) + "x" +
+                 std::to_string(at_work.height) + " pixels");
   Picture picture = blank_picture(plan);
   const Camera camera = camera_of(state, settings);
-  tbb::task_arena arena(arena_threads(resources));
+  tbb::task_arena arena(threads);
   const EndOfFrame end(stop, give_up, settings.time_limit_s);
   const Frame frame = arena.execute(
       [&] { return plan.frame(state.scene->scene(), camera, {.stop = end.token()}); });

@@ -92,7 +92,7 @@ class EMBERLINE_API Settings {
 // What the machine gives; a frame does not depend on it.
 struct Resources {
   int threads = 0;                       // at most; 0: one for each core
-  std::optional<uint64_t> memory_bytes;  // of a scene; absent: as the command has it
+  std::optional<uint64_t> memory_bytes;  // of a scene and its frame; absent: as the command has it
   std::optional<double> load_timeout_s;  // absent: none
 };
 

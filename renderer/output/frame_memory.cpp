@@ -1,9 +1,8 @@
 #include "renderer/output/frame_memory.h"
 
-#include <algorithm>
-
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/limit_error.h"
+#include "renderer/frame/bucket_schedule.h"
 #include "renderer/output/light_layers.h"
 #include "renderer/output/snapshots.h"
 
@@ -69,19 +68,15 @@ uint64_t written_bytes_per_pixel(size_t channels) { return 5 * sizeof(float) * c
 
 void reserve_tiles(uint64_t film_bytes_per_pixel, size_t channels, const OutputSettings& settings,
                    int threads, MemoryReservation& memory) {
-  const auto side = int64_t(settings.tile_size);
-  const int64_t width = settings.crop.width(), height = settings.crop.height();
-  const int64_t all = ((width - 1) / side + 1) * ((height - 1) / side + 1);
-  const int64_t at_once = std::min<int64_t>(all, threads);
-  const int64_t pixels = std::min(width, side) * std::min(height, side);
-  const uint64_t bytes = bytes_of(uint64_t(at_once * pixels),
-                                  film_bytes_per_pixel + written_bytes_per_pixel(channels));
+  const BucketsAtWork at_work = buckets_at_work(settings.crop, settings.tile_size, threads);
+  const uint64_t bytes =
+      bytes_of(at_work.pixels(), film_bytes_per_pixel + written_bytes_per_pixel(channels));
   try {
     memory.add(bytes, "");
   } catch (const LimitError&) {
     throw UsageError("--bucket-size, --threads: working on {} bucket{} of {}x{} pixels at once {}",
-                     at_once, at_once == 1 ? "" : "s", std::min(width, side),
-                     std::min(height, side), memory.budget()->refusal(MemoryPart::kFilm, bytes));
+                     at_work.count, at_work.count == 1 ? "" : "s", at_work.width, at_work.height,
+                     memory.budget()->refusal(MemoryPart::kFilm, bytes));
   }
 }
 

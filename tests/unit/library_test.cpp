@@ -204,6 +204,17 @@ TEST_F(Library, TheTimeLimitEndsAFrame) {
   EXPECT_LT(picture.samples, 24u * 24 * 16777216);
 }
 
+TEST_F(Library, BucketsThatAreWorkedOnCountTowardsTheMemory) {
+  Resources one_thread;
+  one_thread.threads = 1;
+  one_thread.memory_bytes = 48 << 20;
+  const Scene scene(kScenes + "cornell_box.glb", {}, one_thread);
+  Settings settings;
+  settings.set("size", "1024x1024").set("spp", "1").set("max-depth", "1").set("driver", "bucket");
+  EXPECT_TRUE(render(scene, settings.set("bucket-size", "64"), one_thread).complete);
+  EXPECT_THROW(render(scene, settings.set("bucket-size", "1024"), one_thread), InputError);
+}
+
 TEST_F(Library, SaysWhatIsWrong) {
   EXPECT_THROW(Scene("/no/scene.glb"), InputError);
   Resources little;
