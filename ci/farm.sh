@@ -115,12 +115,19 @@ mv whole.glb scene.glb
 say "the scene is whole again; $(count failed) parts have failed"
 "$program" farm status $frame
 
-# With a part that is under way, whose checkpoint has some of its buckets.
-on_n1_with_buckets() {
-  local part
-  part=$(squeue -h -r -w n1 -t RUNNING -o %K) && [ "$(stat -c %s $frame.part-"$part"-of-16.checkpoint)" -gt 20000 ]
+# With a part that is under way, whose checkpoint has some of its buckets. It is held while this looks,
+# so that it cannot end before it is killed.
+hold_n1_with_buckets() {
+  local held part
+  held=$(processes_of n1)
+  kill -STOP $held
+  [ "$(wc -w <<<"$held")" -ge 3 ] &&  # the daemon, a part and its keeper
+    part=$(squeue -h -r -w n1 -t RUNNING -o %K) &&
+    [ "$(stat -c %s $frame.part-"$part"-of-16.checkpoint)" -gt 20000 ] && return
+  kill -CONT $held
+  return 1
 }
-wait_for 60 "part with buckets on n1" on_n1_with_buckets
+wait_for 60 "part with buckets on n1" hold_n1_with_buckets
 kill -9 $(processes_of n1)
 say "n1 is killed, its daemon and its steps"
 wait_for 60 "node that is down" 'sinfo -h -n n1 -o %T | grep -q down'

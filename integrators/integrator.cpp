@@ -14,7 +14,7 @@ std::unique_ptr<Integrator> create_debug(const IntegratorSettings&) {
 }
 
 constexpr IntegratorEntry kIntegrators[] = {
-    {"path", "path tracing: all light, to --max-depth",
+    {"path", "path tracing: all light, to `max-depth`",
      [](const IntegratorSettings& settings) -> std::unique_ptr<Integrator> {
        return std::make_unique<PathIntegrator>(settings);
      },
@@ -42,7 +42,7 @@ constexpr IntegratorEntry kIntegrators[] = {
 std::span<const IntegratorEntry> integrator_table() { return kIntegrators; }
 
 const IntegratorEntry& find_integrator(std::string_view name) {
-  return find_named(kIntegrators, "--integrator", "integrator", name);
+  return find_named(kIntegrators, "`integrator`", "integrator", name);
 }
 
 std::unique_ptr<Integrator> create_integrator(std::string_view name,

@@ -11,6 +11,7 @@
 #include "renderer/film/film.h"
 #include "renderer/film/light_group_values.h"
 #include "renderer/scene/camera.h"
+#include "renderer/scene/interior.h"
 #include "renderer/scene/light_groups.h"
 #include "renderer/scene/scene.h"
 #include "renderer/scene/surface_roles.h"
@@ -35,6 +36,25 @@ struct IntegratorSettings {
   // at most PixelSamples::kBesideSlots + 1. 0: BSDF sampling alone, an independent estimator for
   // the tests.
   int light_samples = 1;
+};
+
+// Counts what paths in glass run into; sums over all samples.
+struct OpticsCounters {
+  uint64_t rays_ended_at_walls = 0;  // kMostWalls in a row
+  uint64_t solids_forgotten = 0;     // faces met inside Interior::kMost solids already
+  // Samples of lights that only such samples find, and how many of them would have arrived but for
+  // smooth solid glass. One sample in 16 is looked at.
+  uint64_t point_light_samples = 0, blocked_by_glass = 0;
+
+  void merge(const OpticsCounters& o) {
+    rays_ended_at_walls += o.rays_ended_at_walls;
+    solids_forgotten += o.solids_forgotten;
+    point_light_samples += o.point_light_samples;
+    blocked_by_glass += o.blocked_by_glass;
+  }
+  double blocked_share() const {
+    return point_light_samples > 0 ? double(blocked_by_glass) / double(point_light_samples) : 0.0;
+  }
 };
 
 // The work of one batch of samples: their camera rays, in the order of the batch's numbers.
@@ -68,6 +88,9 @@ struct SampleBatch {
   // Then, where there is an environment: chooses its samples by all of its light, as no BSDF sample
   // finds what MIS compensation leaves out.
   const LightGuide* catcher_guide = nullptr;
+  // The solids that each ray begins in: as many as there are rays, or none if all begin outside.
+  std::span<const Interior> interiors = {};
+  OpticsCounters* optics = nullptr;  // counts, if it is there
   // With IntegratorSettings::clamp_indirect: counts what it takes. Else null.
   ClampedLight* clamped = nullptr;
 };

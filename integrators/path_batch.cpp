@@ -1,15 +1,18 @@
 #include "integrators/path_batch.h"
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 #include <cmath>
 #include <utility>
 
 #include "integrators/sampled_light.h"
 #include "integrators/shadow_catcher.h"
+#include "renderer/core/hash.h"
 #include "renderer/lights/environment_guide.h"
 #include "renderer/lights/environment_light.h"
 #include "renderer/lights/light_guide.h"
+#include "renderer/scene/solids.h"
 
 namespace emberline {
 namespace {
@@ -50,12 +53,13 @@ void PathBatch<kGlass, kSplit>::trace(std::span<SampleValue> values) {
   find_first_hits(values);
   const LaneList hit = alive_;
   for (uint32_t depth = 0; !alive_.empty(); ++depth) {
+    find_surfaces(depth, values);
+    if (batch_.roles && (kGlass || depth == 0)) [[unlikely]]
+      see_roles(values, depth);
     shade(depth, values);
     if (sample_lights_) sample_lights(depth);
     alive_.filter([&](int lane) { return scatter(depth, lane); });
     follow_rays(values);
-    if (kGlass && batch_.roles) [[unlikely]]
-      see_roles(values, depth + 1);
   }
   for (const int lane : hit) {
     values[size_t(lane)].radiance = paths_[lane].radiance;
@@ -100,6 +104,9 @@ void PathBatch<kGlass, kSplit>::find_first_hits(std::span<SampleValue> values) {
     Path& path = paths_.emplace(lane);
     path.ray = ray;
     path.hit = hit;
+    if constexpr (kGlass) {
+      if (!batch_.interiors.empty()) path.interior = batch_.interiors[size_t(lane)];
+    }
     prefetch_hit(lane, &before);
     if (batch_.clamped) clamped_.emplace(lane) = Rgb(0.0f);
     if (!batch_.seen.empty()) looks_.emplace(lane);
@@ -107,11 +114,8 @@ void PathBatch<kGlass, kSplit>::find_first_hits(std::span<SampleValue> values) {
     alive_.add(lane);
   }
   if (lights_.environment() && !settings_.transparent) see_background(missed, values);
-  if (batch_.roles) [[unlikely]] {
-    if (!batch_.caught.empty()) {
-      for (const int lane : missed) batch_.caught[size_t(lane)].background = 1.0f;
-    }
-    see_roles(values, 0);
+  if (batch_.roles && !batch_.caught.empty()) [[unlikely]] {
+    for (const int lane : missed) batch_.caught[size_t(lane)].background = 1.0f;
   }
 }
 
@@ -139,19 +143,117 @@ void PathBatch<kGlass, kSplit>::see_background(const LaneList& missed,
   }
 }
 
+// From hits to surface points. Ends the paths that leave the scene behind hidden faces.
+template <bool kGlass, bool kSplit>
+void PathBatch<kGlass, kSplit>::find_surfaces(uint32_t depth, std::span<SampleValue> values) {
+  for (const int lane : alive_) {
+    find_surface(scene_, paths_[lane].ray, paths_[lane].hit, &points_.emplace(lane));
+  }
+  if constexpr (kGlass) {
+    if (!scene_.solids()) return;
+    LaneList missed;
+    const bool any_touch = scene_.solids()->touching_faces() > 0;
+    alive_.filter([&](int lane) {
+      const bool is_solid = points_[lane].surface.material->is_solid();
+      if (!(is_solid || any_touch) || find_seen_face(depth, lane)) return true;
+      missed.add(lane);
+      return false;
+    });
+    if (!missed.empty()) leave_scene(&missed, values);
+  }
+}
+
+// Another face in the place of the one that was hit.
+template <bool kGlass, bool kSplit>
+void PathBatch<kGlass, kSplit>::find_face(const Ray& ray, const SurfaceHit& face, float offset,
+                                          int lane) {
+  SurfaceHit& hit = paths_[lane].hit;
+  hit = {hit.t, face.u, face.v, face.instance, face.primitive};
+  find_surface(scene_, ray, hit, &points_[lane]);
+  points_[lane].surface.offset = offset;
+}
+
+// Follows the ray through hidden faces of solids, to a surface that it sees; false: there is none.
+template <bool kGlass, bool kSplit>
+bool PathBatch<kGlass, kSplit>::find_seen_face(uint32_t depth, int lane) {
+  if constexpr (kGlass) {
+    Path& path = paths_[lane];
+    ShadedPoint& point = points_[lane];
+    Ray ray = path.ray;
+    for (uint32_t faces = 0; point.surface.material->is_solid(); ++faces) {
+      if (faces == 0 && scene_.has_coverage()) samples_.resume_sample(lane);
+      const SolidCrossing crossing(scene_, point.surface, path.hit, ray,
+                                   coverage_key(scene_, samples_));
+      point.surface.offset = crossing.offset();
+      // A back face met outside of all solids: the camera stands in an open one.
+      if (crossing.back() && path.interior.empty()) {
+        path.interior.enter(scene_, path.hit.instance);
+      }
+      if (const SurfaceHit* surface = crossing.surface()) {
+        find_face(ray, *surface, crossing.offset(), lane);
+        return true;
+      }
+      Interior& far = far_.emplace(lane) = path.interior;
+      if (!crossing.cross(scene_, &far) && batch_.optics) batch_.optics->solids_forgotten++;
+      if (!is_hidden(scene_, crossing, path.interior, far, path.hit.instance)) {
+        const SurfaceHit& seen = crossing.seen_face(scene_, path.interior, far);
+        if (seen.instance != path.hit.instance) find_face(ray, seen, crossing.offset(), lane);
+        return true;
+      }
+      if (faces == kMostWalls) {
+        if (batch_.optics) batch_.optics->rays_ended_at_walls++;
+        path.throughput = Rgb(0.0f);
+        return false;
+      }
+      if (far.solid() != path.interior.solid()) {
+        absorb(depth, point, &path);
+        path.scattering.absorbed_to = way_so_far(depth, point, path);
+      }
+      path.interior = far;
+      ray.origin = point.spawn_origin(ray.direction);
+      path.rays.scatter++;
+      if (!intersect(ray, &path.hit)) {
+        if (!batch_.seen.empty()) [[unlikely]]
+          looks_[lane].see_background(Rgb(0.0f), &batch_.seen[size_t(lane)]);
+        return false;
+      }
+      find_surface(scene_, ray, path.hit, &point);
+      path.hit.t = (point.surface.position - path.ray.origin).length();
+    }
+    // A solid's face may lie in this one.
+    if (scene_.solids()->may_touch(path.hit.instance, path.hit.primitive)) {
+      point.surface.offset *= SolidCrossing::kReach;
+    }
+  }
+  return true;
+}
+
+// From point to point: hit.t starts at the offset origin, which in a thin slab counts.
+template <bool kGlass, bool kSplit>
+float PathBatch<kGlass, kSplit>::way_so_far(uint32_t depth, const ShadedPoint& point,
+                                            const Path& path) const {
+  return depth == 0 ? path.hit.t : (point.surface.position - path.last.query.point).length();
+}
+
 // What the path went through on its way to the point.
 template <bool kGlass, bool kSplit>
-void PathBatch<kGlass, kSplit>::cross_medium(uint32_t depth, const ShadedPoint& point,
-                                             Path* path) const {
-  // A back face met outside of any solid means that the camera stands in one.
-  if (!path->interior.solid && point.frame.back_facing) {
-    path->interior.solid = solid_material(point);
+void PathBatch<kGlass, kSplit>::absorb(uint32_t depth, const ShadedPoint& point, Path* path) const {
+  if constexpr (kGlass) {
+    if (!path->interior.solid()) return;
+    const float distance = way_so_far(depth, point, *path) - path->scattering.absorbed_to;
+    path->throughput *= absorption(scene_, path->interior.solid(), distance);
   }
-  if (!path->interior.solid) return;
-  // From point to point: hit.t starts at the offset origin, which in a thin slab counts.
-  const float distance =
-      depth == 0 ? path->hit.t : (point.surface.position - path->last.query.point).length();
-  path->throughput *= absorption(scene_, path->interior.solid, distance);
+}
+
+// Where a path goes that leaves the lane's point along `wi`, local.
+template <bool kGlass, bool kSplit>
+const Interior& PathBatch<kGlass, kSplit>::interior_along(const Vec3f& wi, int lane) {
+  if constexpr (kGlass) {
+    const bool passes = wi.z < 0.0f && points_[lane].surface.material->is_solid();
+    return passes ? far_[lane] : paths_[lane].interior;
+  } else {
+    return far_[lane];  // not called
+  }
 }
 
 // Scattering events before the path's vertex, of which `depth` surfaces came before. To go straight
@@ -179,13 +281,10 @@ const typename PathBatch<kGlass, kSplit>::LastVertex& PathBatch<kGlass, kSplit>:
   }
 }
 
-// From hits to surfaces, materials and BSDFs; adds what the surfaces emit. Ends the paths that may
+// From surface points to materials and BSDFs; adds what the surfaces emit. Ends the paths that may
 // not scatter.
 template <bool kGlass, bool kSplit>
 void PathBatch<kGlass, kSplit>::shade(uint32_t depth, std::span<SampleValue> values) {
-  for (const int lane : alive_) {
-    find_surface(scene_, paths_[lane].ray, paths_[lane].hit, &points_.emplace(lane));
-  }
   for (const int lane : alive_) {
     samples_.resume_sample(lane);
     samples_.start_slot(depth + 1);
@@ -195,9 +294,17 @@ void PathBatch<kGlass, kSplit>::shade(uint32_t depth, std::span<SampleValue> val
     find_material(texels_[lane], &points_[lane]);
     if constexpr (kGlass) {
       Path& path = paths_[lane];
-      if (path.interior.solid || scene_.has_dispersion()) {
+      if (points_[lane].surface.material->is_solid()) {
         samples_.resume_sample(lane);
-        set_relative_ior(path.interior, samples_, path.scattering.wavelength, points_[lane]);
+        if (is_flat_solid(scene_, path.hit)) {
+          path.scattering.wavelength.bends = false;
+          make_wall(path.interior, points_[lane]);
+        } else {
+          set_relative_ior(path.interior, far_[lane], samples_, path.scattering.wavelength,
+                           points_[lane]);
+        }
+      } else {
+        path.scattering.wavelength.bends = false;
       }
     }
   }
@@ -207,7 +314,7 @@ void PathBatch<kGlass, kSplit>::shade(uint32_t depth, std::span<SampleValue> val
   alive_.filter([&](int lane) {
     Path& path = paths_[lane];
     const ShadedPoint& point = points_[lane];
-    if constexpr (kGlass) cross_medium(depth, point, &path);
+    if constexpr (kGlass) absorb(depth, point, &path);
     if (depth == 0) {
       fill_first_hit(batch_, path.hit, point, path.ray.time, bsdfs_[lane].albedo(),
                      &values[size_t(lane)].first_hit);
@@ -224,7 +331,7 @@ void PathBatch<kGlass, kSplit>::shade(uint32_t depth, std::span<SampleValue> val
     path.last.query = {point.surface.position, point.frame.shading.normal,
                        kGlass && bsdfs_[lane].transmits_non_delta(), path.ray.time};
     if (point.surface.material->unlit()) return false;
-    return may_scatter(depth, path) || (kGlass && point.surface.material->is_smooth_wall());
+    return may_scatter(depth, path) || (kGlass && is_smooth_wall(scene_, path.hit));
   });
 }
 
@@ -308,9 +415,8 @@ bool PathBatch<kGlass, kSplit>::connect(int lane) {
   c.scattered = bsdfs_[lane].eval_and_pdf(wi, &c.bsdf_pdf);
   if (is_black(c.scattered)) return false;
   if constexpr (kGlass) {
-    const Path& path = paths_[lane];
-    c.solid = (wi.z < 0.0f ? interior_behind(point, path.interior) : path.interior).solid;
-    const PathWavelength& wavelength = path.scattering.wavelength;
+    c.interior = &interior_along(wi, lane);
+    const PathWavelength& wavelength = paths_[lane].scattering.wavelength;
     if (wavelength.bends && wi.z < 0.0f) c.scattered *= wavelength.weight;
   }
   c.from = point.spawn_origin(c.light.direction);
@@ -320,28 +426,65 @@ bool PathBatch<kGlass, kSplit>::connect(int lane) {
   return !is_black(c.radiance);
 }
 
+// Whether a sampled light is not hidden; multiplies `scattered` by what the way lets through.
+template <bool kGlass, bool kSplit>
+bool PathBatch<kGlass, kSplit>::passes(int lane, Rgb* scattered) {
+  const Connection& c = connections_[lane];
+  Path& path = paths_[lane];
+  const float time = path.ray.time;
+  samples_.resume_sample(lane);
+  const CoverageKey key = coverage_key(scene_, samples_);
+  if constexpr (kGlass) {
+    // A way through coverage is one of chance there, and an expectation in the other case.
+    const Solids* solids = scene_.solids();
+    const bool may_meet_hidden_faces =
+        (!c.interior->empty() && (!scene_.has_coverage() || solids->any_are_near())) ||
+        (solids && solids->any_let_through());
+    if (scene_.has_smooth_walls() || may_meet_hidden_faces) {
+      Interior interior = *c.interior;
+      float travelled;
+      *scattered *= through_clear_faces(scene_, c.from, c.light, c.target, time, key, &interior,
+                                        &travelled, samples_, &path.rays, batch_.optics);
+      const bool arrives = !is_black(*scattered);
+      if (arrives) {
+        *scattered *= absorption(scene_, interior.solid(), c.light.distance - travelled);
+      }
+      count_light_sample(lane, key, arrives);
+      return arrives;
+    }
+  }
+  path.rays.shadow++;
+  const bool infinite = c.light.distance == kInfinity;
+  const float through = infinite
+                            ? scene_.transmittance_to_infinity(c.from, c.light.direction, time, key)
+                            : scene_.transmittance(c.from, c.target, time, key);
+  if constexpr (kGlass) count_light_sample(lane, key, through != 0.0f);
+  if (through == 0.0f) return false;
+  if (!infinite && scene_.behind_flush_emitter(c.from, c.light, time, key)) return false;
+  *scattered *= through;
+  if constexpr (kGlass) *scattered *= absorption(scene_, c.interior->solid(), c.light.distance);
+  return true;
+}
+
+// Light that only its samples find is lost behind smooth solid glass, which bends it. Which samples
+// are looked at is a function of the sample alone.
+template <bool kGlass, bool kSplit>
+void PathBatch<kGlass, kSplit>::count_light_sample(int lane, CoverageKey key, bool arrives) {
+  const Connection& c = connections_[lane];
+  if (!c.light.delta || !scene_.has_smooth_solids() || !batch_.optics) return;
+  if (hash32(std::bit_cast<uint32_t>(c.from.x + c.from.y)) >> 28 != 0) return;
+  batch_.optics->point_light_samples++;
+  if (!arrives &&
+      blocked_by_glass_alone(scene_, c.from, c.light, c.target, paths_[lane].ray.time, key)) {
+    batch_.optics->blocked_by_glass++;
+  }
+}
+
 template <bool kGlass, bool kSplit>
 void PathBatch<kGlass, kSplit>::add_connection(int lane) {
   Connection& c = connections_[lane];
   Path& path = paths_[lane];
-  samples_.resume_sample(lane);
-  const CoverageKey key = coverage_key(scene_, samples_);
-  if (kGlass && scene_.has_smooth_walls()) {
-    c.scattered *= through_thin_walls(scene_, c.from, c.light, c.target, path.ray.time, key,
-                                      samples_, &path.rays);
-    if (is_black(c.scattered)) return;
-  } else {
-    path.rays.shadow++;
-    const bool infinite = c.light.distance == kInfinity;
-    const float time = path.ray.time;
-    const float through =
-        infinite ? scene_.transmittance_to_infinity(c.from, c.light.direction, time, key)
-                 : scene_.transmittance(c.from, c.target, time, key);
-    if (through == 0.0f) return;
-    if (!infinite && scene_.behind_flush_emitter(c.from, c.light, time, key)) return;
-    c.scattered *= through;
-  }
-  if constexpr (kGlass) c.scattered *= absorption(scene_, c.solid, c.light.distance);
+  if (!passes(lane, &c.scattered)) return;
   if (!batch_.seen.empty()) [[unlikely]]
     looks_[lane].see_light(&batch_.seen[size_t(lane)]);
   // balance / (n pdf) = 1 / (n pdf + other); a point-like light has no other technique.
@@ -466,7 +609,7 @@ bool PathBatch<kGlass, kSplit>::scatter(uint32_t depth, int lane) {
   path.last.bsdf_pdf = next.pdf;
   if constexpr (kGlass) {
     path.eta_scale *= next.eta_scale;
-    if (next.transmitted) path.interior = interior_behind(point, path.interior);
+    if (next.transmitted && point.surface.material->is_solid()) path.interior = far_[lane];
     PathWavelength& wavelength = path.scattering.wavelength;
     if (wavelength.bends && next.transmitted) {
       path.throughput *= std::exchange(wavelength.weight, Rgb(1.0f));
@@ -500,7 +643,10 @@ bool PathBatch<kGlass, kSplit>::leave_along(const BsdfSample& next, int lane) {
     Scattering& scattering = path.scattering;
     if (next.delta && next.transmitted && point.material.bsdf.thin_walled) {
       direction = path.ray.direction;
-      if (++scattering.walls > kMostWalls) return false;
+      if (++scattering.walls > kMostWalls) {
+        if (batch_.optics) batch_.optics->rays_ended_at_walls++;
+        return false;
+      }
     } else {
       scattering.vertex = path.last;
       scattering.events++;
@@ -510,6 +656,7 @@ bool PathBatch<kGlass, kSplit>::leave_along(const BsdfSample& next, int lane) {
   } else {
     path.way = longer(path.way, next.delta);
   }
+  if constexpr (kGlass) path.scattering.absorbed_to = 0.0f;
   path.ray = {point.spawn_origin(direction), direction, kInfinity, path.ray.time};
   return true;
 }
@@ -544,8 +691,13 @@ void PathBatch<kGlass, kSplit>::follow_rays(std::span<SampleValue> values) {
       looks_[lane].see_background(Rgb(0.0f), &batch_.seen[size_t(lane)]);
     return false;
   });
-  if (kGlass && !missed.empty()) see_nothing(&missed, values);
-  if (lights_.environment() && !missed.empty()) see_environment(missed);
+  if (!missed.empty()) leave_scene(&missed, values);
+}
+
+template <bool kGlass, bool kSplit>
+void PathBatch<kGlass, kSplit>::leave_scene(LaneList* missed, std::span<SampleValue> values) {
+  if (kGlass) see_nothing(missed, values);
+  if (lights_.environment() && !missed->empty()) see_environment(*missed);
 }
 
 template <bool kGlass, bool kSplit>

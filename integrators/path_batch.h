@@ -43,8 +43,11 @@ class PathBatch {
     uint32_t events = 0;  // of the path so far
     uint32_t walls = 0;   // since the vertex
     PathWavelength wavelength;
+    // How far along the ray under way what fills it changed last, at a hidden face.
+    float absorbed_to = 0.0f;
   };
   struct NoScattering {};
+  struct NoInterior {};
   struct NoFirstEvent {};
   // How light that reaches the path comes to the camera: it is seen, through mirrors and smooth
   // glass perhaps; it falls on a surface that is seen so; or by a longer way.
@@ -70,7 +73,7 @@ class PathBatch {
     float eta_scale = 1.0f;  // radiance compression by refraction so far; for roulette only
     // Of Russian roulette for the ray under way: to go on from a surface, and to be traced.
     float survival = 1.0f, ray_survival = 1.0f;
-    Interior interior;     // what the ray is inside of
+    [[no_unique_address]] std::conditional_t<kGlass, Interior, NoInterior> interior;  // of the ray
     Way way = Way::kSeen;  // of light that the ray finds; if clamped, or light_samples > 1
     LastVertex last;
     [[no_unique_address]] std::conditional_t<kGlass, Scattering, NoScattering> scattering;
@@ -83,7 +86,7 @@ class PathBatch {
     Rgb scattered;  // BSDF x cosine towards it
     Rgb radiance;
     float bsdf_pdf;
-    const Material* solid;  // what the way to it begins in
+    const Interior* interior;  // where the way to it begins; with glass
     Vec3f from, target;
   };
 
@@ -91,8 +94,13 @@ class PathBatch {
   void find_first_hits(std::span<SampleValue> values);
   void prefetch_hit(int lane, int* before);
   void see_background(const LaneList& missed, std::span<SampleValue> values);
+  void find_surfaces(uint32_t depth, std::span<SampleValue> values);
+  bool find_seen_face(uint32_t depth, int lane);
+  void find_face(const Ray& ray, const SurfaceHit& face, float offset, int lane);
   void shade(uint32_t depth, std::span<SampleValue> values);
-  void cross_medium(uint32_t depth, const ShadedPoint& point, Path* path) const;
+  float way_so_far(uint32_t depth, const ShadedPoint& point, const Path& path) const;
+  void absorb(uint32_t depth, const ShadedPoint& point, Path* path) const;
+  const Interior& interior_along(const Vec3f& wi, int lane);
   uint32_t events_before(uint32_t depth, const Path& path) const;
   bool may_scatter(uint32_t depth, const Path& path) const;
   const LastVertex& sampled_from(const Path& path) const;
@@ -102,11 +110,14 @@ class PathBatch {
   void connect_lanes(LaneList lanes, const LightRequest* requests);
   bool connect(int lane);
   void add_connection(int lane);
+  bool passes(int lane, Rgb* scattered);
+  void count_light_sample(int lane, CoverageKey key, bool arrives);
   BsdfSample sample_bsdf(uint32_t depth, int lane);
   bool scatter(uint32_t depth, int lane);
   bool leave_along(const BsdfSample& next, int lane);
   bool survives_hit(Path* path);
   void follow_rays(std::span<SampleValue> values);
+  void leave_scene(LaneList* missed, std::span<SampleValue> values);
   void see_environment(const LaneList& missed);
   // Of camera rays, and where panes let them straight through.
   bool is_straight(const Path& path) const;
@@ -132,6 +143,7 @@ class PathBatch {
   LaneList alive_;
   LaneArray<Path> paths_;
   LaneArray<ShadedPoint> points_;
+  LaneArray<Interior> far_;  // behind the points that are faces of solids
   LaneArray<TexelPlaces> texels_;
   LaneArray<SurfaceBsdf> bsdfs_;
   LaneArray<Connection> connections_;

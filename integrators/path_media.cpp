@@ -4,13 +4,14 @@
 
 namespace emberline {
 
-void set_relative_ior(const Interior& in, PixelSamples& samples, PathWavelength& wavelength,
-                      ShadedPoint& point) {
+void set_relative_ior(const Interior& near, const Interior& far, PixelSamples& samples,
+                      PathWavelength& wavelength, ShadedPoint& point) {
   wavelength.bends = false;
-  const Material* own = solid_material(point);
-  if (!own) return;
-  const Material* other = point.frame.back_facing ? interior_behind(point, in).solid : in.solid;
-  wavelength.bends = own->dispersion() > 0.0f || (other && other->dispersion() > 0.0f);
+  const bool back = point.frame.back_facing;
+  const Material* const inner = (back ? near : far).solid();
+  const Material* const outer = (back ? far : near).solid();
+  if (!inner) return;
+  wavelength.bends = inner->dispersion() > 0.0f || (outer && outer->dispersion() > 0.0f);
   if (wavelength.bends && wavelength.nanometres == 0.0f) {
     const SampledWavelength sampled = sample_wavelength(samples.extra());
     wavelength = {sampled.nanometres, sampled.weight, true};
@@ -21,51 +22,146 @@ void set_relative_ior(const Interior& in, PixelSamples& samples, PathWavelength&
                : solid.ior();
   };
   BsdfParameters& bsdf = point.material.bsdf;
-  bsdf.ior = ior_of(*own);
+  bsdf.ior = ior_of(*inner);
   // 0 reflects everything, whatever is around it.
-  if (!other || !(bsdf.ior > 0.0f) || !(other->ior() > 0.0f)) return;
+  if (!outer || !(bsdf.ior > 0.0f) || !(outer->ior() > 0.0f)) return;
   // The lobe's index is at least 1, its `inside` the denser side.
-  bsdf.ior /= ior_of(*other);
+  bsdf.ior /= ior_of(*outer);
   if (bsdf.ior < 1.0f) {
     bsdf.ior = 1.0f / bsdf.ior;
     bsdf.inside = !bsdf.inside;
   }
 }
 
+void make_wall(const Interior& around, ShadedPoint& point) {
+  BsdfParameters& bsdf = point.material.bsdf;
+  bsdf.thin_walled = true;
+  bsdf.inside = false;
+  bsdf.ior = point.surface.material->ior();
+  const Material* const outer = around.solid();
+  if (!outer || !(bsdf.ior > 0.0f) || !(outer->ior() > 0.0f)) return;
+  bsdf.ior = std::max(bsdf.ior / outer->ior(), outer->ior() / bsdf.ior);
+}
+
 namespace {
 
+// The rest of a way to a light, from `from`. As Scene::visible has it: aimed anew, and t = 1 is the
+// far point exactly.
+class WayToLight {
+ public:
+  WayToLight(const LightSample& light, const Vec3f& target, float time)
+      : light_(light), target_(target), time_(time) {}
+  Ray from(const Vec3f& origin) const {
+    return light_.distance == kInfinity ? Ray{origin, light_.direction, kInfinity, time_}
+                                        : Ray{origin, target_ - origin, 1.0f, time_};
+  }
+  // The ray has come to the light or past it.
+  bool ended(const Ray& ray) const { return !(dot(ray.direction, light_.direction) > 0.0f); }
+
+ private:
+  const LightSample& light_;
+  const Vec3f target_;
+  const float time_;
+};
+
 // What the surface that was hit lets straight through; `*beyond` is where the way goes on.
-Rgb through_surface(const Scene& scene, const Vec3f& direction, float time, const SurfaceHit& hit,
-                    float u_texture, Vec3f* beyond) {
-  if (!scene.material_of(hit.instance).is_smooth_wall()) return Rgb(0.0f);
-  const ShadedPoint point =
-      shade(scene, Ray{Vec3f(0.0f), direction, kInfinity, time}, hit, u_texture);
+Rgb through_wall(const Scene& scene, const Vec3f& direction, float time, const SurfaceHit& hit,
+                 const Interior& around, float u_texture, Vec3f* beyond) {
+  ShadedPoint point = shade(scene, Ray{Vec3f(0.0f), direction, kInfinity, time}, hit, u_texture);
+  if (is_flat_solid(scene, hit)) make_wall(around, point);
   *beyond = point.spawn_origin(direction);
   return point.bsdf().straight_through();
 }
 
+// A way to a light through hidden faces of solids.
+class HiddenFaces {
+ public:
+  HiddenFaces(const Scene& scene, const Vec3f& from, Interior* interior, float* travelled)
+      : scene_(scene), start_(from), interior_(interior), travelled_(travelled) {
+    *travelled = 0.0f;
+  }
+  // Whether a face of a solid may be a hidden one.
+  bool may_be_hidden(const SurfaceHit& hit) const {
+    return scene_.solids() && (!interior_->empty() || scene_.solids()->lets_through(hit.instance));
+  }
+  // Whether it is; then the way goes on at `*beyond`, less `*through`.
+  bool cross(const Ray& ray, const Vec3f& direction, const SurfaceHit& hit,
+             CoverageKey coverage_key, Rgb* through, Vec3f* beyond) {
+    SurfaceInteraction surface;
+    scene_.interaction(hit, ray.time, &surface);
+    const SolidCrossing crossing(scene_, surface, hit, ray, coverage_key);
+    Interior far = *interior_;
+    crossing.cross(scene_, &far);
+    if (crossing.surface() || !is_hidden(scene_, crossing, *interior_, far, hit.instance)) {
+      return false;
+    }
+    if (far.solid() != interior_->solid()) {
+      const float here = (surface.position - start_).length();
+      *through *= absorption(scene_, interior_->solid(), here - *travelled_);
+      *travelled_ = here;
+    }
+    *interior_ = far;
+    *beyond =
+        offset_ray_origin(surface.position, surface.geometric_normal, crossing.offset(), direction);
+    return true;
+  }
+
+ private:
+  const Scene& scene_;
+  const Vec3f start_;
+  Interior* const interior_;
+  float* const travelled_;
+};
+
 }  // namespace
 
-Rgb through_thin_walls(const Scene& scene, Vec3f from, const LightSample& light,
-                       const Vec3f& target, float time, CoverageKey coverage_key,
-                       PixelSamples& samples, SampleRays* rays) {
-  const bool infinite = light.distance == kInfinity;
+Rgb through_clear_faces(const Scene& scene, Vec3f from, const LightSample& light,
+                        const Vec3f& target, float time, CoverageKey coverage_key,
+                        Interior* interior, float* travelled, PixelSamples& samples,
+                        SampleRays* rays, OpticsCounters* counters) {
+  const WayToLight way(light, target, time);
+  HiddenFaces hidden(scene, from, interior, travelled);
   Rgb through(1.0f);
-  for (uint32_t walls = 0; walls <= kMostWalls; ++walls) {
-    // As Scene::visible has it: aimed anew, and t = 1 is the far point exactly.
-    const Ray ray = infinite ? Ray{from, light.direction, kInfinity, time}
-                             : Ray{from, target - from, 1.0f, time};
-    if (!infinite && !(dot(ray.direction, light.direction) > 0.0f)) return through;
+  for (uint32_t faces = 0; faces <= kMostWalls; ++faces) {
+    const Ray ray = way.from(from);
+    if (way.ended(ray)) return through;
     SurfaceHit hit;
     rays->shadow++;
     // One key for the whole way: no part of it is met twice.
     if (!scene.intersect(ray, coverage_key, &hit)) {
       return scene.behind_flush_emitter(from, light, time, coverage_key) ? Rgb(0.0f) : through;
     }
-    through *= through_surface(scene, light.direction, time, hit, samples.extra(), &from);
-    if (is_black(through)) return through;
+    const Material& material = scene.material_of(hit.instance);
+    if (is_smooth_wall(scene, hit)) {
+      through *= through_wall(scene, light.direction, time, hit, *interior, samples.extra(), &from);
+      if (is_black(through)) return through;
+    } else if (!material.is_solid() || !hidden.may_be_hidden(hit) ||
+               !hidden.cross(ray, light.direction, hit, coverage_key, &through, &from)) {
+      return Rgb(0.0f);
+    }
   }
+  if (counters) counters->rays_ended_at_walls++;
   return Rgb(0.0f);
+}
+
+bool blocked_by_glass_alone(const Scene& scene, Vec3f from, const LightSample& light,
+                            const Vec3f& target, float time, CoverageKey coverage_key) {
+  constexpr int kMostFaces = 64;  // a light behind more of them counts as blocked by other things
+  const WayToLight way(light, target, time);
+  bool met_solid = false;
+  for (int faces = 0; faces < kMostFaces; ++faces) {
+    const Ray ray = way.from(from);
+    SurfaceHit hit;
+    if (way.ended(ray) || !scene.intersect(ray, coverage_key, &hit)) return met_solid;
+    const Material& material = scene.material_of(hit.instance);
+    if (!material.is_smooth_solid() && !material.is_smooth_wall()) return false;
+    met_solid = met_solid || material.is_smooth_solid();
+    SurfaceInteraction surface;
+    scene.interaction(hit, time, &surface);
+    from = offset_ray_origin(surface.position, surface.geometric_normal, surface.offset,
+                             light.direction);
+  }
+  return false;
 }
 
 }  // namespace emberline

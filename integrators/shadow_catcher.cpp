@@ -61,7 +61,11 @@ void catch_light(const Scene& scene, const SurfaceRoles& roles, const Ray& ray,
                        (weight * cosine / light.pdf);
   if (is_black(arriving)) return;
   const CoverageKey key = coverage_key(scene, samples);
-  const Rgb through = through_thin_walls(scene, from, light, target, ray.time, key, samples, rays);
+  Interior interior;
+  float travelled;
+  Rgb through = through_clear_faces(scene, from, light, target, ray.time, key, &interior,
+                                    &travelled, samples, rays, nullptr);
+  if (interior.solid()) through *= absorption(scene, interior.solid(), light.distance - travelled);
   caught->received = arriving * through;
   const bool in_plate =
       through != Rgb(1.0f) && plate_blocks(scene, roles, from, light, target, ray.time, key, rays);

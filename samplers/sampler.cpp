@@ -25,7 +25,7 @@ constexpr SamplerEntry kSamplers[] = {
      SampleCounts::kAny, ConvergenceRate::kSobol, make<SobolSampler>},
     {"blue_noise", "one Sobol' sequence along a Z-order of the pixels: noise that the eye forgives",
      SampleCounts::kPowerOfTwo, ConvergenceRate::kUnknown, make<BlueNoiseSampler>},
-    {"stratified", "jitter: one random point in each of --spp equal cells", SampleCounts::kFixed,
+    {"stratified", "jitter: one random point in each of `spp` equal cells", SampleCounts::kFixed,
      ConvergenceRate::kJittered, make<StratifiedSampler>},
     {"poisson_disk", "pairs that keep their distance: aliases become high-frequency noise",
      SampleCounts::kAny, ConvergenceRate::kUnknown, make<PoissonDiskSampler>},
@@ -38,7 +38,7 @@ constexpr SamplerEntry kSamplers[] = {
 void check_count(const SamplerEntry& entry, uint32_t samples) {
   if (entry.counts != SampleCounts::kPowerOfTwo || std::has_single_bit(samples)) return;
   const uint32_t below = std::bit_floor(samples);
-  throw UsageError("--spp: " + std::to_string(samples) + " is not a power of two, as --sampler " +
+  throw UsageError("`spp`: " + std::to_string(samples) + " is not a power of two, as `sampler` " +
                    std::string(entry.name) +
                    " needs, whose pixels share one sequence in aligned pieces; valid are 1, 2, 4, "
                    "8 and so on, the nearest " +
@@ -73,7 +73,7 @@ void Sampler::fill_scattered(std::span<const SampleAddress> samples, uint32_t se
 std::span<const SamplerEntry> sampler_table() { return kSamplers; }
 
 std::unique_ptr<Sampler> create_sampler(std::string_view name, const SamplerSettings& settings) {
-  const SamplerEntry& entry = find_named(kSamplers, "--sampler", "sampler", name);
+  const SamplerEntry& entry = find_named(kSamplers, "`sampler`", "sampler", name);
   check_count(entry, settings.samples_per_pixel);
   return entry.create(settings);
 }

@@ -1,4 +1,4 @@
-#include "io/display.h"
+#include "io/display/display.h"
 
 #include <OpenColorIO/OpenColorIO.h>
 #include <fmt/format.h>
@@ -12,11 +12,12 @@
 #include <mutex>
 #include <string_view>
 
-#include "io/input_file.h"
-#include "io/ocio_config.h"
+#include "io/display/ocio_config.h"
+#include "io/files/input_file.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/core/readable.h"
+#include "renderer/core/shortened.h"
 
 namespace emberline {
 namespace {
@@ -127,7 +128,8 @@ std::string find_name(const std::string& kind, const std::string& owner, const s
   if (chosen.empty()) return fallback;
   const auto found = std::ranges::find(names, lower(chosen), lower);
   if (found != names.end()) return *found;
-  throw UsageError("--{0}: unknown {0} \"{1}\" of {2}; valid names are: {3}", kind, chosen, owner,
+  throw UsageError("`{0}`: unknown {0} \"{1}\" of {2}; valid names are: {3}", kind,
+                   shortened(chosen), owner,
                    names.empty() ? "(none)" : fmt::format("{}", fmt::join(names, ", ")));
 }
 
@@ -257,7 +259,7 @@ struct DisplayTransform::Impl {
 };
 
 DisplayTransform::DisplayTransform(const DisplaySettings& settings, WorkingSpace from) {
-  if (!std::isfinite(settings.exposure)) throw UsageError("--exposure: not a finite number");
+  if (!std::isfinite(settings.exposure)) throw UsageError("`exposure`: not a finite number");
   // OpenColorIO 2.1 keeps what it reads of the environment in one string for all threads, and a
   // window makes transforms for the screen and for files at once (found by ThreadSanitizer).
   static std::mutex one_at_a_time;
@@ -274,8 +276,8 @@ DisplayTransform::DisplayTransform(const DisplaySettings& settings, WorkingSpace
     const std::string display = find_name("display", place, settings.display, displays_of(config),
                                           config->getDefaultDisplay());
     const std::string view =
-        find_name("view", "display \"" + display + "\"", settings.view, views_of(config, display),
-                  config->getDefaultView(display.c_str()));
+        find_name("view", "display \"" + shortened(display) + "\"", settings.view,
+                  views_of(config, display), config->getDefaultView(display.c_str()));
     const std::string look = find_name("look", place, settings.look, looks_of(config), "");
 
     const ocio::DisplayViewTransformRcPtr transform = ocio::DisplayViewTransform::Create();

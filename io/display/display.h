@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "io/atomic_file.h"
-#include "io/image_output.h"
-#include "io/working_space.h"
+#include "io/display/working_space.h"
+#include "io/files/atomic_file.h"
+#include "io/image/output.h"
 #include "renderer/core/rect.h"
 
 namespace emberline {
@@ -100,7 +100,7 @@ class DisplayImageWriter {
   uint64_t bytes() const { return image_.values.capacity(); }
 
   // Encodes and writes. Call once, when no thread writes any more. Throws RenderError.
-  // The file says so where its frame is not `complete` (picture_mark.h).
+  // The file says so where its frame is not `complete` (image/picture_mark.h).
   void finish(bool complete = true);
 
  private:

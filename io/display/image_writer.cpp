@@ -1,7 +1,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "io/display.h"
+#include "io/display/display.h"
 
 namespace emberline {
 

@@ -1,13 +1,14 @@
-#include "io/ocio_config.h"
+#include "io/display/ocio_config.h"
 
 #include <algorithm>
 #include <array>
 #include <cstring>
 #include <functional>
 #include <map>
+#include <set>
 #include <string_view>
 
-#include "io/input_file.h"
+#include "io/files/input_file.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/readable.h"
 
@@ -194,6 +195,40 @@ class ConfigWalk {
   std::vector<std::string> files_;
 };
 
+// The text without comments. A quote could end a string that only seemed to begin one, so a line's
+// end with a quote in it stays.
+std::string without_comments(const std::string& text) {
+  std::string result;
+  for (size_t i = 0; i < text.size();) {
+    const size_t end = std::min(text.find_first_of("\r\n", i), text.size());
+    const bool begins = i == 0 || std::strchr(" \t\r\n", text[i - 1]);
+    const std::string_view rest = std::string_view(text).substr(i, end - i);
+    if (text[i] == '#' && begins && rest.find_first_of("\"'") == std::string_view::npos) {
+      i = end;
+    } else {
+      result += text[i++];
+    }
+  }
+  return result;
+}
+
+// The names behind an indicator: of anchors ('&') or aliases ('*'). Text may look like either, but
+// an alias without an anchor of its name is none. Characters beyond ASCII count as equal: a parser
+// reads all damaged ones as the same.
+std::vector<std::string> yaml_names(const std::string& text, char indicator) {
+  std::vector<std::string> names;
+  for (size_t i = text.find(indicator); i != std::string::npos; i = text.find(indicator, i + 1)) {
+    const size_t end = std::min(text.find_first_of("[]{}, \t\r\n", i), text.size());
+    std::string name;
+    for (size_t c = i + 1; c < end; ++c) {
+      const bool is_ascii = uint8_t(text[c]) < 0x80;
+      if (is_ascii || name.empty() || name.back() != '\x7f') name += is_ascii ? text[c] : '\x7f';
+    }
+    if (!name.empty()) names.push_back(std::move(name));
+  }
+  return names;
+}
+
 }  // namespace
 
 std::vector<std::string> check_ocio_config(const ocio::ConstConfigRcPtr& config,
@@ -202,12 +237,15 @@ std::vector<std::string> check_ocio_config(const ocio::ConstConfigRcPtr& config,
 }
 
 void check_ocio_aliases(const std::string& text, const std::string& place) {
-  int aliases = 0;
-  for (size_t i = 0; i + 1 < text.size(); ++i) {
-    const bool begins = i == 0 || std::strchr(" \t\n\r[,{:", text[i - 1]);
-    if (text[i] == '*' && begins && !std::strchr(" \t\n\r*", text[i + 1])) ++aliases;
+  const bool is_archive = text.starts_with("PK");  // .ocioz
+  if (!is_archive && text.find('\0') != std::string::npos) {
+    throw InputError(place, "the OpenColorIO config is no text in UTF-8");
   }
-  if (aliases > kMostAliases) {
+  const std::string yaml = without_comments(text);
+  const std::vector<std::string> anchors = yaml_names(yaml, '&'), aliases = yaml_names(yaml, '*');
+  const std::set<std::string> known(anchors.begin(), anchors.end());
+  const auto is_alias = [&](const std::string& name) { return known.contains(name); };
+  if (std::ranges::count_if(aliases, is_alias) > kMostAliases) {
     throw InputError(place, "has more than {} YAML aliases (*name); write out what they stand for",
                      kMostAliases);
   }

@@ -1,4 +1,4 @@
-#include "io/working_space.h"
+#include "io/display/working_space.h"
 
 #include <OpenColorIO/OpenColorIO.h>
 

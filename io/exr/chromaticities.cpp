@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "io/working_space.h"
+#include "io/display/working_space.h"
 #include "renderer/core/errors.h"
 
 namespace emberline {

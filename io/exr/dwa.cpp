@@ -1,7 +1,7 @@
 // Tiles as DWAA and DWAB have them. OpenEXR's C interface cannot (3.1), and its C++ one writes
 // whole files: so each tile is written as a file of its own, to memory, and its code taken out of
 // that. Part of the image library.
-#include "io/exr_dwa.h"
+#include "io/exr/dwa.h"
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "io/image_library.h"
+#include "io/image/library.h"
 
 namespace emberline {
 

@@ -2,7 +2,7 @@
 // between threads, so tiles are compressed in parallel by the threads that rendered them. The C++
 // TiledOutputFile compresses under its own lock, about 1 ms for a 64x64 tile of five float
 // channels, which would hold up a machine with many cores.
-#include "io/exr_writer.h"
+#include "io/exr/writer.h"
 
 #include <Imath/half.h>
 #include <OpenEXR/openexr.h>
@@ -16,8 +16,8 @@
 #include <mutex>
 #include <system_error>
 
-#include "io/atomic_file.h"
-#include "io/image_library.h"
+#include "io/files/atomic_file.h"
+#include "io/image/library.h"
 #include "renderer/core/errors.h"
 
 namespace emberline {
@@ -195,6 +195,9 @@ struct ExrWriter::Impl {
                               const float* pixels);
   std::vector<uint8_t> encode_lossless(int part, int tile_x, int tile_y, const Rect& rect,
                                        const std::vector<const uint8_t*>& planes);
+  // Adds a tile to bytes that are to be written.
+  uint64_t put_chunk(int part, int tile_x, int tile_y, const std::vector<uint8_t>& chunk,
+                     std::vector<uint8_t>& bytes);
   void append(int part, int tile_x, int tile_y, const std::vector<uint8_t>& chunk);
 
   Rect tile_rect(int tile_x, int tile_y) const {
@@ -393,27 +396,43 @@ std::vector<uint8_t> ExrWriter::Impl::encode_lossless(int part, int tile_x, int 
 
 // OpenEXR's C interface writes one part behind another. So this is done here ("File Layout"): of
 // several parts the part's number, then the tile's place and level, the size, and the bytes.
-void ExrWriter::Impl::append(int part, int tile_x, int tile_y, const std::vector<uint8_t>& chunk) {
+// Returns their place in the file, which is taken from now on.
+uint64_t ExrWriter::Impl::put_chunk(int part, int tile_x, int tile_y,
+                                    const std::vector<uint8_t>& chunk,
+                                    std::vector<uint8_t>& bytes) {
   static_assert(std::endian::native == std::endian::little);
   const std::array<int32_t, 6> start = {part, tile_x, tile_y, 0, 0, int32_t(chunk.size())};
   const size_t left_out = parts.size() == 1 ? 1 : 0, words = start.size() - left_out;
-  std::vector<uint8_t> bytes(words * sizeof(int32_t) + chunk.size());
-  std::memcpy(bytes.data(), &start[left_out], words * sizeof(int32_t));
-  std::ranges::copy(chunk, bytes.begin() + ptrdiff_t(words * sizeof(int32_t)));
-  uint64_t at = 0;
-  {
-    const std::lock_guard lock(mutex);
-    at = end;
-    end += bytes.size();
-    parts[size_t(part)].tiles[size_t(tile_y) * size_t(tiles_x) + size_t(tile_x)] = at;
-  }
+  const auto* const first = reinterpret_cast<const uint8_t*>(&start[left_out]);
+  const size_t size = words * sizeof(int32_t) + chunk.size();
+  bytes.insert(bytes.end(), first, first + words * sizeof(int32_t));
+  bytes.insert(bytes.end(), chunk.begin(), chunk.end());
+  const std::lock_guard lock(mutex);
+  const uint64_t at = end;
+  end += size;
+  parts[size_t(part)].tiles[size_t(tile_y) * size_t(tiles_x) + size_t(tile_x)] = at;
+  return at;
+}
+
+void ExrWriter::Impl::append(int part, int tile_x, int tile_y, const std::vector<uint8_t>& chunk) {
+  std::vector<uint8_t> bytes;
+  bytes.reserve(6 * sizeof(int32_t) + chunk.size());
+  const uint64_t at = put_chunk(part, tile_x, tile_y, chunk, bytes);
   write_at(bytes.data(), bytes.size(), at);
 }
 
 void ExrWriter::Impl::fill_missing_tiles() {
   // Ctrl-C early in a 16384 x 16384 frame leaves 65,000 tiles: compressed one by one they took
   // 19 s. Equal in size they are equal in bytes, so each of the at most four sizes (inner, right
-  // edge, lower edge, corner) is compressed once.
+  // edge, lower edge, corner) is compressed once; and many are written at once, since millions of
+  // tiles of a pixel took longer than the frame.
+  constexpr size_t kBlock = size_t(1) << 20;
+  std::vector<uint8_t> block;
+  const auto write_block = [&] {
+    if (block.empty()) return;
+    write_at(block.data(), block.size(), end - block.size());
+    block.clear();
+  };
   for (int part = 0; part < int(parts.size()); ++part) {
     std::map<std::pair<int, int>, std::vector<uint8_t>> compressed;
     for (int y = 0; y < tiles_y; ++y) {
@@ -425,10 +444,12 @@ void ExrWriter::Impl::fill_missing_tiles() {
           const std::vector<float> zeros(size_t(rect.area()) * header.channels.size(), 0.0f);
           chunk = encode(part, x, y, rect, zeros.data());
         }
-        append(part, x, y, chunk);
+        put_chunk(part, x, y, chunk, block);
+        if (block.size() >= kBlock) write_block();
       }
     }
   }
+  write_block();
 }
 
 // Where the tiles are, of one part after the other.

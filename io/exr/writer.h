@@ -17,7 +17,7 @@
 #include <utility>
 #include <vector>
 
-#include "io/working_space.h"
+#include "io/display/working_space.h"
 #include "renderer/core/names.h"
 #include "renderer/core/rect.h"
 

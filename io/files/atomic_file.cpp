@@ -1,6 +1,7 @@
-#include "io/atomic_file.h"
+#include "io/files/atomic_file.h"
 
 #include <fcntl.h>
+#include <pthread.h>
 #include <sys/file.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
@@ -10,8 +11,10 @@
 #include <atomic>
 #include <cerrno>
 #include <climits>
+#include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -71,6 +74,36 @@ std::string folder_of(const std::string& path) {
   const std::string folder = std::filesystem::path(path).parent_path().string();
   return folder.empty() ? "." : folder;
 }
+
+// Threads between the creation of a temporary file and its slot; and whether the process is ending,
+// when no file may be created any more.
+std::atomic<int> g_creating{0};
+std::atomic<bool> g_ending{false};
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+// Without it a signal handler could end the process before a new file has its slot, and the file
+// would stay. Handlers do not run on this thread meanwhile, as they wait for it.
+class CreatingFile {
+ public:
+  CreatingFile() {
+    sigset_t all;
+    sigfillset(&all);
+    pthread_sigmask(SIG_BLOCK, &all, &before_);
+    ++g_creating;
+    if (!g_ending) return;
+    --g_creating;
+    while (true) ::pause();
+  }
+  ~CreatingFile() {
+    --g_creating;
+    pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+  }
+  CreatingFile(const CreatingFile&) = delete;
+  CreatingFile& operator=(const CreatingFile&) = delete;
+
+ private:
+  sigset_t before_;
+};
 
 // The file that `path` names once symbolic links are followed. Where there is none yet, its name in
 // the folder that is meant now: links to that may change while a frame renders.
@@ -222,7 +255,10 @@ std::filesystem::path without_links(std::filesystem::path path) {
   return path;
 }
 
-AtomicFile::AtomicFile(const std::string& path) : path_(path), target_(resolve_links(path)) {
+AtomicFile::AtomicFile(const std::string& path) : AtomicFile(path, resolve_links(path)) {}
+
+AtomicFile::AtomicFile(const std::string& path, std::string target)
+    : path_(path), target_(std::move(target)) {
   if (path.empty()) throw RenderError("cannot write: the output path is empty");
   if (descriptor_of(path) != kNoDescriptor) fail(path_, "it is open already; name a file", 0);
   struct stat status = {};
@@ -236,9 +272,14 @@ AtomicFile::AtomicFile(const std::string& path) : path_(path), target_(resolve_l
   }
 
   remove_stale_files(target_);
-  descriptor_ = open_beside(target_, 0666, &temporary_);
+  int error = 0;
+  {
+    const CreatingFile creating;
+    descriptor_ = open_beside(target_, 0666, &temporary_);
+    error = errno;
+    if (descriptor_ >= 0) unfinished_slot_ = remember_unfinished(temporary_);
+  }
   if (descriptor_ < 0) {
-    const int error = errno;
     temporary_.clear();
     const std::string folder = folder_of(target_);
     fail(path_,
@@ -246,7 +287,6 @@ AtomicFile::AtomicFile(const std::string& path) : path_(path), target_(resolve_l
                          : "cannot create a file in the folder " + folder,
          error == ENOENT ? 0 : error);
   }
-  unfinished_slot_ = remember_unfinished(temporary_);
   // Best effort: on some file systems permissions cannot be changed, which is no reason to stop.
   if (exists && ::fchmod(descriptor_, status.st_mode & 07777) != 0) errno = 0;
 }
@@ -311,6 +351,9 @@ void AtomicFile::commit() {
 }
 
 void remove_unfinished_files() noexcept {
+  constexpr timespec kPause = {0, 100'000};
+  g_ending = true;
+  for (int i = 0; i < 1000 && g_creating > 0; ++i) ::nanosleep(&kPause, nullptr);  // 0.1 s at most
   for (UnfinishedFile& slot : g_unfinished) {
     if (slot.state == UnfinishedFile::kReadable) ::unlink(slot.name);
   }
@@ -344,28 +387,28 @@ bool FolderLock::take(const std::string& folder) {
   return ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
 }
 
-HeldFile::HeldFile(const std::string& path, std::string_view bytes) : path_(path) {
-  AtomicFile file(path);
+HeldFile::HeldFile(const std::string& path, std::string_view bytes)
+    : path_(path), target_(resolve_links(path)) {
+  AtomicFile file(path, target_);
   file.write_at(bytes.data(), bytes.size(), 0);
   descriptor_ = file.commit_locked(true);
   size_ = bytes.size();
 }
 
-HeldFile::HeldFile(const std::string& path) : path_(path) {
-  const std::string target = resolve_links(path);
-  descriptor_ = ::open(target.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK | O_NOFOLLOW);
+HeldFile::HeldFile(const std::string& path) : path_(path), target_(resolve_links(path)) {
+  descriptor_ = ::open(target_.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK | O_NOFOLLOW);
   if (descriptor_ < 0) fail(path_, "cannot open it", errno);
   struct stat status = {};
   const bool regular = ::fstat(descriptor_, &status) == 0 && S_ISREG(status.st_mode);
   const bool taken = ::flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
   // Another run may have replaced it since it was opened, and be done.
-  const bool named = is_name_of(target, descriptor_);
+  const bool named = is_named();
   if (!regular || taken || !named) {
     ::close(descriptor_);
     fail(path_, regular ? "another run has it" : "it is not a regular file", 0);
   }
   size_ = uint64_t(status.st_size);
-  remove_stale_files(target);
+  remove_stale_files(target_);
 }
 
 HeldFile::~HeldFile() {
@@ -390,24 +433,32 @@ void HeldFile::sync() {
   if (::fdatasync(descriptor_) != 0 && errno != EINVAL) fail(path_, "writing failed", errno);
 }
 
-void HeldFile::replace(AtomicFile& file) {
-  const int descriptor = file.commit_locked();
+void HeldFile::replace(const std::function<void(AtomicFile& file)>& write) {
+  AtomicFile file(path_, target_);
+  write(file);
+  struct stat status = {};
+  const bool there = ::lstat(target_.c_str(), &status) == 0;
+  if (there && !is_named()) fail(path_, "another file has taken its place", 0);
+  const int descriptor = file.commit_locked(!there);
   ::close(descriptor_);
   descriptor_ = descriptor;
-  struct stat status = {};
   if (::fstat(descriptor_, &status) == 0) size_ = uint64_t(status.st_size);
 }
 
+bool HeldFile::is_named() const noexcept { return is_name_of(target_, descriptor_); }
+
 void HeldFile::remove() noexcept {
-  const std::string target = resolve_links(path_);
-  if (is_name_of(target, descriptor_)) ::unlink(target.c_str());
+  if (is_named()) ::unlink(target_.c_str());
 }
 
 void HeldFile::rename_to(const std::string& path) {
-  if (::rename(resolve_links(path_).c_str(), resolve_links(path).c_str()) != 0) {
+  if (!is_named()) fail(path, path_ + " was removed or replaced", 0);
+  std::string target = resolve_links(path);
+  if (::rename(target_.c_str(), target.c_str()) != 0) {
     fail(path, "finishing the file failed", errno);
   }
   path_ = path;
+  target_ = std::move(target);
 }
 
 ScratchFile ScratchFile::beside(const std::string& path) {

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -44,6 +45,9 @@ class AtomicFile {
   const std::string& path() const { return path_; }  // as the caller gave it
 
  private:
+  friend class HeldFile;
+  AtomicFile(const std::string& path, std::string target);
+
   void discard() noexcept;
 
   std::string path_;          // for messages
@@ -101,18 +105,22 @@ class HeldFile {
   // Behind all others; where that fails, it is as if nothing had been appended.
   void append(std::string_view bytes);
   void sync();  // to the disk
-  // commit() of `file`, whose target is this one's path, and which is held from then on.
-  void replace(AtomicFile& file);
+  // Replaces the file with what `write` makes, which is held from then on. Throws where another
+  // file has taken its place.
+  void replace(const std::function<void(AtomicFile& file)>& write);
+  // Whether it still has its name: it may have been removed or replaced.
+  bool is_named() const noexcept;
   // Its name goes, if it is still this file's.
   void remove() noexcept;
-  // Takes the place of another file in its folder.
+  // Takes the place of another file in its folder. Throws where it has lost its own name.
   void rename_to(const std::string& path);
 
   const std::string& path() const { return path_; }
   uint64_t size() const { return size_; }
 
  private:
-  std::string path_;
+  std::string path_;    // as the caller gave it, for messages
+  std::string target_;  // path_ with symbolic links resolved, as they were at the beginning
   int descriptor_ = -1;
   uint64_t size_ = 0;
 };

@@ -1,4 +1,4 @@
-#include "io/fingerprint.h"
+#include "io/files/fingerprint.h"
 
 #include <fmt/format.h>
 
@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "io/gltf_document.h"
-#include "io/gltf_uri.h"
-#include "io/input_file.h"
+#include "io/files/input_file.h"
+#include "io/gltf/document/document.h"
+#include "io/gltf/document/uri.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/hash.h"
 

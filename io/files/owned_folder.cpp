@@ -1,12 +1,12 @@
-#include "io/owned_folder.h"
+#include "io/files/owned_folder.h"
 
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <system_error>
 
-#include "io/json_input.h"
-#include "io/json_reader.h"
+#include "io/json/input.h"
+#include "io/json/reader.h"
 #include "renderer/core/errors.h"
 
 namespace emberline {

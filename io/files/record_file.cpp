@@ -1,11 +1,11 @@
-#include "io/record_file.h"
+#include "io/files/record_file.h"
 
 #include <zstd.h>
 
 #include <bit>
 #include <cstring>
 
-#include "io/fingerprint.h"
+#include "io/files/fingerprint.h"
 #include "renderer/core/errors.h"
 
 namespace emberline {
@@ -43,13 +43,17 @@ std::string_view bytes_of(const Start& start) {
   return {reinterpret_cast<const char*>(&start), sizeof start};
 }
 
+InputError damaged(const std::string& path) {
+  return InputError(path, "the checkpoint is damaged");
+}
+
 }  // namespace
 
 std::string record_file_head(std::string_view head) {
   if (head.size() > kMostOfHead) {
     throw RenderError(
         "a checkpoint's head holds {} MiB, and the frame's has {}: leave "
-        "--cryptomatte out, or the checkpoint",
+        "`cryptomatte` out, or the checkpoint",
         kMostOfHead >> 20, (head.size() >> 20) + 1);
   }
   FileStart start = {{}, kFormat, uint32_t(head.size()), fingerprint(head)};
@@ -111,15 +115,29 @@ RecordFile::RecordFile(const std::string& path) : file_(path) {
   }
 }
 
-std::vector<std::byte> RecordFile::read(const RecordEntry& record, uint64_t most) const {
-  const auto damaged = [&] { return InputError(path(), "the checkpoint is damaged"); };
-  if (record.bytes > most || record.packed > ZSTD_compressBound(record.bytes)) throw damaged();
+std::string RecordFile::read_packed(const RecordEntry& record) const {
+  if (record.packed > ZSTD_compressBound(record.bytes)) throw damaged(path());
   std::string packed(record.packed, '\0');
   file_.read(record.offset, packed.size(), packed.data());
-  if (fingerprint(packed) != record.checksum) throw damaged();
+  if (fingerprint(packed) != record.checksum) throw damaged(path());
+  return packed;
+}
+
+bool RecordFile::is_whole(const RecordEntry& record) const {
+  try {
+    read_packed(record);
+    return true;
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+std::vector<std::byte> RecordFile::read(const RecordEntry& record, uint64_t most) const {
+  if (record.bytes > most) throw damaged(path());
+  const std::string packed = read_packed(record);
   std::vector<std::byte> bytes(record.bytes);
   const size_t size = ZSTD_decompress(bytes.data(), bytes.size(), packed.data(), packed.size());
-  if (ZSTD_isError(size) || size != bytes.size()) throw damaged();
+  if (ZSTD_isError(size) || size != bytes.size()) throw damaged(path());
   return bytes;
 }
 

@@ -5,7 +5,7 @@
 //                  u64 checksum of the packed bytes, u64 checksum of the 40 bytes before;
 //                  the bytes, packed by zstd
 //
-// Numbers are little-endian, checksums those of io/fingerprint.h. A record is appended in one
+// Numbers are little-endian, checksums those of io/files/fingerprint.h. A record is appended in one
 // piece: a file that a crash has cut short ends in a part of one, and all before it holds.
 #pragma once
 
@@ -16,7 +16,7 @@
 #include <string_view>
 #include <vector>
 
-#include "io/input_file.h"
+#include "io/files/input_file.h"
 
 namespace emberline {
 
@@ -49,12 +49,17 @@ class RecordFile {
   bool has_more() const { return end_ < file_.size(); }  // behind them
   // Throws InputError for one that is damaged or would take more than `most` bytes.
   std::vector<std::byte> read(const RecordEntry& record, uint64_t most) const;
+  // Whether the packed bytes have their checksum. Unpacks nothing.
+  bool is_whole(const RecordEntry& record) const;
 
  private:
   InputFile file_;
   std::string head_;
   std::vector<RecordEntry> records_;
   uint64_t end_ = 0;
+
+  // The packed bytes; throws InputError where their checksum is another.
+  std::string read_packed(const RecordEntry& record) const;
 };
 
 }  // namespace emberline

@@ -1,4 +1,4 @@
-#include "io/write_attempts.h"
+#include "io/files/write_attempts.h"
 
 #include <exception>
 #include <new>

@@ -1,19 +1,19 @@
-#include "io/gltf.h"
+#include "io/gltf/gltf_file.h"
 
 #include <algorithm>
 #include <new>
 #include <utility>
 
-#include "io/gltf_animation.h"
-#include "io/gltf_changes.h"
-#include "io/gltf_document.h"
-#include "io/gltf_extensions.h"
-#include "io/gltf_images.h"
-#include "io/gltf_material.h"
-#include "io/gltf_model.h"
-#include "io/gltf_scene.h"
-#include "io/gltf_variants.h"
-#include "io/tiny_gltf_renamed.h"
+#include "io/gltf/animation/animation.h"
+#include "io/gltf/animation/changes.h"
+#include "io/gltf/document/document.h"
+#include "io/gltf/document/extensions.h"
+#include "io/gltf/document/model.h"
+#include "io/gltf/document/tiny_gltf_renamed.h"
+#include "io/gltf/geometry/scene.h"
+#include "io/gltf/materials/images.h"
+#include "io/gltf/materials/material.h"
+#include "io/gltf/materials/variants.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 
@@ -145,6 +145,7 @@ SceneDescription GltfFile::State::read(std::span<const uint64_t> held) {
   scene.animations = animations;
   scene.generator = model->asset.generator;
   report_extensions(document, scene.coverage);
+  report_unknown_members(document, scene.coverage);
   if (animation.at_rest && !animations.empty()) {
     report_ignored(document.file, "animations (at rest)", scene.coverage);
   }
@@ -161,6 +162,7 @@ SceneDescription GltfFile::State::read(std::span<const uint64_t> held) {
   const uint64_t before = memory.reserved(MemoryPart::kTextures);
   load_images(document, options, rest.images, rest.textures, scene);
   rest.image_bytes += memory.reserved(MemoryPart::kTextures) - before;
+  report_clamped_values(document, animation);
   report_faults(document, scene.coverage);
   scene.files = document.files();
   if (!rest.deforms) {

@@ -45,12 +45,13 @@ struct GltfOptions {
 
 // Reads `path`. Throws InputError (file, JSON pointer, what to do) for anything unusable that the
 // picture needs: missing file, not a glTF, truncated, out-of-range indices, cyclic nodes, an
-// extension in extensionsRequired that is not honoured, no geometry. What it does not need is
-// warned of; a camera has its fault with it. Never allocates by a count that the file's own size
-// does not bear out. What was repaired or ignored is in the result and warned of once. Images are
-// decoded in parallel (TBB). Not reentrant with log hooks; otherwise thread-safe. Throws Cancelled
-// if `progress` says so, before anything else that there is to throw; and UsageError, which lists
-// the file's animations, for one that it has not.
+// extension in extensionsRequired that is not honoured, nothing but points, lines or broken
+// geometry. A scene that shows nothing at this time has no instances, and a warning. What it does
+// not need is warned of; a camera has its fault with it. Never allocates by a count that the file's
+// own size does not bear out. What was repaired or ignored is in the result and warned of once.
+// Images are decoded in parallel (TBB). Not reentrant with log hooks; otherwise thread-safe. Throws
+// Cancelled if `progress` says so, before anything else that there is to throw; and UsageError,
+// which lists the file's animations, for one that it has not.
 SceneDescription load_gltf(const std::string& path, const GltfOptions& options,
                            LoadProgress& progress = LoadProgress::unwatched());
 

@@ -1,10 +1,10 @@
-#include "io/scene_files.h"
+#include "io/gltf/scene_files.h"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "io/gltf_document.h"
-#include "io/gltf_uri.h"
+#include "io/gltf/document/document.h"
+#include "io/gltf/document/uri.h"
 #include "renderer/core/errors.h"
 
 namespace emberline {
@@ -23,7 +23,8 @@ std::vector<fs::path> scene_files(const std::string& path, const std::string& re
       try {
         const auto& text = uri->get_ref<const std::string&>();
         document.open_resource(text, path);  // inside the root, and there
-        const fs::path file = (scene.parent_path() / decode_percent(text, path)).lexically_normal();
+        const fs::path name = resolve_uri(text, document.resources, path).name;
+        const fs::path file = (scene.parent_path() / name).lexically_normal();
         if (std::ranges::find(files, file) == files.end()) files.push_back(file);
       } catch (const InputError&) {
         progress.check();  // whoever loads the scene says what is wrong with it

@@ -1,9 +1,10 @@
-// What the readers of headers and of streams check alike. For io/encoded_*.cpp and io/ktx2 alone.
+// What the readers of headers and of streams check alike. For io/image/encoded_*.cpp and
+// io/image/ktx2 alone.
 #pragma once
 
 #include <string>
 
-#include "io/encoded_image.h"
+#include "io/image/encoded_image.h"
 
 namespace emberline {
 

@@ -3,7 +3,7 @@
 #include <charconv>
 #include <optional>
 
-#include "io/encoded_checks.h"
+#include "io/image/encoded_checks.h"
 #include "renderer/core/errors.h"
 
 namespace emberline {

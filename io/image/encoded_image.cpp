@@ -1,4 +1,4 @@
-#include "io/encoded_image.h"
+#include "io/image/encoded_image.h"
 
 #include <algorithm>
 #include <array>
@@ -6,7 +6,7 @@
 #include <cstring>
 #include <optional>
 
-#include "io/encoded_checks.h"
+#include "io/image/encoded_checks.h"
 #include "renderer/core/errors.h"
 
 namespace emberline {

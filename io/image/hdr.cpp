@@ -1,4 +1,4 @@
-#include "io/hdr.h"
+#include "io/image/hdr.h"
 
 #include <algorithm>
 #include <cassert>

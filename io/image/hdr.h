@@ -7,8 +7,8 @@
 
 #include <memory>
 
-#include "io/encoded_image.h"
-#include "io/image_library.h"
+#include "io/image/encoded_image.h"
+#include "io/image/library.h"
 
 namespace emberline {
 

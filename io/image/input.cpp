@@ -1,4 +1,4 @@
-#include "io/image_input.h"
+#include "io/image/input.h"
 
 #include <algorithm>
 #include <array>
@@ -8,13 +8,14 @@
 #include <cstring>
 #include <new>
 
-#include "io/encoded_image.h"
-#include "io/hdr.h"
-#include "io/image_library.h"
-#include "io/input_file.h"
-#include "io/ktx2/ktx2.h"
-#include "io/png_jpeg.h"
-#include "io/texel_repair.h"
+#include "io/files/input_file.h"
+#include "io/image/colour.h"
+#include "io/image/encoded_image.h"
+#include "io/image/hdr.h"
+#include "io/image/ktx2/ktx2.h"
+#include "io/image/library.h"
+#include "io/image/png_jpeg.h"
+#include "io/image/texel_repair.h"
 #include "renderer/core/errors.h"
 
 namespace emberline {
@@ -22,7 +23,6 @@ namespace {
 
 // Chosen by us: what an image may announce. The largest panoramas in use are 32k wide.
 constexpr int64_t kLargestSide = 65536;
-constexpr int kMostChannels = 4096;
 // Where a data window may lie: sums stay far from overflow.
 constexpr int64_t kFarthestCorner = int64_t(1) << 24;
 
@@ -334,17 +334,22 @@ DecodedImage decode_image(std::span<const uint8_t> encoded, const std::string& p
                           const LoadProgress& progress) try {
   OpenImage input(encoded, kTextureFormats, place, progress);
   if (input.cut_short() && !lenient) {
-    throw InputError(place, "the JPEG is cut short; --lenient takes what is there");
+    throw InputError(place, "the JPEG is cut short; `lenient` takes what is there");
   }
   const ImageLayout layout = input.layout();
   std::string transfer = input.attribute(kTransferAttribute);
   auto image = std::make_shared<Image>();
   image->name = place;
   image->type = texel_type(layout.type);
-  image->channels = std::min(layout.channels(), 4);
-  read_frame(input, 0, *image);
+  // The channels of other formats have no names but those that their order gives them.
+  const ColourChannels colour = layout.parts.empty()
+                                    ? ColourChannels{0, std::min(layout.channels(), 4)}
+                                    : find_colour(layout.channel_names, layout.parts, place);
+  image->channels = colour.end() - colour.first;
+  read_frame(input, colour.first, *image);
   // The WebP reader (OpenImageIO 2.4) multiplies whatever the hint says; EXR is so by convention.
-  const bool has_alpha = layout.alpha_channel == image->channels - 1 && image->channels % 2 == 0;
+  const bool has_alpha =
+      colour.has_alpha || (layout.alpha_channel == image->channels - 1 && image->channels % 2 == 0);
   if (has_alpha && layout.premultiplied) unpremultiply(*image);
   const uint64_t repaired = repair_texels(*image, TexelRange::kFinite);
   return {std::move(image), repaired, input.cut_short(), std::move(transfer)};
@@ -356,32 +361,27 @@ std::shared_ptr<const Image> read_environment(const std::string& path, uint64_t*
                                               const LoadProgress& progress) try {
   OpenImage input(path, kEnvironmentFormats, progress);
   const ImageLayout& layout = input.layout();
+  const ColourChannels colour = find_colour(layout.channel_names, layout.parts, path);
+  if (is_cube_map(layout.parts, colour.first)) {
+    throw InputError(path, "an environment is in latitude and longitude, this is a cube map");
+  }
   const bool is_half = layout.type == SampleType::kHalf;
-  if (!is_half && layout.type != SampleType::kFloat) {
+  const auto is_float = [](SampleType type) {
+    return type == SampleType::kHalf || type == SampleType::kFloat;
+  };
+  const auto types = std::span(layout.channel_types);
+  if (!is_float(layout.type) &&
+      !std::ranges::all_of(types.subspan(size_t(colour.first), size_t(colour.count)), is_float)) {
     throw InputError(path, "an environment needs half or float texels (.exr or .hdr), this has " +
                                layout.type_name);
   }
-  // Colour first, wherever it stands; alpha and the rest are left out.
-  int first = 0;
-  const int red = layout.find_channel("R");
-  if (layout.channels() >= 3) {
-    if (red >= 0 && (layout.find_channel("G") != red + 1 || layout.find_channel("B") != red + 2)) {
-      throw InputError(path, "the channels R, G and B do not stand together");
-    }
-    if (red < 0 && (layout.find_channel("RY") >= 0 || layout.find_channel("BY") >= 0)) {
-      throw InputError(path, "luminance-chroma EXR is not supported, save it as RGB");
-    }
-    first = std::max(red, 0);
-  } else if (layout.channels() == 2 && layout.alpha_channel != 1) {
-    throw InputError(path, "an environment needs 1, 3 or 4 channels, this has 2");
-  }
-  const bool grey = layout.channels() < 3;
+  const bool grey = colour.count == 1;
 
   auto image = std::make_shared<Image>();
   image->name = path;
   image->type = is_half ? TexelType::kHalf : TexelType::kFloat;
   image->channels = grey ? 1 : 3;
-  read_frame(input, first, *image);
+  read_frame(input, colour.first, *image);
   if (grey) expand_grey(*image);
   uint64_t count = 0;
   if (layout.chromaticities && !grey) {
@@ -417,6 +417,7 @@ FloatImage described(OpenImage& input) {
   image.frame_width = layout.full_width;
   image.frame_height = layout.full_height;
   image.channel_names = layout.channel_names;
+  image.parts = layout.parts;
   if (input.attribute("emberline:complete") == "false") {
     const std::string samples = input.attribute("emberline:samples");
     image.stopped_after = std::strtoull(samples.c_str(), nullptr, 10);

@@ -10,12 +10,16 @@
 #include <utility>
 #include <vector>
 
-#include "io/exr_writer.h"
+#include "io/exr/writer.h"
+#include "io/image/colour.h"
 #include "renderer/core/load_progress.h"
 #include "renderer/core/rect.h"
 #include "renderer/description/scene_description.h"
 
 namespace emberline {
+
+// Of any image that is read, and of pictures that the library writes.
+inline constexpr int kMostChannels = 4096;
 
 struct DecodedImage {
   std::shared_ptr<const Image> image;
@@ -25,17 +29,18 @@ struct DecodedImage {
 };
 
 // Decodes an encoded image held in memory (PNG, JPEG, WebP, EXR, HDR, KTX 2: whatever its name
-// says), keeping its bit depth and not premultiplying alpha. Colour profiles and other metadata are
-// not read. Throws InputError naming `place`; for a JPEG that ends early, too, unless `lenient`.
+// says), keeping its bit depth and not premultiplying alpha. An EXR is read as for
+// read_environment(), with its alpha. Colour profiles and other metadata are not read. Throws
+// InputError naming `place`; for a JPEG that ends early, too, unless `lenient`.
 DecodedImage decode_image(std::span<const uint8_t> encoded, const std::string& place,
                           bool lenient = false,
                           const LoadProgress& progress = LoadProgress::unwatched());
 
-// Reads a latitude-longitude environment map (.hdr, .exr; 3 channels; half if the file is half,
-// else float), whose pixels fill its frame, as linear Rec. 709: an EXR that says it has other
-// primaries is converted, and what lies outside those of Rec. 709 is negative. NaN, infinite and
-// negative texels become 0, finite ones beyond the type's range are clamped to it; all are counted.
-// Throws InputError.
+// Reads a latitude-longitude environment map (.hdr, .exr; the channels that find_colour() finds;
+// half if the file is half, else float), whose pixels fill its frame, as linear Rec. 709: an EXR
+// that says it has other primaries is converted, and what lies outside those of Rec. 709 is
+// negative. NaN, infinite and negative texels become 0, finite ones beyond the type's range are
+// clamped to it; all are counted. Throws InputError.
 std::shared_ptr<const Image> read_environment(
     const std::string& path, uint64_t* repaired,
     const LoadProgress& progress = LoadProgress::unwatched());
@@ -47,7 +52,8 @@ struct FloatImage {
   Rect data_window;                       // these pixels, counted from the frame's corner
   int frame_width = 0, frame_height = 0;  // the display window
   std::vector<std::string> channel_names;
-  std::vector<float> values;  // interleaved
+  std::vector<ImagePart> parts;  // of an EXR
+  std::vector<float> values;     // interleaved
   // The frame was stopped before it was complete, as its header says (renderer/output/outputs.h):
   // the samples there.
   std::optional<uint64_t> stopped_after;

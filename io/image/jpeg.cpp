@@ -7,8 +7,8 @@
 
 #include <jpeglib.h>
 
-#include "io/picture_mark.h"
-#include "io/png_jpeg.h"
+#include "io/image/picture_mark.h"
+#include "io/image/png_jpeg.h"
 
 namespace emberline {
 namespace {
@@ -17,7 +17,7 @@ using Bytes = std::span<const uint8_t>;
 
 // libjpeg leaves a function that fails by longjmp: between setjmp and what may fail no object with
 // a destructor is made. Damaged data is a warning to it, of which we say nothing: whether the end
-// is missing is known before (io/encoded_image.h).
+// is missing is known before (io/image/encoded_image.h).
 struct JpegFailure {
   jpeg_error_mgr manager = {};
   std::jmp_buf jump = {};

@@ -1,26 +1,20 @@
-#include "io/image_library.h"
+#include "io/image/library.h"
 
 #include <dlfcn.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <atomic>
 #include <cstdlib>
 #include <filesystem>
 #include <system_error>
 #include <vector>
 
-#include "io/input_file.h"
+#include "io/files/input_file.h"
 #include "renderer/core/errors.h"
 
 namespace emberline {
-
-int ImageLayout::find_channel(const std::string& name) const {
-  const auto found = std::ranges::find(channel_names, name);
-  return found == channel_names.end() ? -1 : int(found - channel_names.begin());
-}
 
 #ifdef EMBERLINE_IMAGES_LINKED
 

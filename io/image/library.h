@@ -1,7 +1,8 @@
-// OpenImageIO behind an interface, for what io/png_jpeg.h and io/hdr.h do not do.
+// OpenImageIO behind an interface, for what io/image/png_jpeg.h and io/image/hdr.h do not do.
 //
 // It brings some 240 libraries along, whose loading takes half a second of processor time. So it is
-// reached through a library of its own (openimageio.cpp), which is loaded for the first such image.
+// reached through a library of its own (image/openimageio.cpp), which is loaded for the first such
+// image.
 #pragma once
 
 #include <cstddef>
@@ -12,9 +13,10 @@
 #include <utility>
 #include <vector>
 
-#include "io/encoded_image.h"
-#include "io/exr_writer.h"
-#include "io/image_output.h"
+#include "io/exr/writer.h"
+#include "io/image/colour.h"
+#include "io/image/encoded_image.h"
+#include "io/image/output.h"
 #include "renderer/core/rect.h"
 
 namespace emberline {
@@ -36,11 +38,11 @@ struct ImageLayout {
   int orientation = 1;                                     // as in EXIF and TIFF
   uint64_t bytes = 0;                                      // of its pixels, as they are stored
   std::vector<std::pair<std::string, std::string>> texts;  // of an EXR, whose names begin as ours
+  std::vector<ImagePart> parts;                            // of an EXR, those not read too
   ExrView view;                                            // of an EXR, but for its space
   std::optional<Chromaticities> chromaticities;            // that an EXR says it has
 
   int channels() const { return int(channel_names.size()); }
-  int find_channel(const std::string& name) const;  // -1 if absent
 };
 
 // A channel of a tile, its rows one behind another: kFloat, kHalf or kUint32.

@@ -11,8 +11,8 @@
 #include <string_view>
 #include <utility>
 
-#include "io/exr_dwa.h"
-#include "io/image_library.h"
+#include "io/exr/dwa.h"
+#include "io/image/library.h"
 
 namespace emberline {
 namespace {
@@ -123,6 +123,7 @@ class Decoder final : public ImageDecoder {
                .orientation = s.get_int_attribute("Orientation", 1),
                .bytes = uint64_t(s.image_bytes(true)),
                .texts = {},
+               .parts = {},
                .view = {},
                .chromaticities = {}};
     for (const oiio::ParamValue& attribute : s.extra_attribs) {
@@ -178,10 +179,18 @@ class Decoder final : public ImageDecoder {
     int first = 0;  // of its channels, among all
   };
 
+  static ImagePart image_part(const oiio::ImageSpec& s, int first) {
+    return {std::string(s.get_string_attribute("oiio:subimagename")),
+            {s.channelnames.begin(), s.channelnames.end()},
+            first,
+            s.get_string_attribute("textureformat") == "CubeFace Environment"};
+  }
+
   // Those behind the first that have its pixels in its tiles, and channels of other names.
   std::string join_parts() {
     constexpr int kMostParts = 4096;
     const oiio::ImageSpec first = parts_.front().spec;  // which moves when there are more
+    layout_.parts = {image_part(first, 0)};
     for (int i = 1; i < kMostParts && input_->seek_subimage(i, 0); ++i) {
       const oiio::ImageSpec s = input_->spec();
       const auto place = [](const oiio::ImageSpec& spec) {
@@ -194,7 +203,9 @@ class Decoder final : public ImageDecoder {
           std::ranges::none_of(s.channelnames, [&](const std::string& name) {
             return std::ranges::find(layout_.channel_names, name) != layout_.channel_names.end();
           });
-      if (!alike || parts_.back().first + s.nchannels > kMostChannels) continue;
+      const bool is_read = alike && parts_.back().first + s.nchannels <= kMostChannels;
+      layout_.parts.push_back(image_part(s, is_read ? layout_.channels() : -1));
+      if (!is_read) continue;
       parts_.push_back({s, i, layout_.channels()});
       layout_.bytes += uint64_t(s.image_bytes(true));
       for (int c = 0; c < s.nchannels; ++c) {
@@ -249,7 +260,7 @@ class Decoder final : public ImageDecoder {
     return "";
   }
 
-  static constexpr int kMostChannels = 4096;  // what is read at all (image_input.cpp)
+  static constexpr int kMostChannels = 4096;  // what is read at all (image/input.cpp)
 
   ImageLayout layout_;
   std::vector<Part> parts_;

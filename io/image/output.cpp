@@ -1,13 +1,13 @@
-#include "io/image_output.h"
+#include "io/image/output.h"
 
 #include <algorithm>
 #include <cassert>
 #include <filesystem>
 #include <string_view>
 
-#include "io/atomic_file.h"
-#include "io/image_library.h"
-#include "io/png_jpeg.h"
+#include "io/files/atomic_file.h"
+#include "io/image/library.h"
+#include "io/image/png_jpeg.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
 

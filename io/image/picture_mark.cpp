@@ -1,10 +1,10 @@
-#include "io/picture_mark.h"
+#include "io/image/picture_mark.h"
 
 #include <cstdint>
 #include <string_view>
 #include <utility>
 
-#include "io/input_file.h"
+#include "io/files/input_file.h"
 #include "renderer/core/errors.h"
 
 namespace emberline {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "io/image_library.h"
+#include "io/image/library.h"
 
 namespace emberline {
 

@@ -1,4 +1,4 @@
-#include "io/texel_repair.h"
+#include "io/image/texel_repair.h"
 
 #include <Imath/half.h>
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include "io/texture_store.h"
+#include "io/image/texture_store.h"
 
 #include <unistd.h>
 
@@ -7,7 +7,7 @@
 #include <chrono>
 #include <string>
 
-#include "io/input_file.h"
+#include "io/files/input_file.h"
 #include "renderer/core/mapped_texels.h"
 
 namespace emberline {

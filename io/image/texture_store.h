@@ -13,7 +13,7 @@
 #include <thread>
 #include <vector>
 
-#include "io/atomic_file.h"
+#include "io/files/atomic_file.h"
 #include "renderer/core/load_progress.h"
 #include "renderer/description/scene_description.h"
 

@@ -1,4 +1,4 @@
-#include "io/versions.h"
+#include "io/image/versions.h"
 
 #include <cstdio>
 

@@ -1,4 +1,4 @@
-#include "io/edits_file.h"
+#include "io/json/edits_file.h"
 
 #include <algorithm>
 #include <charconv>
@@ -7,10 +7,10 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
-#include "io/atomic_file.h"
-#include "io/image_input.h"
-#include "io/json_input.h"
-#include "io/json_reader.h"
+#include "io/files/atomic_file.h"
+#include "io/image/input.h"
+#include "io/json/input.h"
+#include "io/json/reader.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/names.h"
 #include "renderer/description/material_parameters.h"

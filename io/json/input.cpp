@@ -1,9 +1,9 @@
-#include "io/json_input.h"
+#include "io/json/input.h"
 
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "io/input_file.h"
+#include "io/files/input_file.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/core/shortened.h"

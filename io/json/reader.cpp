@@ -1,4 +1,4 @@
-#include "io/json_reader.h"
+#include "io/json/reader.h"
 
 #include <fmt/format.h>
 

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "renderer/core/shortened.h"
 #include "renderer/core/vector.h"
 
 namespace emberline {
@@ -22,7 +23,7 @@ class JsonReader {
   JsonReader(const nlohmann::json& document, const std::string& file)
       : JsonReader(document, file, "") {}
 
-  std::string place() const { return pointer_.empty() ? file_ : file_ + "#" + pointer_; }
+  std::string place() const { return pointer_.empty() ? file_ : file_ + "#" + shortened(pointer_); }
 
   // An object with none but these members.
   const JsonReader& object(std::span<const std::string_view> members) const;

@@ -1,11 +1,26 @@
-#include "io/schema_checker.h"
+#include "io/json/schema_checker.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "renderer/core/shortened.h"
 
 namespace emberline::schema {
+namespace {
+
+using nlohmann::json;
+
+// Null stands for an extension that is not there, also where a member that it requires is null.
+bool is_null_extension(const json& extension, Schema schema) {
+  return extension.is_null() || std::ranges::any_of(schema, [&](const Property& property) {
+           if (!property.required || !extension.is_object()) return false;
+           const auto member = extension.find(property.name);
+           return member != extension.end() && member->is_null();
+         });
+}
+
+}  // namespace
 
 // Appends to the JSON pointer for as long as it lives.
 class SchemaChecker::Step {
@@ -74,8 +89,7 @@ void SchemaChecker::check_object(json& value, Schema schema) {
   for (const Property& property : schema) {
     const auto member = value.find(property.name);
     if (member == value.end()) {
-      if (property.required)
-        fail(std::string("the required member \"") + property.name + "\" is missing");
+      if (property.required) miss_member(value, property);
       continue;
     }
     const Step step(pointer_, property.name);
@@ -83,15 +97,34 @@ void SchemaChecker::check_object(json& value, Schema schema) {
   }
 }
 
+void SchemaChecker::miss_member(json& object, const Property& property) {
+  const auto fail_missing = [&] {
+    fail(std::string("the required member \"") + property.name + "\" is missing");
+  };
+  if (property.on_fault != OnFault::kLeftOut) fail_missing();
+  try {
+    fail_missing();
+  } catch (const InputError& error) {
+    const Step step(pointer_, property.name);
+    faults_.leave_out(pointer_.to_string(), error);
+    object[property.name] = 1;
+  }
+}
+
 void SchemaChecker::check_member(json& object, json::iterator member, const Property& property) {
+  const bool is_absent = member->is_null() && !pointer_.parent_pointer().empty();
   const bool does_without =
-      !property.required && (optional_ || property.on_fault == OnFault::kLeftOut);
+      property.on_fault == OnFault::kLeftOut || (!property.required && (optional_ || is_absent));
   if (!does_without) return check_property(*member, property);
   try {
     check_property(*member, property);
   } catch (const InputError& error) {
     faults_.leave_out(pointer_.to_string(), error);
-    object.erase(member);
+    if (property.required) {
+      *member = 1;
+    } else {
+      object.erase(member);
+    }
   }
 }
 
@@ -115,7 +148,8 @@ void SchemaChecker::check_extensions(json& value, Schema schema) {
 
 void SchemaChecker::check_extension(json& extensions, json::iterator member,
                                     const Property& property) {
-  const bool optional = !property.needed && !required_.contains(property.name);
+  const bool optional = !required_.contains(property.name) &&
+                        (!property.needed || is_null_extension(*member, property.schema));
   const bool before = std::exchange(optional_, optional);
   try {
     check_property(*member, property);

@@ -1,12 +1,12 @@
-// A JSON document against the tables of gltf_schema.cpp.
+// A JSON document against the tables of gltf/document/schema.cpp.
 #pragma once
 
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
 
-#include "io/gltf_faults.h"
-#include "io/schema_property.h"
+#include "io/gltf/document/faults.h"
+#include "io/json/schema_property.h"
 
 namespace emberline::schema {
 
@@ -14,7 +14,7 @@ class SchemaChecker {
  public:
   SchemaChecker(nlohmann::json& root, const std::string& file, GltfFaults& faults);
 
-  // The whole document, as check_schema (gltf_schema.h) says.
+  // The whole document, as check_schema (gltf/document/schema.h) says.
   void check(Schema schema);
 
  private:
@@ -28,6 +28,7 @@ class SchemaChecker {
   template <class Check>
   void check_element(json& element, const Property& property, const Check& check);
   void check_object(json& value, Schema schema);
+  void miss_member(json& object, const Property& property);
   void check_member(json& object, json::iterator member, const Property& property);
   void check_extension(json& extensions, json::iterator member, const Property& property);
   void check_extensions(json& value, Schema schema);

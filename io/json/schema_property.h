@@ -1,4 +1,5 @@
-// The words in which tables say what a glTF file's objects have: the tables are in gltf_schema.cpp.
+// The words in which tables say what a glTF file's objects have: the tables are in
+// gltf/document/schema.cpp.
 #pragma once
 
 #include <cfloat>
@@ -26,10 +27,11 @@ enum class Kind : uint8_t {
 struct Property;
 using Schema = std::span<const Property>;
 
-// What a fault in a member does. In optional extensions members that are not required are left out.
+// What a fault in a member does. In optional extensions members that are not required are left out,
+// and everywhere those of them that are null.
 enum class OnFault : uint8_t {
   kSpoils,    // the object that has the member cannot be used
-  kLeftOut,   // the picture does without the member, which is removed
+  kLeftOut,   // the picture does without the member, which is removed, or 1 if it is required
   kSeparate,  // of arrays and maps: the element alone is broken, and becomes null
 };
 
@@ -54,9 +56,10 @@ constexpr double kLargestInteger = 0x1p53;  // beyond, JSON numbers stop being e
 constexpr Property integer(const char* name, double minimum = 0, double maximum = kLargestInteger) {
   return {name, Kind::kInteger, false, minimum, maximum, 0, nullptr, {}};
 }
-constexpr Property number(const char* name, double minimum = -FLT_MAX) {
-  return {name, Kind::kNumber, false, minimum, FLT_MAX, 0, nullptr, {}};
+constexpr Property number(const char* name, double minimum = -FLT_MAX, double maximum = FLT_MAX) {
+  return {name, Kind::kNumber, false, minimum, maximum, 0, nullptr, {}};
 }
+constexpr Property positive(const char* name) { return number(name, FLT_TRUE_MIN); }
 // Any number: its range is the reader's affair, which may be lenient.
 constexpr Property any_number(const char* name) {
   return {name, Kind::kNumber, false, -DBL_MAX, DBL_MAX, 0, nullptr, {}};

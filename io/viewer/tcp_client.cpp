@@ -1,4 +1,4 @@
-#include "io/tcp_client.h"
+#include "io/viewer/tcp_client.h"
 
 #include <netdb.h>
 #include <poll.h>

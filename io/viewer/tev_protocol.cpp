@@ -1,4 +1,4 @@
-#include "io/tev_protocol.h"
+#include "io/viewer/tev_protocol.h"
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
@@ -13,6 +13,7 @@
 #include <optional>
 
 #include "renderer/core/errors.h"
+#include "renderer/core/shortened.h"
 
 namespace emberline {
 namespace {
@@ -99,9 +100,9 @@ bool is_tev_url(std::string_view text) { return begins_with(text, "tev:"); }
 TevAddress parse_tev_url(std::string_view url) {
   const auto refuse = [url](std::string_view why) -> UsageError {
     return UsageError(
-        "--display: '{}' {}; valid is tev://HOST:PORT with HOST a name, an IPv4 address or an "
+        "`display`: '{}' {}; valid is tev://HOST:PORT with HOST a name, an IPv4 address or an "
         "[IPv6 address], PORT 1 to {} [{}]",
-        url, why, std::numeric_limits<uint16_t>::max(), TevAddress::kDefaultPort);
+        shortened(url), why, std::numeric_limits<uint16_t>::max(), TevAddress::kDefaultPort);
   };
   if (!begins_with(url, kScheme)) throw refuse("is no address of a viewer");
   const std::string_view place = url.substr(kScheme.size());

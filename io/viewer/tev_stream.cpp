@@ -1,4 +1,4 @@
-#include "io/tev_stream.h"
+#include "io/viewer/tev_stream.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <exception>
 #include <utility>
 
-#include "io/tcp_client.h"
+#include "io/viewer/tcp_client.h"
 #include "renderer/core/log.h"
 
 namespace emberline {
@@ -146,7 +146,7 @@ void TevStream::run() {
   }
   if (fault.empty()) return;
   log_warning(fmt::format(
-      "--display {}: {}; {}", address_.url(), fault,
+      "`display` {}: {}; {}", address_.url(), fault,
       rendering ? "the render goes on without this viewer" : "it does not show the whole picture"));
 }
 

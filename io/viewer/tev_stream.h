@@ -14,7 +14,7 @@
 #include <thread>
 #include <vector>
 
-#include "io/tev_protocol.h"
+#include "io/viewer/tev_protocol.h"
 #include "renderer/core/rect.h"
 
 namespace emberline {

@@ -1,4 +1,4 @@
-#include "renderer/library/emberline.h"
+#include "renderer/api/emberline.h"
 
 #include <tbb/info.h>
 #include <tbb/task_arena.h>
@@ -13,21 +13,24 @@
 #include <thread>
 #include <utility>
 
-#include "io/edits_file.h"
+#include "io/json/edits_file.h"
+#include "renderer/api/translated.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/core/names.h"
+#include "renderer/core/setting_names.h"
 #include "renderer/core/version.h"
 #include "renderer/description/framing.h"
-#include "renderer/drivers/frame_plan.h"
-#include "renderer/drivers/setting_table.h"
+#include "renderer/drivers/bucket_schedule.h"
+#include "renderer/drivers/driver_table.h"
+#include "renderer/engine/frame_plan.h"
+#include "renderer/engine/frame_render.h"
+#include "renderer/engine/frame_scene.h"
+#include "renderer/engine/open_scene.h"
+#include "renderer/engine/run_limits.h"
+#include "renderer/engine/setting_table.h"
+#include "renderer/engine/stop_request.h"
 #include "renderer/film/shared_samples.h"
-#include "renderer/frame/bucket_schedule.h"
-#include "renderer/frame/frame_scene.h"
-#include "renderer/library/translated.h"
-#include "renderer/process/run_limits.h"
-#include "renderer/process/stop_request.h"
-#include "renderer/scene/editable_scene.h"
 
 namespace emberline::api {
 
@@ -36,12 +39,17 @@ struct Settings::State {
 };
 
 struct Scene::State {
-  std::shared_ptr<MemoryBudget> memory;
+  State(const std::string& path, const Settings& given, const Resources& resources,
+        const std::stop_token& stop, bool poses);
+  void pose(const FrameSettings& wanted, const std::stop_token& stop);
+
+  Resources resources;
+  FrameSettings settings;  // that it was opened with
+  LoadLimits limits;
   SceneBuildOptions build;
-  CoverageReport coverage;
   WorldBounds bounds;
   AnimationEdit animation;  // that it was opened with
-  std::unique_ptr<EditableScene> scene;
+  std::unique_ptr<OpenScene> open;
 };
 
 struct Access {
@@ -56,11 +64,6 @@ namespace {
 int arena_threads(const Resources& resources) {
   const int most = tbb::info::default_concurrency();
   return resources.threads > 0 ? std::min(resources.threads, most) : most;
-}
-
-SceneBuildOptions editable(SceneBuildOptions options) {
-  options.editable = true;
-  return options;
 }
 
 template <typename List>
@@ -144,30 +147,36 @@ Picture blank_picture(const FramePlan& plan) {
 // What a Picture, whose colours are Rec. 709, has no place for.
 void check_is_of_library(const FrameSettings& settings) {
   if (settings.working_space != WorkingSpace::kRec709)
-    throw emberline::UsageError("working-space: the command alone has another");
+    throw emberline::UsageError("`working-space`: the command alone has another");
   if (settings.light_groups)
-    throw emberline::UsageError("light-groups: the command alone has them");
+    throw emberline::UsageError("`light-groups`: the command alone has them");
   if (!settings.cryptomattes.empty())
-    throw emberline::UsageError("cryptomatte: the command alone has it");
-  if (!settings.catchers.empty() || !settings.holdouts.empty())
-    throw emberline::UsageError("{}: the command alone has them",
-                                settings.catchers.empty() ? "holdout" : "catcher");
+    throw emberline::UsageError("`cryptomatte`: the command alone has it");
   if (settings.denoise) {
     throw emberline::UsageError(
-        "denoise: the command alone does; the channels that it takes come with aov denoising");
+        "`denoise`: the command alone does; the channels that it takes come with `aov` denoising");
   }
 }
 
-void check_suits(const FramePlan& plan, const SceneBuildOptions& built) {
+// Between the settings of a frame and those that its scene was opened with.
+void check_suits(const FrameSettings& settings, const FramePlan& plan,
+                 const Access::SceneState& scene) {
+  const SceneBuildOptions& built = scene.build;
+  if (settings.catchers != scene.settings.catchers) {
+    throw emberline::UsageError("`catcher`: the scene was loaded with another value");
+  }
+  if (settings.holdouts != scene.settings.holdouts) {
+    throw emberline::UsageError("`holdout`: the scene was loaded with another value");
+  }
   if (plan.build.show_backfaces != built.show_backfaces) {
-    throw emberline::UsageError("backfaces: the scene was loaded with another value");
+    throw emberline::UsageError("`backfaces`: the scene was loaded with another value");
   }
   if (plan.build.isa != built.isa) {
-    throw emberline::UsageError("isa: the scene was loaded with another value");
+    throw emberline::UsageError("`isa`: the scene was loaded with another value");
   }
   if (plan.build.unread_uv && !built.unread_uv) {
     throw emberline::UsageError(
-        "integrator, aov: the scene was loaded without the texture coordinates that they show; "
+        "`integrator`, `aov`: the scene was loaded without the texture coordinates that they show; "
         "load it with these settings");
   }
 }
@@ -197,13 +206,13 @@ std::shared_ptr<const Image> image_of(const Scene::Environment& environment) {
 // What the settings and the scene's edits look through.
 Camera camera_of(const Access::SceneState& state, const FrameSettings& settings) {
   SceneDescription views;
-  views.cameras = state.scene->original().cameras;
+  views.cameras = state.open->editable().original().cameras;
   if (views.cameras.empty()) {
     const double aspect = double(settings.width) / settings.height;
     views.cameras.push_back(framing_camera(state.bounds, aspect));
   }
-  const CameraDescription camera = choose_camera(settings, views, state.scene->edits());
-  return create_camera(settings, camera, state.scene->scene());
+  const CameraDescription camera = choose_camera(settings, views, state.open->editable().edits());
+  return create_camera(settings, camera, state.open->scene());
 }
 
 Picture render_picture(const Access::SceneState& state, const FrameSettings& settings,
@@ -212,16 +221,20 @@ Picture render_picture(const Access::SceneState& state, const FrameSettings& set
                        const std::stop_token& give_up) {
   const FramePlan plan(settings);
   check_is_of_library(settings);
-  check_suits(plan, state.build);
+  check_suits(settings, plan, state);
   FrameRender render(driver_factory(plan.driver->name, plan.driver_settings));
   const uint64_t channels = film_channels(plan.aovs).size();
-  MemoryReservation memory(state.memory, MemoryPart::kFilm);
+  MemoryReservation memory(state.limits.memory, MemoryPart::kFilm);
+  const uint64_t shown =
+      render.by_tiles() ? 0 : shown_layer_bytes_per_pixel(PathLayers(plan.aovs).list().size());
   memory.add(bytes_of(uint64_t(plan.crop.area()),
-                      render.bytes_per_pixel(plan.aovs) + (channels + 4) * sizeof(float)),
+                      render.bytes_per_pixel(plan.aovs) + (channels + 4) * sizeof(float) + shown),
              "a frame of " + std::to_string(plan.crop.width()) + "x" +
                  std::to_string(plan.crop.height()) + " pixels");
+  const int tile = tile_size(*plan.driver, settings.bucket_size);
+  memory.add(bucket_list_bytes(plan.crop, tile), "the list of its buckets");
   const int threads = arena_threads(resources);
-  const BucketsAtWork at_work = buckets_at_work(plan.crop, settings.bucket_size, threads);
+  const BucketsAtWork at_work = buckets_at_work(plan.crop, tile, threads);
   memory.add(bytes_of(at_work.pixels(), render.tile_bytes_per_pixel(plan.aovs)),
              "working on buckets of " + std::to_string(at_work.width) + "x" +
                  std::to_string(at_work.height) + " pixels");
@@ -229,8 +242,10 @@ Picture render_picture(const Access::SceneState& state, const FrameSettings& set
   const Camera camera = camera_of(state, settings);
   tbb::task_arena arena(threads);
   const EndOfFrame end(stop, give_up, settings.time_limit_s);
-  const Frame frame = arena.execute(
-      [&] { return plan.frame(state.scene->scene(), camera, {.stop = end.token()}); });
+  const std::optional<SurfaceRoles>& roles = state.open->parts().roles;
+  const FrameInputs inputs{.roles = roles ? &*roles : nullptr, .stop = end.token()};
+  const Frame frame =
+      arena.execute([&] { return plan.frame(state.open->scene(), camera, inputs); });
   PictureObserver observer(picture, plan.crop, end, render.by_tiles(), watch);
   FrameCounters counters;
   arena.execute([&] {
@@ -239,6 +254,7 @@ Picture render_picture(const Access::SceneState& state, const FrameSettings& set
   });
   if (give_up.stop_requested()) throw Stopped("the frame was given up");
   sum_shared(plan.crop, picture.channels, picture.values);
+  warn_of_optics(counters.optics);
   picture.samples = counters.samples;
   picture.rays = counters.rays.total();
   picture.non_finite_samples = counters.non_finite_samples;
@@ -250,6 +266,19 @@ Picture render_picture(const Access::SceneState& state, const FrameSettings& set
 }  // namespace
 
 std::string version() { return kEmberlineVersion; }
+
+void check_resources(const Resources& resources) {
+  if (resources.threads < 0 || resources.threads > kMostThreads) {
+    throw emberline::UsageError("threads: {} is not from 1 to {}, nor 0 for all of them",
+                                resources.threads, kMostThreads);
+  }
+  if (resources.memory_bytes == 0) throw emberline::UsageError("`memory-limit`: 0 is not a size");
+  const double seconds = resources.load_timeout_s.value_or(1.0);
+  if (!(seconds >= kLeastLoadTimeout && seconds <= kMostLoadTimeout)) {
+    throw emberline::UsageError("`load-timeout`: {} is not a number from {} to {}", seconds,
+                                kLeastLoadTimeout, kMostLoadTimeout);
+  }
+}
 
 Settings::Settings() : state_(std::make_unique<State>()) {}
 Settings::Settings(const Settings& other) : state_(std::make_unique<State>(*other.state_)) {}
@@ -285,39 +314,76 @@ std::vector<Settings::Help> Settings::help() {
   for (const Setting& row : setting_table()) {
     const bool of_scene = row.group == SettingGroup::kLoading ||
                           row.group == SettingGroup::kEdits || row.group == SettingGroup::kLight;
-    all.push_back({row.name, row.type, row.help, row.values, of_scene});
+    all.push_back({row.name, row.type, spelled(row.help), row.values, of_scene});
   }
   return all;
 }
 
-Scene::Scene(const std::string& path, const Settings& given, const Resources& resources,
-             const std::stop_token& stop)
-    : state_(std::make_unique<State>()) {
-  translated([&] {
-    FrameSettings settings = Access::of(given);
-    settings.scene = path;
-    check_is_of_library(settings);
-    const LoadLimits limits = limits_of({resources.memory_bytes, resources.load_timeout_s}, path);
-    state_->memory = limits.memory;
-    state_->build = editable(FramePlan(settings).build);
-    LoadProgress progress({}, stop, limits);
-    tbb::task_arena(arena_threads(resources)).execute([&] {
-      SceneEdits edits = load_edits(settings, progress);
-      apply_animation(edits.animation, settings);
-      state_->animation = edits.animation;
-      SceneDescription description = load_scene(settings, progress, true, need_tangents(edits));
-      choose_variant(settings, description, edits);
-      state_->coverage = description.coverage;
-      if (description.cameras.empty()) state_->bounds = framed_bounds(description);
-      state_->scene =
-          std::make_unique<EditableScene>(std::move(description), state_->build, progress);
-      state_->scene->set(edits);
-    });
+Scene::State::State(const std::string& path, const Settings& given, const Resources& with,
+                    const std::stop_token& stop, bool poses)
+    : resources(with), settings(Access::of(given)) {
+  check_resources(resources);
+  settings.scene = path;
+  check_is_of_library(settings);
+  limits = limits_of({resources.memory_bytes, resources.load_timeout_s}, path);
+  build = FramePlan(settings).build;
+  build.editable = true;
+  LoadProgress progress({}, stop, limits);
+  tbb::task_arena(arena_threads(resources)).execute([&] {
+    ReadScene read(settings, load_edits(settings, progress),
+                   {.build = build, .edits = true, .poses = poses}, progress);
+    const SceneEdits edits = read.edits();
+    animation = edits.animation;
+    if (read.description().cameras.empty()) bounds = framed_bounds(read.description());
+    open = std::move(read).build(progress);
+    open->editable().set(edits);
   });
+}
+
+void Scene::State::pose(const FrameSettings& wanted, const std::stop_token& stop) {
+  FrameSettings at = settings;
+  at.variant.clear();  // the edits have it
+  at.animation = wanted.animation;
+  at.time = wanted.time;
+  at.frame = wanted.frame;
+  at.fps = wanted.fps;
+  at.shutter = wanted.shutter;
+  at.aovs = wanted.aovs;
+  SceneEdits edits = open->editable().edits();
+  edits.animation = {};
+  LoadProgress progress({}, stop, limits);
+  tbb::task_arena(arena_threads(resources)).execute([&] {
+    ReadScene read = open->read(at, edits, progress);
+    WorldBounds posed;
+    if (read.description().cameras.empty()) posed = framed_bounds(read.description());
+    open->pose(std::move(read), progress);
+    bounds = posed;
+  });
+}
+
+Scene::Scene(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Scene::Scene(const std::string& path, const Settings& settings, const Resources& resources,
+             const std::stop_token& stop)
+    : Scene(translated(
+          [&] { return std::make_unique<State>(path, settings, resources, stop, false); })) {}
+Scene Scene::animated(const std::string& path, const Settings& settings, const Resources& resources,
+                      const std::stop_token& stop) {
+  return Scene(
+      translated([&] { return std::make_unique<State>(path, settings, resources, stop, true); }));
 }
 Scene::Scene(Scene&& other) noexcept = default;
 Scene& Scene::operator=(Scene&& other) noexcept = default;
 Scene::~Scene() = default;
+
+void Scene::pose(const Settings& settings, const std::stop_token& stop) {
+  translated([&] {
+    if (!state_->open->can_pose()) {
+      throw emberline::UsageError(
+          "pose: the scene has no animations, or was not opened as an animated one");
+    }
+    state_->pose(Access::of(settings), stop);
+  });
+}
 
 void Scene::edit(std::string_view json) { edit(json, {}); }
 
@@ -331,30 +397,45 @@ void Scene::edit(std::string_view json, const Environment& environment) {
       edits.environment.image = image_of(environment);
     }
     if (edits.animation != AnimationEdit() && edits.animation != state_->animation) {
-      throw emberline::InputError(edits.animation.place, "a scene is posed when it is opened");
+      throw emberline::InputError(edits.animation.place, "a scene is posed by its settings");
     }
-    state_->scene->set(edits);
+    state_->open->editable().set(edits);
   });
 }
 
 std::vector<std::string> Scene::lights() const {
-  return names_of(state_->scene->original().lights);
+  return names_of(state_->open->editable().original().lights);
 }
 std::vector<std::string> Scene::materials() const {
-  return names_of(state_->scene->original().materials);
+  return names_of(state_->open->editable().original().materials);
 }
 std::vector<std::string> Scene::cameras() const {
-  return names_of(state_->scene->original().cameras);
+  return names_of(state_->open->editable().original().cameras);
 }
-std::vector<std::string> Scene::approximated() const { return state_->coverage.approximated; }
-std::vector<std::string> Scene::ignored() const { return state_->coverage.ignored; }
+std::vector<std::string> Scene::approximated() const {
+  return state_->open->coverage().approximated;
+}
+std::vector<std::string> Scene::ignored() const { return state_->open->coverage().ignored; }
 
 Picture render(const Scene& scene, const Settings& settings, const Resources& resources,
                const std::stop_token& stop, const std::function<void(const Progress&)>& watch,
                const std::stop_token& give_up) {
   return translated([&] {
+    check_resources(resources);
     return render_picture(Access::of(scene), Access::of(settings), resources, stop, watch, give_up);
   });
+}
+
+void spell_settings(SettingSpelling spelling) {
+  constexpr emberline::SpellSetting kPlain = [](std::string_view name) {
+    return std::string(name);
+  };
+  constexpr emberline::SpellSetting kUnderscores = [](std::string_view name) {
+    std::string argument(name);
+    std::ranges::replace(argument, '-', '_');
+    return argument;
+  };
+  emberline::spell_settings(spelling == SettingSpelling::kUnderscores ? kUnderscores : kPlain);
 }
 
 void set_log(std::function<void(Message, std::string_view)> log) {

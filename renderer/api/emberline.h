@@ -31,7 +31,7 @@
 
 // Semantic: what is built against 1.x runs with every later 1.y.
 #define EMBERLINE_VERSION_MAJOR 1
-#define EMBERLINE_VERSION_MINOR 0
+#define EMBERLINE_VERSION_MINOR 1
 #define EMBERLINE_VERSION_PATCH 0
 
 namespace emberline::api {
@@ -91,26 +91,35 @@ class EMBERLINE_API Settings {
 
 // What the machine gives; a frame does not depend on it.
 struct Resources {
-  int threads = 0;                       // at most; 0: one for each core
+  int threads = 0;                       // at most, up to 4096; 0: one for each core
   std::optional<uint64_t> memory_bytes;  // of a scene and its frame; absent: as the command has it
-  std::optional<double> load_timeout_s;  // absent: none
+  std::optional<double> load_timeout_s;  // .001 to 1e9; absent: none
 };
 
 // A loaded scene, which follows edits without being built again.
 class EMBERLINE_API Scene {
  public:
   // Of the settings: env and its like, backfaces, lenient, resource-root, variant, edits, animation
-  // and its time or frame, and whether the integrator shows texture coordinates. Throws UsageError,
-  // InputError, RenderError, Stopped.
+  // and its time or frame, catcher, holdout, and whether the integrator shows texture coordinates.
+  // Throws UsageError, InputError, RenderError, Stopped.
   explicit Scene(const std::string& path, const Settings& settings = {},
                  const Resources& resources = {}, const std::stop_token& stop = {});
   Scene(Scene&& other) noexcept;
   Scene& operator=(Scene&& other) noexcept;
   ~Scene();
 
+  // The same for a scene that pose() puts into other poses: its file stays open, and what moves is
+  // kept apart from what does not. Since 1.1.0.
+  static Scene animated(const std::string& path, const Settings& settings = {},
+                        const Resources& resources = {}, const std::stop_token& stop = {});
+  // Puts a scene of animated() where its animation has it: of the settings animation, time or
+  // frame, fps and shutter, and whether aov asks for velocities. The edits stay. Throws as the
+  // constructor does; the scene is then as it was. Nobody may render it meanwhile. Since 1.1.0.
+  void pose(const Settings& settings, const std::stop_token& stop = {});
+
   // All that differs from the file from now on, as --edits reads it (JSON), but for the time: the
-  // scene stays as it was posed when it was opened, and another "animation" is refused. Throws
-  // InputError; the scene is then as it was.
+  // scene stays as it is posed, and another "animation" is refused. Throws InputError; the scene is
+  // then as it was.
   void edit(std::string_view json);
   // With an environment of these texels, which are copied: latitude-longitude as a file has it,
   // linear R G B, interleaved, rows from the top. Throws UsageError where one is not finite or
@@ -131,6 +140,7 @@ class EMBERLINE_API Scene {
  private:
   friend struct Access;
   struct State;
+  explicit Scene(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
 };
 
@@ -200,6 +210,12 @@ EMBERLINE_API Comparison compare(const float* image, const float* reference, int
 // FLIP's error of each pixel, 0 to 1; 0 where one of the two is not finite.
 EMBERLINE_API std::vector<float> flip(const float* image, const float* reference, int width,
                                       int height, double exposure = 0);
+
+// How messages, exceptions and help texts name settings: noise-threshold, or as arguments of
+// Python, noise_threshold.
+enum class SettingSpelling { kPlain, kUnderscores };
+// Of the whole process. Since 1.1.0.
+EMBERLINE_API void spell_settings(SettingSpelling spelling);
 
 enum class Message { kError, kWarning, kInfo };
 // Where messages go, from any thread, one at a time; null: to stderr, as they do until this is

@@ -4,16 +4,17 @@
 #include <cmath>
 #include <set>
 
-#include "io/display.h"
-#include "io/exr_writer.h"
-#include "io/image_input.h"
-#include "io/image_output.h"
-#include "io/picture_mark.h"
-#include "io/working_space.h"
+#include "io/display/display.h"
+#include "io/display/working_space.h"
+#include "io/exr/writer.h"
+#include "io/image/input.h"
+#include "io/image/output.h"
+#include "io/image/picture_mark.h"
+#include "renderer/api/translated.h"
 #include "renderer/core/file_suffix.h"
+#include "renderer/core/shortened.h"
 #include "renderer/core/utf8.h"
-#include "renderer/library/translated.h"
-#include "renderer/process/run_limits.h"
+#include "renderer/engine/run_limits.h"
 #include "renderer/statistics/error_metrics.h"
 #include "renderer/statistics/flip.h"
 
@@ -27,6 +28,9 @@ void check(const std::string& path, const Picture& picture) {
   };
   if (picture.width <= 0 || picture.height <= 0) wrong("no pixels");
   const size_t pixels = size_t(picture.width) * size_t(picture.height);
+  if (picture.channels.size() > size_t(kMostChannels)) {
+    wrong("more than " + std::to_string(kMostChannels) + " channels, which no reader here takes");
+  }
   if (picture.channels.empty() || picture.values.size() % pixels != 0 ||
       picture.values.size() / pixels != picture.channels.size()) {
     wrong("other values than its size and its channels say");
@@ -35,7 +39,7 @@ void check(const std::string& path, const Picture& picture) {
   for (const std::string& name : picture.channels) {
     // OpenEXR's names are 255 bytes at most.
     if (name.empty() || name.size() > 255 || name.find('\0') != std::string::npos) {
-      wrong("a channel without a proper name: \"" + printable(name) + "\"");
+      wrong("a channel without a proper name: \"" + printable(shortened(name)) + "\"");
     }
     if (!names.insert(name).second) wrong("two channels " + printable(name));
   }
@@ -127,6 +131,7 @@ Pair pair_of(const float* image, const float* reference, int width, int height, 
 Picture read_picture(const std::string& path, const Resources& resources,
                      const std::stop_token& stop) {
   return translated([&] {
+    check_resources(resources);
     LoadProgress progress({}, stop,
                           limits_of({resources.memory_bytes, resources.load_timeout_s}, path));
     FloatImage file = read_float_image(path, progress);

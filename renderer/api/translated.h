@@ -3,9 +3,9 @@
 
 #include <new>
 
+#include "renderer/api/emberline.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/load_progress.h"
-#include "renderer/library/emberline.h"
 
 namespace emberline::api {
 
@@ -26,5 +26,8 @@ decltype(auto) translated(const Work& work) {
     throw RenderError("out of memory");
   }
 }
+
+// Throws the program's UsageError for values that the command's options refuse.
+void check_resources(const Resources& resources);
 
 }  // namespace emberline::api

@@ -8,24 +8,26 @@
 #include <exception>
 #include <filesystem>
 #include <ranges>
+#include <set>
 
-#include "io/atomic_file.h"
-#include "renderer/app/command_help.h"
+#include "io/files/atomic_file.h"
 #include "renderer/app/command_options.h"
-#include "renderer/app/completion.h"
 #include "renderer/app/failure.h"
-#include "renderer/app/manual.h"
+#include "renderer/app/manual/command_help.h"
+#include "renderer/app/manual/completion.h"
+#include "renderer/app/manual/manual.h"
 #include "renderer/app/render_command.h"
 #include "renderer/app/session_command.h"
+#include "renderer/app/shell_quote.h"
+#include "renderer/app/standard_output.h"
+#include "renderer/app/stop_signal.h"
 #include "renderer/app/usage_error.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/core/option_values.h"
+#include "renderer/core/setting_names.h"
+#include "renderer/engine/worker_threads.h"
 #include "renderer/output/report.h"
-#include "renderer/process/shell_quote.h"
-#include "renderer/process/standard_output.h"
-#include "renderer/process/stop_signal.h"
-#include "renderer/process/worker_threads.h"
 
 namespace emberline {
 namespace {
@@ -71,7 +73,11 @@ const Command kCommands[] = {
      [](const AllOptions& o) { return run_render(o.render); }},
     {"view", "the interactive window",
      [](CLI::App* app, AllOptions& o) { add_view_options(app, o.view); },
-     [](const AllOptions& o) { return run_view(o.view); }},
+     [](const AllOptions& o) {
+       ViewOptions view = o.view;
+       view.stopped = stop_signalled;
+       return run_view(view);
+     }},
     {"session", "the window's session for another program, over a pipe and shared memory",
      [](CLI::App* app, AllOptions& o) { add_session_options(app, o.session); },
      [](const AllOptions& o) { return run_session(o.session); }},
@@ -125,6 +131,28 @@ void print_versions() {
   print_result(text);
 }
 
+std::set<std::string, std::less<>>& option_names() {
+  static std::set<std::string, std::less<>> names;
+  return names;
+}
+
+std::string spelled_as_option(std::string_view name) {
+  return option_names().contains(name) ? fmt::format("--{}", name) : "";
+}
+
+// From here on messages name settings as options, as help texts do.
+void spell_as_options(const std::vector<CLI::App*>& commands) {
+  std::vector<CLI::Option*> options;
+  for (CLI::App* command : commands) {
+    for (CLI::Option* option : command->get_options()) options.push_back(option);
+  }
+  for (const CLI::Option* option : options) {
+    for (const std::string& name : option->get_lnames()) option_names().insert(name);
+  }
+  spell_settings(spelled_as_option);
+  for (CLI::Option* option : options) option->description(spelled(option->get_description()));
+}
+
 }  // namespace
 
 int run_command_line(int argc, char** argv) {
@@ -142,6 +170,7 @@ int run_command_line(int argc, char** argv) {
   root.add_option("--write-documents", documents, "man pages and completion, for packages")
       ->group("");  // hidden
   AllOptions options;
+  std::vector<CLI::App*> commands;
   for (const Command& command : kCommands) {
     CLI::App* app = root.add_subcommand(command.name, command.help);
     command.add_options(app, options);
@@ -151,7 +180,9 @@ int run_command_line(int argc, char** argv) {
       CLI::Option* q = each->add_flag("-q,--quiet", quiet, "errors only");
       each->add_flag("-v,--verbose", verbose, "say what is built and why")->excludes(q);
     }
+    commands.insert(commands.end(), all.begin(), all.end());
   }
+  spell_as_options(commands);
 
   try {
     root.parse(argc, argv);

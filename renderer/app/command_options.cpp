@@ -4,7 +4,9 @@
 
 #include "renderer/app/frame_range.h"
 #include "renderer/app/shared_options.h"
+#include "renderer/core/shortened.h"
 #include "renderer/drivers/driver_table.h"
+#include "renderer/engine/run_limits.h"
 #include "renderer/output/snapshots.h"
 #include "renderer/session/overlay_picture.h"
 
@@ -67,7 +69,7 @@ void add_checkpoint_interval(CLI::App* app, RenderOptions& o) {
 void add_checkpoint(CLI::App* app, RenderOptions& o) {
   app->add_option("--checkpoint", o.checkpoint,
                   "keep what there is of the frame in this file while it renders, for --resume; it "
-                  "goes when the frame is done")
+                  "goes when the frame is done. A file that is no checkpoint is not replaced")
       ->type_name("FILE");
   app->add_flag("--resumable", o.resumable,
                 "the same beside the first output (FILE.checkpoint), unless --checkpoint names "
@@ -120,8 +122,8 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
          [&o](const std::string& text) {
            std::array<int, 2> v;
            if (!parse_numbers(text, ',', v) || v[0] < 0 || v[1] < 0) {
-             throw CLI::ValidationError("--explain",
-                                        "'" + text + "' is not X,Y in whole pixels of the frame");
+             throw CLI::ValidationError(
+                 "--explain", "'" + shortened(text) + "' is not X,Y in whole pixels of the frame");
            }
            o.explained = Vec2i(v[0], v[1]);
          },
@@ -154,7 +156,8 @@ void add_window_options(CLI::App* app, ViewOptions& o) {
         std::array<int, 2> v;
         if (!parse_numbers(text, 'x', v) || v[0] < 320 || v[1] < 240 || v[0] > 16384 ||
             v[1] > 16384) {
-          throw CLI::ValidationError("--window", "'" + text + "' is not WxH from 320x240 on");
+          throw CLI::ValidationError("--window",
+                                     "'" + shortened(text) + "' is not WxH from 320x240 on");
         }
         o.window_size = Vec2i(v[0], v[1]);
       });
@@ -306,8 +309,8 @@ void add_session_options(CLI::App* app, SessionOptions& o) {
       ->each([&o](const std::string& text) {
         std::array<int, 4> v;
         if (!parse_numbers(text, ',', v) || v[0] < 0 || v[1] < 0 || v[0] >= v[2] || v[1] >= v[3]) {
-          throw CLI::ValidationError("--region",
-                                     "'" + text + "' is not X0,Y0,X1,Y1 in whole pixels");
+          throw CLI::ValidationError(
+              "--region", "'" + shortened(text) + "' is not X0,Y0,X1,Y1 in whole pixels");
         }
         o.region = Rect{v[0], v[1], v[2], v[3]};
       });
@@ -365,7 +368,8 @@ void add_denoise_options(CLI::App* app, DenoiseOptions& o) {
       ->required();
   add_display_name(app, o.display);
   add_grading(app, o.display);
-  add_number(app, "--threads", o.threads, 1, 4096, "worker threads [all]");
+  add_number(app, "--threads", o.threads, 1, kMostThreads,
+             "worker threads [one for each processor that the process may use]");
   add_limits(app, o.limits);
 }
 

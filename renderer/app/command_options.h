@@ -4,12 +4,12 @@
 #include "renderer/app/compare_command.h"
 #include "renderer/app/denoise_command.h"
 #include "renderer/app/extend_command.h"
+#include "renderer/app/farm/command.h"
 #include "renderer/app/heatmap_command.h"
 #include "renderer/app/info_command.h"
 #include "renderer/app/merge_command.h"
 #include "renderer/app/session_command.h"
 #include "renderer/app/study_command.h"
-#include "renderer/farm/farm_command.h"
 #include "renderer/output/render_options.h"
 #include "renderer/window/view_command.h"
 

@@ -10,16 +10,16 @@
 #include <utility>
 #include <vector>
 
-#include "io/exr_writer.h"
-#include "io/file_register.h"
+#include "io/exr/writer.h"
+#include "io/files/register.h"
+#include "renderer/app/standard_output.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/log.h"
 #include "renderer/core/utf8.h"
+#include "renderer/engine/worker_threads.h"
 #include "renderer/output/flip_picture.h"
 #include "renderer/output/rgb_file.h"
-#include "renderer/process/standard_output.h"
-#include "renderer/process/worker_threads.h"
 #include "renderer/statistics/error_metrics.h"
 #include "renderer/statistics/flip.h"
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "renderer/process/run_limits.h"
+#include "renderer/engine/run_limits.h"
 
 namespace emberline {
 

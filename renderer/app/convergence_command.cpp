@@ -6,13 +6,13 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "io/atomic_file.h"
+#include "io/files/atomic_file.h"
+#include "renderer/app/standard_output.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
-#include "renderer/process/standard_output.h"
 #include "renderer/statistics/convergence.h"
-#include "renderer/study/study_folder.h"
-#include "renderer/study/study_plan.h"
+#include "renderer/statistics/study/folder.h"
+#include "renderer/statistics/study/plan.h"
 
 namespace emberline {
 namespace {

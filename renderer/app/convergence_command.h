@@ -1,7 +1,7 @@
 // emberline study --convergence: how fast the samples alone converge, without a scene.
 #pragma once
 
-#include "renderer/study/study_options.h"
+#include "renderer/statistics/study/options.h"
 
 namespace emberline {
 

@@ -7,18 +7,18 @@
 #include <algorithm>
 #include <optional>
 
-#include "io/exr_writer.h"
-#include "io/file_register.h"
-#include "io/image_input.h"
-#include "io/write_attempts.h"
+#include "io/exr/writer.h"
+#include "io/files/register.h"
+#include "io/files/write_attempts.h"
+#include "io/image/input.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/log.h"
 #include "renderer/core/option_values.h"
-#include "renderer/frame/half_layers.h"
+#include "renderer/engine/half_layers.h"
+#include "renderer/engine/worker_threads.h"
 #include "renderer/output/denoise_pass.h"
 #include "renderer/output/outputs.h"
-#include "renderer/process/worker_threads.h"
 
 namespace emberline {
 namespace {
@@ -105,6 +105,15 @@ void check_channels(const std::string& path, const std::vector<std::string>& cha
                    missing.size() > kMostNamed ? " and more" : "");
 }
 
+// The result has the channels of one picture: those of another part would be lost.
+void check_parts(const std::string& path, const std::vector<ImagePart>& parts) {
+  const auto apart = std::ranges::find(parts, -1, &ImagePart::first);
+  if (apart == parts.end()) return;
+  throw InputError(path,
+                   "its part {} has other pixels than the first one, or channels of the same names",
+                   apart->name);
+}
+
 bool says(const FloatImageRows& file, const char* name) {
   return std::ranges::find(file.texts(), std::pair<std::string, std::string>(name, "yes")) !=
          file.texts().end();
@@ -161,6 +170,7 @@ int run_denoise(const DenoiseOptions& options) {
   const LoadProgress progress({}, {}, limits_of(options.limits, options.image));
   InputRows rows(options.image, progress);
   const FloatImage& image = rows.file().image();
+  check_parts(options.image, image.parts);
   check_channels(options.image, rows.channels());
   for (const std::string& path : options.outputs) check_picture_format(path, image.data_window);
   const MemoryReservation memory(progress.budget(), MemoryPart::kFilm,

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "io/display.h"
-#include "renderer/process/run_limits.h"
+#include "io/display/display.h"
+#include "renderer/engine/run_limits.h"
 
 namespace emberline {
 

@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "io/json_input.h"
-#include "io/record_file.h"
+#include "io/files/record_file.h"
+#include "io/json/input.h"
 #include "renderer/app/render_command.h"
 #include "renderer/core/errors.h"
-#include "renderer/drivers/frame_plan.h"
+#include "renderer/engine/frame_plan.h"
 #include "renderer/output/checkpoint_head.h"
 
 namespace emberline {

@@ -3,7 +3,7 @@
 #include <new>
 
 #include "renderer/core/errors.h"
-#include "renderer/process/worker_threads.h"
+#include "renderer/engine/worker_threads.h"
 
 namespace emberline {
 

@@ -1,6 +1,7 @@
 #include "renderer/app/frame_range.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -8,6 +9,7 @@
 #include <optional>
 #include <unordered_set>
 
+#include "io/files/atomic_file.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/option_values.h"
 #include "renderer/core/shortened.h"
@@ -177,6 +179,19 @@ std::vector<int> frames_of(const RenderOptions& options) {
   check_options(options, frames);
   check_names(options, frames);
   return frames;
+}
+
+void check_output_folders(const RenderOptions& options, int first) {
+  if (!options.save_settings.empty()) check_writable(options.save_settings);
+  visit_outputs(options, [&](std::string_view option, const std::string& path) {
+    const std::string folder = std::filesystem::path(path).parent_path().string();
+    if (is_numbered(folder)) return;  // each frame has its own
+    // The folder of snapshots, or all files of a range that skips them, may be there already.
+    const bool may_be_there = options.skip_existing || option == "--snapshots";
+    const int mode = may_be_there ? F_OK : W_OK | X_OK;
+    if (::access(folder.empty() ? "." : folder.c_str(), mode) == 0) return;
+    check_writable(numbered(path, first));
+  });
 }
 
 RenderOptions options_of_frame(const RenderOptions& options, int frame) {

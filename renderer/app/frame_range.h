@@ -25,6 +25,10 @@ std::string frames_text(std::span<const int> frames);
 bool is_numbered(std::string_view name);
 std::string numbered(std::string_view name, int frame);
 
+// Throws RenderError for a folder that takes no file of any frame, or for --save-settings that
+// cannot be written: each frame would fail for it. Folders with a frame's number are not checked.
+void check_output_folders(const RenderOptions& options, int first);
+
 // The frames that the options ask for; none: one frame, which is what the options say. Throws
 // UsageError for options that cannot be those of several frames, and for an output that each of
 // them would write.

@@ -3,8 +3,9 @@
 
 #include <atomic>
 
+#include "renderer/app/progress.h"
 #include "renderer/app/render_frame.h"
-#include "renderer/process/progress.h"
+#include "renderer/engine/frame_observer.h"
 
 namespace emberline {
 

@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include "io/file_register.h"
+#include "io/files/register.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
+#include "renderer/engine/worker_threads.h"
 #include "renderer/output/heatmap_file.h"
 #include "renderer/output/rgb_file.h"
-#include "renderer/process/worker_threads.h"
 
 namespace emberline {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "renderer/charts/heatmap_quantity.h"
-#include "renderer/process/run_limits.h"
+#include "renderer/engine/run_limits.h"
+#include "renderer/statistics/heatmap_quantity.h"
 
 namespace emberline {
 

@@ -3,16 +3,17 @@
 #include <fmt/format.h>
 
 #include <iterator>
+#include <limits>
 #include <nlohmann/json.hpp>
 
-#include "io/gltf.h"
+#include "io/gltf/gltf_file.h"
+#include "renderer/app/standard_output.h"
 #include "renderer/core/constants.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/utf8.h"
 #include "renderer/description/framing.h"
-#include "renderer/frame/frame_scene.h"
-#include "renderer/process/standard_output.h"
-#include "renderer/process/worker_threads.h"
+#include "renderer/engine/frame_scene.h"
+#include "renderer/engine/worker_threads.h"
 #include "renderer/scene/build_scene.h"
 
 namespace emberline {
@@ -47,6 +48,7 @@ Json describe_lights(const SceneDescription& scene) {
     list.push_back({{"name", light.name},
                     {"type", kTypes[size_t(light.type)]},
                     {"intensity", {light.intensity.x, light.intensity.y, light.intensity.z}}});
+    if (light.range < std::numeric_limits<float>::infinity()) list.back()["range"] = light.range;
   }
   return list;
 }
@@ -56,6 +58,7 @@ Json describe_cameras(const SceneDescription& scene) {
   for (const CameraDescription& camera : scene.cameras) {
     Json entry = {{"name", camera.name},
                   {"type", camera.orthographic ? "orthographic" : "perspective"}};
+    if (!camera.node.empty()) entry["node"] = camera.node;
     if (camera.fault) {
       entry["type"] = "unusable";
       entry["fault"] = camera.fault->what();
@@ -94,8 +97,11 @@ Json describe(const SceneDescription& scene) {
   json["meshes"] = scene.meshes.size();
   json["instances"] = scene.instances.size();
   json["triangles"] = {{"stored", stored}, {"placed", placed}};
-  json["bounds"] = {{"min", {bounds.min.x, bounds.min.y, bounds.min.z}},
-                    {"max", {bounds.max.x, bounds.max.y, bounds.max.z}}};
+  json["bounds"] = nullptr;
+  if (!bounds.empty()) {
+    json["bounds"] = {{"min", {bounds.min.x, bounds.min.y, bounds.min.z}},
+                      {"max", {bounds.max.x, bounds.max.y, bounds.max.z}}};
+  }
   json["materials"] = scene.materials.size();
   json["variants"] = describe_variants(scene);
   json["images"] = describe_images(scene);
@@ -108,6 +114,7 @@ Json describe(const SceneDescription& scene) {
   const LoadRepairs& r = scene.repairs;
   json["repairs"] = {{"degenerate_triangles", r.degenerate_triangles},
                      {"non_finite_triangles", r.non_finite_triangles},
+                     {"non_finite_attributes", r.non_finite_attributes},
                      {"non_finite_texels", r.non_finite_texels},
                      {"singular_instances", r.singular_instances},
                      {"replaced_images", r.replaced_images}};
@@ -154,19 +161,25 @@ std::string as_text(const Json& j) {
         j["triangles"]["stored"].get<uint64_t>(), j["triangles"]["placed"].get<uint64_t>(),
         j["materials"].get<size_t>());
   const auto at = [&](const char* end, size_t i) { return j["bounds"][end][i].get<double>(); };
-  print("bounds {:.6g} {:.6g} {:.6g} to {:.6g} {:.6g} {:.6g}\n", at("min", 0), at("min", 1),
-        at("min", 2), at("max", 0), at("max", 1), at("max", 2));
+  if (!j["bounds"].is_null()) {
+    print("bounds {:.6g} {:.6g} {:.6g} to {:.6g} {:.6g} {:.6g}\n", at("min", 0), at("min", 1),
+          at("min", 2), at("max", 0), at("max", 1), at("max", 2));
+  }
   for (const Json& image : j["images"]) {
     print("image {} x {} x {} {}  {}\n", image["width"].get<int>(), image["height"].get<int>(),
           image["channels"].get<int>(), plain(image["type"]), plain(image["name"]));
   }
   for (const Json& variant : j["variants"]) print("variant '{}'\n", plain(variant["name"]));
   for (const Json& camera : j["cameras"]) {
-    print("camera '{}' {}\n", plain(camera["name"]), plain(camera["type"]));
+    print("camera '{}' {}", plain(camera["name"]), plain(camera["type"]));
+    const bool is_known = !camera.contains("node") || camera["node"] == camera["name"];
+    print("{}\n", is_known ? "" : ", node '" + plain(camera["node"]) + "'");
     if (camera.contains("fault")) print("  {}\n", plain(camera["fault"]));
   }
   for (const Json& light : j["lights"]) {
-    print("light '{}' {}\n", plain(light["name"]), plain(light["type"]));
+    print("light '{}' {}", plain(light["name"]), plain(light["type"]));
+    if (light.contains("range")) print(", range {:.6g} m", light["range"].get<double>());
+    text += "\n";
   }
   append_animations(text, j["animations"]);
   for (const auto& [name, count] : j["repairs"].items()) {

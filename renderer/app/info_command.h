@@ -3,9 +3,9 @@
 
 #include <string>
 
-#include "renderer/frame/frame_settings.h"
+#include "renderer/engine/frame_settings.h"
 
-#include "renderer/process/run_limits.h"
+#include "renderer/engine/run_limits.h"
 
 namespace emberline {
 

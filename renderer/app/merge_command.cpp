@@ -3,16 +3,16 @@
 #include <fmt/format.h>
 #include <tbb/task_arena.h>
 
-#include "io/file_register.h"
+#include "io/files/register.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/core/readable.h"
+#include "renderer/engine/render_clock.h"
+#include "renderer/engine/worker_threads.h"
 #include "renderer/output/checkpoint_head.h"
 #include "renderer/output/frame_merge.h"
 #include "renderer/output/outputs.h"
 #include "renderer/output/report.h"
-#include "renderer/process/render_clock.h"
-#include "renderer/process/worker_threads.h"
 
 namespace emberline {
 namespace {
@@ -50,6 +50,7 @@ int run_merge(const MergeOptions& merge) {
 
   const StopRequest stop;
   const OutputSettings settings = output_settings(options, crop);
+  frame.reserve(options, settings, workers.count(), *limits.memory);
   FrameOutputs outputs(options.outputs, settings, stop);
   outputs.add_scene(frame.first().layers());
   tbb::task_arena arena(workers.count());
@@ -77,6 +78,7 @@ int run_merge(const MergeOptions& merge) {
   outputs.finish({frame.complete(), report.counters.samples, report.counters.clamped.share()},
                  attempts);
   warn_of_non_finite(report.counters, options.seed);
+  warn_of_optics(report.counters.optics);
   report.failed_outputs = attempts.failed();
   report.exit_code = attempts.failed().empty() ? kExitDone : kExitRenderFailed;
   report.warnings = warnings_so_far();

@@ -9,6 +9,7 @@
 #include <type_traits>
 
 #include "renderer/core/option_values.h"
+#include "renderer/core/shortened.h"
 
 namespace emberline {
 
@@ -24,7 +25,7 @@ CLI::Option* add_number(CLI::App* app, const std::string& name, Target& target, 
             const std::optional<T> value = parse_number<T>(text);
             if (!value || *value < min || *value > max) {
               throw CLI::ValidationError(
-                  name, fmt::format("'{}' is not a {} from {}", text,
+                  name, fmt::format("'{}' is not a {} from {}", shortened(text),
                                     std::is_integral_v<T> ? "whole number" : "number", range));
             }
             target = *value;

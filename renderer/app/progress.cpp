@@ -1,4 +1,4 @@
-#include "renderer/process/progress.h"
+#include "renderer/app/progress.h"
 
 #include <fmt/format.h>
 #include <sys/ioctl.h>
@@ -10,9 +10,9 @@
 #include <string_view>
 #include <utility>
 
+#include "renderer/app/stop_signal.h"
 #include "renderer/core/log.h"
 #include "renderer/core/readable.h"
-#include "renderer/process/stop_signal.h"
 
 namespace emberline {
 

@@ -10,8 +10,8 @@
 #include <string>
 #include <thread>
 
-#include "renderer/process/progress_file.h"
-#include "renderer/process/stop_request.h"
+#include "renderer/app/progress_file.h"
+#include "renderer/engine/stop_request.h"
 
 namespace emberline {
 

@@ -1,4 +1,4 @@
-#include "renderer/process/progress_file.h"
+#include "renderer/app/progress_file.h"
 
 #include <fmt/chrono.h>
 #include <unistd.h>
@@ -8,12 +8,24 @@
 #include <ctime>
 #include <nlohmann/json.hpp>
 
-#include "io/atomic_file.h"
+#include "io/files/atomic_file.h"
+#include "io/files/input_file.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
-#include "renderer/process/process_usage.h"
+#include "renderer/engine/process_usage.h"
 
 namespace emberline {
+
+bool is_other_file(const std::string& path) {
+  constexpr std::string_view kBegin = "{\n  \"state\": \"";
+  try {
+    const auto file = InputFile::open_if_there(path);
+    std::string begin(kBegin.size(), '\0');
+    return file && file->try_read(0, begin.size(), begin.data()) > 0 && begin != kBegin;
+  } catch (const InputError&) {  // no regular file, or one that no scene can read
+    return false;
+  }
+}
 
 ProgressFile::ProgressFile(const std::string& path) : path_(path) {
   thread_ = std::thread([this] { run(); });

@@ -27,6 +27,9 @@ struct FramePlace {
   std::string text() const;  // "frame 112 (12 of 100)"
 };
 
+// Whether there is a regular file of that name that no ProgressFile has written.
+bool is_other_file(const std::string& path);
+
 // A JSON file, written every two seconds by a thread of its own, so that a slow disk keeps nobody:
 // {"state", "done", "samples", "elapsed_s", "left_s", "host", "pid", "written"}; `state` is
 // running, done, stopped or failed, `written` the time by this machine's clock, in UTC. A file that

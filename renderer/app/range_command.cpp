@@ -5,15 +5,17 @@
 #include <algorithm>
 #include <optional>
 
-#include "io/atomic_file.h"
-#include "io/write_attempts.h"
+#include "io/files/atomic_file.h"
+#include "io/files/write_attempts.h"
 #include "renderer/app/failure.h"
 #include "renderer/app/frame_range.h"
 #include "renderer/app/range_report.h"
 #include "renderer/app/render_frame.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
+#include "renderer/output/checkpoint.h"
 #include "renderer/output/finished_frame.h"
+#include "renderer/output/outputs.h"
 
 namespace emberline {
 namespace {
@@ -26,6 +28,7 @@ class RangeRun {
     options_.frames.clear();  // which would be copied with every frame's options
   }
 
+  void check_names();
   void render();
   int report();
 
@@ -43,6 +46,22 @@ class RangeRun {
   bool stopped_ = false;   // by the user, or the job's end
   RangeReport report_;
 };
+
+// Of all frames, before anything is written: a frame may write what another one reads or writes.
+void RangeRun::check_names() {
+  FileRegister& files = run_.names.emplace();
+  register_inputs(options_, files);
+  register_run_outputs(options_, files);
+  for (const int number : frames_) {
+    const RenderOptions frame = options_of_frame(options_, number);
+    if (is_numbered(options_.reference)) {
+      files.read(frame.reference, "it is the file of --reference");
+    }
+    register_frame_outputs(frame, files);
+    const std::string checkpoint = checkpoint_path(frame);
+    if (!checkpoint.empty() && !frame.resume) check_checkpoint(checkpoint, false);
+  }
+}
 
 void RangeRun::render() {
   size_t next = 0;
@@ -129,8 +148,10 @@ int RangeRun::report() {
 }  // namespace
 
 int run_range(const RenderOptions& options, const std::vector<int>& frames) {
-  if (!options.range_report.empty()) check_writable(options.range_report);
   RangeRun range(options, frames);
+  range.check_names();
+  if (!options.range_report.empty()) check_writable(options.range_report);
+  check_output_folders(options, frames.front());
   range.render();
   return range.report();
 }

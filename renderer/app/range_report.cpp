@@ -6,7 +6,7 @@
 
 #include "renderer/app/frame_range.h"
 #include "renderer/core/shortened.h"
-#include "renderer/process/process_usage.h"
+#include "renderer/engine/process_usage.h"
 
 namespace emberline {
 namespace {

@@ -3,18 +3,24 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
 #include <nlohmann/json.hpp>
+#include <thread>
 
-#include "io/atomic_file.h"
+#include "io/files/atomic_file.h"
 #include "renderer/app/frame_watcher.h"
 #include "renderer/app/replay.h"
+#include "renderer/app/standard_output.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/core/readable.h"
 #include "renderer/core/version.h"
-#include "renderer/drivers/adaptive_driver.h"
-#include "renderer/drivers/setting_table.h"
-#include "renderer/frame/frame_scene.h"
+#include "renderer/drivers/driver_table.h"
+#include "renderer/engine/frame_scene.h"
+#include "renderer/engine/setting_table.h"
+#include "renderer/engine/slurm_allocation.h"
 #include "renderer/lights/light_guide.h"
 #include "renderer/output/checkpoint_head.h"
 #include "renderer/output/cryptomatte_layers.h"
@@ -22,8 +28,6 @@
 #include "renderer/output/light_layers.h"
 #include "renderer/output/refinement_output.h"
 #include "renderer/output/report_page.h"
-#include "renderer/process/slurm_allocation.h"
-#include "renderer/process/standard_output.h"
 
 namespace emberline {
 namespace {
@@ -116,7 +120,8 @@ void RenderFrame::reserve(uint64_t bytes) { reserve_frame(bytes, plan_.crop, mem
 
 void RenderFrame::open_outputs() {
   reserve(frame_bytes(options_, output_settings_, frame_render_));
-  reserve_tiles(frame_render_.tile_bytes_per_pixel(plan_.aovs), film_channels(plan_.aovs).size(),
+  reserve_bucket_lists(options_, output_settings_, memory_);
+  reserve_tiles(frame_render_.tile_bytes_per_pixel(plan_.aovs), tile_channels(output_settings_, {}),
                 output_settings_, run_.workers->count(), memory_);
   if (!options_.save_settings.empty()) check_writable(options_.save_settings);
   for (const std::string& path : options_.reports) check_writable(path);
@@ -130,7 +135,13 @@ void RenderFrame::open_outputs() {
   outputs_.emplace(is_part(options_) ? std::vector<std::string>() : options_.outputs, settings,
                    stop_);
   const std::string checkpoint = checkpoint_path(options_);
-  if (!checkpoint.empty()) AtomicFile file(checkpoint);  // throws what the first write would
+  if (checkpoint.empty()) return;
+  AtomicFile file(checkpoint);  // throws what the first write would
+  check_checkpoint(checkpoint, options_.resume);
+  if (options_.resume || is_own_checkpoint(options_)) return;
+  nlohmann::json head = checkpoint_head(options_, plan_, {}, {});
+  head.erase("inputs");  // not read yet
+  check_begins_anew(checkpoint, head);
 }
 
 // The reference's memory goes with the frame, and not with the scene.
@@ -145,15 +156,17 @@ void RenderFrame::open_snapshots() {
 
 void RenderFrame::load() {
   const Stopwatch load;
-  run_.scene.load(options_, keeps_state(), progress_);
+  run_.scene.load(options_, plan_.build, keeps_state(), progress_);
   run_.scene.register_inputs(files_);
+  if (run_.names) run_.scene.register_inputs(*run_.names);
+  run_.scene_is_read();
   report_.times.load_s = load.seconds();
 }
 
 void RenderFrame::build() {
   const Stopwatch build;
   const bool builds = !run_.scene.is_built();
-  run_.scene.build(options_, plan_.build, progress_);
+  run_.scene.build(progress_);
   const Scene& scene = run_.scene.scene();
   camera_ = create_camera(options_, run_.scene.camera(options_), scene);
   report_.times.build_s = build.seconds();
@@ -165,14 +178,16 @@ void RenderFrame::build() {
                             readable_seconds(report_.times.build_s), scene.triangle_count(),
                             scene.instance_count()));
   }
-  const LightGroups* const groups = run_.scene.groups();
+  const NamedParts& parts = run_.scene.open().parts();
+  const auto pointer = [](const auto& part) { return part ? &*part : nullptr; };
+  const LightGroups* const groups = pointer(parts.light_groups);
   if (groups) add_light_groups(*groups);
   if (!camera_.is_panorama()) layers_.camera = camera_matrices(camera_, scene.origin());
-  const CryptomatteIds* const ids = run_.scene.cryptomattes();
+  const CryptomatteIds* const ids = pointer(parts.cryptomattes);
   if (ids) layers_.cryptomattes = ids->names();
   if (outputs_) outputs_->add_scene(layers_);
   const Stopwatch preparing;
-  frame_.emplace(plan_.frame(scene, camera_, {groups, ids, run_.scene.roles(), stop_.token()}));
+  frame_.emplace(plan_.frame(scene, camera_, {groups, ids, pointer(parts.roles), stop_.token()}));
   report_.times.build_s += preparing.seconds();
   if (frame_->guide) report_.features.push_back(frame_->guide->describe());
 }
@@ -183,8 +198,10 @@ void RenderFrame::add_light_groups(const LightGroups& groups) {
   report_.features.push_back(describe(groups));
   layers_.lights = report_.light_layers = light_layer_names(groups.list());
   reserve(light_group_bytes(options_, output_settings_, frame_render_, layers_.lights));
-  reserve_tiles(LightGroupSums::bytes_per_pixel(layers_.lights.size()), 3 * layers_.lights.size(),
-                output_settings_, run_.workers->count(), memory_);
+  const uint64_t films = plan_.aovs.contains(Aov::kDenoising) ? 2 : 1;  // of all samples, of a half
+  reserve_tiles(films * LightGroupSums::bytes_per_pixel(layers_.lights.size()),
+                light_channel_names(layers_.lights, plan_.aovs).size(), output_settings_,
+                run_.workers->count(), memory_);
 }
 
 void RenderFrame::note_picture(const FrameProgress& now, const FramePicture& picture) {
@@ -204,8 +221,13 @@ void RenderFrame::resume() {
   if (path.empty()) return;
   run_.scene.check_inputs(options_, progress_);
   const nlohmann::json head = checkpoint_head(options_, plan_, layers_, run_.scene.inputs());
-  const CheckpointOptions kept = {path, frame_render_.by_tiles(), options_.resume,
-                                  options_.checkpoint_interval_s, options_.extended};
+  const CheckpointOptions kept = {path,
+                                  frame_render_.by_tiles(),
+                                  options_.resume,
+                                  options_.checkpoint_interval_s,
+                                  is_own_checkpoint(options_),
+                                  options_.extended,
+                                  take_checkpoint_request};
   checkpoint_.emplace(kept, head);
   if (options_.resume && options_.extended.empty() && !checkpoint_->goes_on()) {
     log_info(path + " has nothing to go on with; the frame begins anew");
@@ -270,18 +292,39 @@ void RenderFrame::render() {
   }
 }
 
+// A first signal that comes meanwhile ends it early; one of before has ended the rendering, and the
+// picture that there is is denoised.
+void RenderFrame::denoise() {
+  std::stop_source end;
+  std::optional<std::jthread> watch;
+  if (!stop_signalled()) {
+    watch.emplace([&end](const std::stop_token& over) {
+      std::mutex mutex;
+      std::condition_variable_any wake;
+      std::unique_lock lock(mutex);
+      while (!over.stop_requested() && !stop_signalled()) {
+        wake.wait_for(lock, over, std::chrono::milliseconds(20), [] { return false; });
+      }
+      if (stop_signalled()) end.request_stop();
+    });
+  }
+  run_.arena->execute([&] { report_.denoise = outputs_->finish_spooled(end.get_token()); });
+  half_denoised_ = report_.denoise && report_.denoise->stopped;
+  if (half_denoised_) stop_.request(PixelStop::kUser);
+}
+
 void RenderFrame::write() {
   const Stopwatch write;
   outputs_->rendering_ended();
   Watcher watcher(*this, nullptr);
-  report_.complete = frame_render_.is_complete(report_.counters, stop_.cause());
   // A picture that is whole does not give way to one that is not.
-  const bool written = options_.extended.empty() || !report_.counters.stopped;
-  if (written) {
-    run_.arena->execute([&] {
-      frame_render_.deliver(watcher);
-      report_.denoise = outputs_->finish_spooled();
-    });
+  const auto may_write = [&] { return options_.extended.empty() || !unfinished(); };
+  if (may_write()) {
+    run_.arena->execute([&] { frame_render_.deliver(watcher); });
+    denoise();
+  }
+  report_.complete = frame_render_.is_complete(report_.counters, stop_.cause()) && !half_denoised_;
+  if (may_write()) {
     outputs_->finish({report_.complete, report_.counters.samples, report_.counters.clamped.share()},
                      attempts_);
   }
@@ -304,7 +347,7 @@ std::vector<std::string> RenderFrame::failed_outputs() const {
   std::vector<std::string> failed = attempts_.failed();
   failed.insert(failed.end(), snapshot_attempts_.failed().begin(),
                 snapshot_attempts_.failed().end());
-  if (keeps_checkpoint(options_) && !report_.checkpoint.whole) {
+  if (keeps_checkpoint(options_) && !report_.checkpoint.error.empty()) {
     failed.push_back(report_.checkpoint.file);
   }
   return failed;
@@ -314,13 +357,20 @@ std::vector<std::string> RenderFrame::failed_outputs() const {
 void RenderFrame::end_checkpoint() {
   if (!checkpoint_) return;
   const bool keep = keeps_checkpoint(options_);
-  const bool written = failed_outputs().empty();
+  const bool written = failed_outputs().empty() && !half_denoised_;
   const bool done = !report_.counters.stopped && written;
   if (!written && !report_.counters.stopped && !keep && !frame_render_.by_tiles()) {
     checkpoint_->save(frame_render_);
   }
   report_.checkpoint = checkpoint_->finish(done, !done || keep);
-  if (!report_.checkpoint.whole) return;
+  if (!report_.checkpoint.error.empty()) {
+    if (keeps_checkpoint(options_)) {
+      log_error(report_.checkpoint.error);
+    } else if (report_.checkpoint.kept) {
+      log_warning(report_.checkpoint.error + "; what is done is not saved");
+    }
+    return;
+  }
   if (done && is_part(options_)) {
     log_info(report_.checkpoint.file + " has this part of the frame, for `emberline merge`");
   }
@@ -331,10 +381,10 @@ void RenderFrame::end_checkpoint() {
 
 int RenderFrame::exit_code() const {
   if (!report_.failed_outputs.empty()) return kExitRenderFailed;
-  if (!report_.counters.stopped) return kExitDone;
+  if (!unfinished()) return kExitDone;
   // Who goes on with a frame until it is done has to know that it is not. Without that, a time
   // limit is one way to be done.
-  const bool goes_on = options_.resume || is_part(options_);
+  const bool goes_on = options_.resume || is_part(options_) || half_denoised_;
   return goes_on || stop_.cause() == PixelStop::kUser ? kExitStopped : kExitDone;
 }
 
@@ -346,13 +396,12 @@ int RenderFrame::report() {
   report_.times.wall_s = run_.wall.seconds();
   report_.times.cpu_s = process_cpu_seconds() - run_.cpu_before_s;
   warn_of_non_finite(report_.counters, options_.seed);
+  warn_of_optics(report_.counters.optics);
   report_.warnings = warnings_so_far();
   write_reports();
   summarize(options_, report_, attempts_.written());
   if (options_.explained) {
-    const auto& adaptive = dynamic_cast<const AdaptiveDriver&>(*frame_render_.driver());
-    print_result(
-        adaptive.explain(frame_render_.film(), options_.explained->x, options_.explained->y));
+    print_result(frame_render_.explain(options_.explained->x, options_.explained->y));
   }
   return report_.exit_code;
 }

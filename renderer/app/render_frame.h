@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "io/file_register.h"
+#include "io/files/register.h"
 #include "renderer/app/render_run.h"
-#include "renderer/drivers/frame_plan.h"
-#include "renderer/frame/frame_render.h"
+#include "renderer/engine/frame_plan.h"
+#include "renderer/engine/frame_render.h"
 #include "renderer/output/checkpoint.h"
 #include "renderer/output/outputs.h"
 #include "renderer/output/remote_viewer.h"
@@ -44,6 +44,9 @@ class RenderFrame {
   void open_outputs();
   void open_snapshots();
   void reserve(uint64_t bytes);
+  void denoise();
+  // Not done, or its picture is not.
+  bool unfinished() const { return report_.counters.stopped || half_denoised_; }
   void add_light_groups(const LightGroups& groups);
   void note_picture(const FrameProgress& now, const FramePicture& picture);
   int exit_code() const;
@@ -66,6 +69,7 @@ class RenderFrame {
   MemoryReservation memory_;            // of film and outputs
   MemoryReservation reference_memory_;  // of --reference
   StopRequest stop_;
+  bool half_denoised_ = false;  // a signal stopped the pass
   std::optional<SnapshotRecorder> snapshots_;
   std::optional<FrameOutputs> outputs_;
   std::optional<ReportPictures> pictures_;

@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include "io/atomic_file.h"
+#include "io/files/atomic_file.h"
 #include "renderer/core/log.h"
 #include "renderer/core/version.h"
-#include "renderer/drivers/setting_table.h"
+#include "renderer/engine/setting_table.h"
 #include "renderer/output/report.h"
 
 namespace emberline {
@@ -19,15 +19,24 @@ RenderRun::RenderRun(const RenderOptions& options)
 }
 
 void RenderRun::begin() {
-  if (!options_.progress_file.empty() && !options_.replay && !progress_file) {
-    progress_file.emplace(options_.progress_file);
-  }
-  if (progress_file && place) progress_file->begin_frame(*place);
+  // The scene may read a file that is there.
+  if (progress_file || !is_other_file(options_.progress_file)) begin_progress();
   if (workers) return;
   workers.emplace(options_.threads);
   // An arena of its own: the limit of WorkerThreads cannot give more threads than the machine has
   // cores.
   arena.emplace(workers->count());
+}
+
+void RenderRun::begin_progress() {
+  if (options_.progress_file.empty() || options_.replay) return;
+  if (!progress_file) progress_file.emplace(options_.progress_file);
+  if (place) progress_file->begin_frame(*place);
+}
+
+void RenderRun::scene_is_read() {
+  names.reset();
+  if (!progress_file) begin_progress();
 }
 
 void RenderRun::save_settings() {

@@ -5,14 +5,15 @@
 
 #include <optional>
 
+#include "io/files/register.h"
+#include "renderer/app/progress_file.h"
 #include "renderer/app/run_scene.h"
+#include "renderer/app/stop_signal.h"
+#include "renderer/engine/process_usage.h"
+#include "renderer/engine/render_clock.h"
+#include "renderer/engine/run_limits.h"
+#include "renderer/engine/worker_threads.h"
 #include "renderer/output/render_options.h"
-#include "renderer/process/process_usage.h"
-#include "renderer/process/progress_file.h"
-#include "renderer/process/render_clock.h"
-#include "renderer/process/run_limits.h"
-#include "renderer/process/stop_signal.h"
-#include "renderer/process/worker_threads.h"
 
 namespace emberline {
 
@@ -25,6 +26,8 @@ class RenderRun {
   // Threads and the progress file, when the first frame's options have been looked at: what is
   // refused leaves no trace. Then for each frame.
   void begin();
+  // From then on it is known which files the scene reads, and that none of them is written.
+  void scene_is_read();
   // Once, when a frame begins to render.
   void save_settings();
   // From here on it is the next frame's time, and its warnings.
@@ -38,6 +41,8 @@ class RenderRun {
   Stopwatch wall;           // since the frame began
   double cpu_before_s = 0;  // processor time then; the first has all of the process
   std::optional<FramePlace> place;
+  // The names of all frames of a range, until its scene is read.
+  std::optional<FileRegister> names;
   std::optional<ProgressFile> progress_file;
   std::optional<WorkerThreads> workers;
   std::optional<tbb::task_arena> arena;
@@ -46,6 +51,8 @@ class RenderRun {
   RunScene scene;
 
  private:
+  void begin_progress();
+
   const RenderOptions& options_;
   bool settings_saved_ = false;
 };

@@ -5,18 +5,19 @@
 #include <array>
 #include <iterator>
 
+#include "renderer/app/standard_output.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/option_values.h"
-#include "renderer/frame/render_worker.h"
+#include "renderer/core/shortened.h"
+#include "renderer/engine/render_worker.h"
 #include "renderer/output/render_options.h"
-#include "renderer/process/standard_output.h"
 
 namespace emberline {
 
 int run_replay(const Frame& frame, const std::string& address) {
   std::array<int64_t, 3> numbers{};
   if (!parse_numbers(address, ',', numbers)) {
-    throw UsageError("--replay: '{}' is not X,Y,SAMPLE", address);
+    throw UsageError("--replay: '{}' is not X,Y,SAMPLE", shortened(address));
   }
   if (numbers[0] < 0 || numbers[0] >= frame.width || numbers[1] < 0 || numbers[1] >= frame.height) {
     throw UsageError("--replay: pixel {},{} is outside the {} x {} frame", numbers[0], numbers[1],

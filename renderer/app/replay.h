@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "renderer/frame/frame.h"
+#include "renderer/drivers/frame.h"
 
 namespace emberline {
 

@@ -10,6 +10,7 @@
 #include "renderer/app/usage_error.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/names.h"
+#include "renderer/core/shortened.h"
 #include "renderer/session/overlay_picture.h"
 #include "renderer/session/session_host.h"
 
@@ -43,11 +44,11 @@ HostSettings with_texts(SessionOptions options, const HostTexts& texts) {
   for (const auto& [name, text] : texts) {
     const bool plain =
         std::ranges::all_of(name, [](unsigned char c) { return c == '-' || std::islower(c); });
-    if (!plain || name.empty()) throw UsageError("unknown setting '{}'", name);
+    if (!plain || name.empty()) throw UsageError("unknown setting '{}'", shortened(name));
     const CLI::Option* const option = app.get_option_no_throw("--" + name);
     const bool is_switch = option && option->get_items_expected_max() == 0;
     if (is_switch && text != "yes" && text != "no") {
-      throw UsageError("--{}: '{}' is neither true nor false", name, text);
+      throw UsageError("--{}: '{}' is neither true nor false", name, shortened(text));
     }
     arguments.push_back("--" + name + "=" + text);
   }

@@ -6,6 +6,8 @@
 
 #include "renderer/core/errors.h"
 #include "renderer/core/option_values.h"
+#include "renderer/core/shortened.h"
+#include "renderer/engine/run_limits.h"
 
 namespace emberline {
 namespace {
@@ -18,9 +20,6 @@ bool is_value_range(double least, double most) {
   return greatest <= kMostOfRange && greatest >= kLeastOfRange &&
          most - least >= kNearestOfRange * greatest;
 }
-
-// --load-timeout in seconds: a millisecond to thirty years.
-constexpr double kLeastTimeLimit = 0.001, kMostTimeLimit = 1e9;
 
 std::string help_of(const Setting& setting, const FrameSettings& settings) {
   std::string help = setting.help;
@@ -59,8 +58,8 @@ void add_size(CLI::App* app, const std::string& option, std::optional<uint64_t>&
          [&bytes, option](const std::string& text) {
            bytes = parse_size(text);
            if (!bytes) {
-             throw CLI::ValidationError(option,
-                                        "'" + text + "' is not a size, such as 8G, 500M or 4096");
+             throw CLI::ValidationError(
+                 option, "'" + shortened(text) + "' is not a size, such as 8G, 500M or 4096");
            }
          },
          help)
@@ -105,13 +104,15 @@ void add_limits(CLI::App* app, LimitOptions& o) {
   add_size(app, "--texture-memory", o.texture_bytes,
            "hold textures that take more than this, decoded, in a temporary file ($TMPDIR, else "
            "/tmp), and about so much of it in memory; the picture is the same [all in memory]");
-  add_number(app, "--load-timeout", o.load_timeout_s, kLeastTimeLimit, kMostTimeLimit,
+  add_number(app, "--load-timeout", o.load_timeout_s, kLeastLoadTimeout, kMostLoadTimeout,
              "give up loading and building after so many seconds [never]");
 }
 
 void add_machine_options(CLI::App* app, RenderOptions& o) {
-  add_number(app, "--threads", o.threads, 1, 4096,
-             "worker threads [all; in a job of Slurm its processors]");
+  add_number(
+      app, "--threads", o.threads, 1, kMostThreads,
+      "worker threads [one for each processor that the process may use (taskset); in a job of "
+      "Slurm no more than its processors]");
   add_limits(app, o.limits);
 }
 
@@ -130,7 +131,7 @@ void add_heatmap_style(CLI::App* app, HeatmapStyle& style, CLI::Option* needed) 
                 std::array<double, 2> v;
                 if (!parse_numbers(text, ',', v) || !is_value_range(v[0], v[1])) {
                   throw CLI::ValidationError(
-                      "--range", "'" + text +
+                      "--range", "'" + shortened(text) +
                                      "' is not MIN,MAX with MIN less than MAX by a millionth at "
                                      "least, from -1e18 to 1e18");
                 }

@@ -12,7 +12,7 @@
 
 #include "renderer/app/number_option.h"
 #include "renderer/core/names.h"
-#include "renderer/drivers/setting_table.h"
+#include "renderer/engine/setting_table.h"
 #include "renderer/output/render_options.h"
 
 namespace emberline {

@@ -1,4 +1,4 @@
-#include "renderer/process/shell_quote.h"
+#include "renderer/app/shell_quote.h"
 
 #include <fmt/format.h>
 
@@ -24,7 +24,14 @@ bool means_nothing(unsigned char c) {
          std::string_view("-_=+,./:@%").find(char(c)) != std::string_view::npos;
 }
 
-std::string spelled(std::string_view argument) {
+// "$(...)" loses the newlines at its end. They follow as the last character of $IFS, which every
+// shell sets to space, tab and newline when it starts.
+std::string quoted_bytes(std::string_view argument) {
+  size_t newlines = 0;
+  while (argument.ends_with('\n')) {
+    argument.remove_suffix(1);
+    ++newlines;
+  }
   std::string text = "\"$(printf '";
   for (const char c : argument) {
     const auto byte = static_cast<unsigned char>(c);
@@ -34,13 +41,15 @@ std::string spelled(std::string_view argument) {
       text += fmt::format("\\{:03o}", byte);
     }
   }
-  return text + "')\"";
+  text += "')";
+  for (; newlines > 0; --newlines) text += "${IFS#??}";
+  return text + '"';
 }
 
 }  // namespace
 
 std::string shell_quoted(std::string_view argument) {
-  if (!can_be_shown(argument)) return spelled(argument);
+  if (!can_be_shown(argument)) return quoted_bytes(argument);
   if (!argument.empty() && std::ranges::all_of(argument, means_nothing)) {
     return std::string(argument);
   }

@@ -8,7 +8,7 @@ namespace emberline {
 
 // `argument` as one word that a POSIX shell reads as it is. Printable UTF-8 is quoted; what holds
 // control characters or bytes that are no text, which would not survive being shown, is spelled as
-// "$(printf '...')" with octal escapes (a newline at the very end is lost: shells cut it off).
+// "$(printf '...')" with octal escapes, and stays on one line.
 std::string shell_quoted(std::string_view argument);
 
 // "emberline" and the quoted arguments.

@@ -1,4 +1,4 @@
-#include "renderer/process/standard_output.h"
+#include "renderer/app/standard_output.h"
 
 #include <fcntl.h>
 #include <unistd.h>

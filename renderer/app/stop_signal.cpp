@@ -1,11 +1,11 @@
-#include "renderer/process/stop_signal.h"
+#include "renderer/app/stop_signal.h"
 
 #include <unistd.h>
 
 #include <atomic>
 #include <csignal>
 
-#include "io/atomic_file.h"
+#include "io/files/atomic_file.h"
 #include "renderer/core/errors.h"
 
 namespace emberline {
@@ -50,8 +50,7 @@ void install_stop_handlers() {
 
 bool stop_signalled() { return g_signals > 0; }
 
-bool checkpoint_asked() { return g_checkpoints != 0; }
-void take_checkpoint_request() { g_checkpoints = 0; }
+bool take_checkpoint_request() { return g_checkpoints.exchange(0) != 0; }
 
 GracefulStop::GracefulStop() { g_graceful = 1; }
 

@@ -13,8 +13,7 @@ void install_stop_handlers();
 bool stop_signalled();
 
 // SIGUSR1 asks for a checkpoint; without one under way it does nothing.
-bool checkpoint_asked();
-void take_checkpoint_request();
+bool take_checkpoint_request();  // true: one has come since the last call
 
 // While one lives, a first signal is a request. One at a time.
 class GracefulStop {

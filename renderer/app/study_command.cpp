@@ -5,15 +5,15 @@
 #include <algorithm>
 
 #include "renderer/app/convergence_command.h"
+#include "renderer/app/progress.h"
+#include "renderer/app/standard_output.h"
+#include "renderer/app/stop_signal.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
+#include "renderer/engine/worker_threads.h"
 #include "renderer/output/outputs.h"
-#include "renderer/process/progress.h"
-#include "renderer/process/standard_output.h"
-#include "renderer/process/stop_signal.h"
-#include "renderer/process/worker_threads.h"
-#include "renderer/study/study.h"
-#include "renderer/study/study_files.h"
+#include "renderer/statistics/study/files.h"
+#include "renderer/statistics/study/study.h"
 
 namespace emberline {
 namespace {

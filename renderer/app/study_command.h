@@ -1,7 +1,7 @@
 // emberline study: speed against error of several ways to render one frame.
 #pragma once
 
-#include "renderer/study/study_options.h"
+#include "renderer/statistics/study/options.h"
 
 namespace emberline {
 

@@ -5,6 +5,7 @@
 
 #include "renderer/core/errors.h"
 #include "renderer/core/option_values.h"
+#include "renderer/core/shortened.h"
 
 namespace emberline {
 namespace {
@@ -30,7 +31,7 @@ void throw_usage(const CLI::App& root, const CLI::ParseError& error) {
       throw UsageError(
           unknown_word_message("option", unknown.substr(0, unknown.find('=')), option_names(*app)));
     }
-    if (app != &root) throw UsageError("unexpected argument '{}'", unknown);
+    if (app != &root) throw UsageError("unexpected argument '{}'", shortened(unknown));
     std::vector<std::string> commands;
     for (const CLI::App* sub : root.get_subcommands(nullptr)) commands.push_back(sub->get_name());
     throw UsageError(unknown_word_message("command", unknown, commands));

@@ -3,7 +3,10 @@
 //
 // Every message is one line: what is wrong, where (file, JSON pointer), what to do.
 //
-// A message with arguments is formatted; one that is a text already is taken as it is, braces too.
+// A setting's name stands between backticks (setting_names.h).
+// A message with names or values from outside cuts them with shortened(); one that does not is cut
+// as a whole. A message with arguments is formatted; one that is a text already is taken as it is,
+// braces too.
 #pragma once
 
 #include <fmt/core.h>
@@ -11,6 +14,9 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
+
+#include "renderer/core/setting_names.h"
+#include "renderer/core/shortened.h"
 
 namespace emberline {
 
@@ -26,7 +32,7 @@ enum ExitCode : int {
 class EmberlineError : public std::runtime_error {
  public:
   EmberlineError(int exit_code, const std::string& message)
-      : std::runtime_error(message), exit_code_(exit_code) {}
+      : std::runtime_error(spelled(fitting(message))), exit_code_(exit_code) {}
   int exit_code() const { return exit_code_; }
 
  private:

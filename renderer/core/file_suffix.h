@@ -19,5 +19,6 @@ inline std::string lower_suffix(std::string_view path) {
 }
 
 inline bool is_exr(const std::string& path) { return lower_suffix(path) == ".exr"; }
+inline bool is_json(const std::string& path) { return path.ends_with(".json"); }
 
 }  // namespace emberline

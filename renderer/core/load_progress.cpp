@@ -55,7 +55,7 @@ LoadProgress& LoadProgress::unwatched() {
 void LoadProgress::throw_end() const {
   if (stop_.stop_requested()) throw Cancelled();
   throw LimitError(limits_.scene, "loading took longer than " +
-                                      readable_seconds(*limits_.timeout_s) + " (--load-timeout)");
+                                      readable_seconds(*limits_.timeout_s) + " (`load-timeout`)");
 }
 
 void LoadProgress::begin(LoadStage stage, uint64_t items) {

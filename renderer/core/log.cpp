@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "renderer/core/setting_names.h"
+#include "renderer/core/shortened.h"
 #include "renderer/core/utf8.h"
 
 namespace emberline {
@@ -39,9 +41,10 @@ LogState& state() {
   return s;
 }
 
-void write(LogKind kind, std::string_view prefix, std::string_view message) {
+void write(LogKind kind, std::string_view prefix, std::string_view whole) {
   LogState& s = state();
   const std::lock_guard lock(s.mutex);
+  const std::string message = spelled(fitting(whole));
   if (s.sink) return s.sink(kind, message);
   if (s.before) s.before();
   s.logger->log(spdlog::level::info, "{}{}", prefix, printable(message));
@@ -62,20 +65,21 @@ void set_log_sink(std::function<void(LogKind, std::string_view)> sink) {
 
 void log_error(std::string_view message) { write(LogKind::kError, "emberline: error: ", message); }
 
-void log_warning(std::string_view message) {
+void log_warning(std::string_view whole) {
+  const std::string message = spelled(fitting(whole));
   size_t count = 0;
   {
     LogState& s = state();
     const std::lock_guard lock(s.mutex);
     if (s.sink) return s.sink(LogKind::kWarning, message);
-    if (!s.warned.emplace(message).second) return;
-    s.warnings.emplace_back(message);
+    if (!s.warned.insert(message).second) return;
+    s.warnings.push_back(message);
     count = s.warnings.size();
   }
   if (g_level == LogLevel::kQuiet || count > kMostWarningsShown + 1) return;
   const bool shown = count <= kMostWarningsShown;
   write(LogKind::kWarning, "emberline: warning: ",
-        shown ? message : "there are more warnings; a --report has them all");
+        shown ? std::string_view(message) : "there are more warnings; a `report` has them all");
 }
 
 void log_info(std::string_view message) {

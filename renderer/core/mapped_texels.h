@@ -1,4 +1,5 @@
-// Texels of one image in a mapped file (io/texture_store.h), and the order in which they lie there.
+// Texels of one image in a mapped file (io/image/texture_store.h), and the order in which they lie
+// there.
 //
 // Order: squares of kTileSide, one row of squares after the other, so that a page of memory holds
 // what a surface shows together. A row of 4096 texels of 4 bytes is four pages; a square is one.

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "renderer/core/errors.h"
+#include "renderer/core/shortened.h"
 
 namespace emberline {
 
@@ -19,7 +20,7 @@ std::string list_names(const std::vector<Named>& list) {
   if (list.empty()) return "the file has none";
   std::string text = "the file has ";
   for (size_t i = 0; i < std::min(list.size(), kMost); ++i) {
-    text += fmt::format("{}{} '{}'", i ? ", " : "", i, list[i].name);
+    text += fmt::format("{}{} '{}'", i ? ", " : "", i, shortened(list[i].name));
   }
   return list.size() > kMost ? text + " and more" : text;
 }
@@ -35,7 +36,8 @@ size_t find_name_or_index(const char* what, const std::string& wanted,
   if (error == std::errc() && end == wanted.data() + wanted.size() && index < list.size()) {
     return index;
   }
-  throw UsageError(fmt::format("--{0}: no {0} '{1}'; {2}", what, wanted, list_names(list)));
+  throw UsageError(
+      fmt::format("`{0}`: no {0} '{1}'; {2}", what, shortened(wanted), list_names(list)));
 }
 
 }  // namespace emberline

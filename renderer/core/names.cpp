@@ -1,4 +1,5 @@
 #include "renderer/core/names.h"
+#include "renderer/core/shortened.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -37,7 +38,7 @@ std::string unknown_name_message(std::string_view kind, std::string_view name,
     }
   }
   const std::string hint = nearest.empty() ? "" : fmt::format(" (did you mean '{}'?)", nearest);
-  return fmt::format("unknown {} '{}'{}; valid names are {}", kind, name, hint,
+  return fmt::format("unknown {} '{}'{}; valid names are {}", kind, shortened(name), hint,
                      fmt::join(valid, ", "));
 }
 

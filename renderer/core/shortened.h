@@ -1,4 +1,4 @@
-// Foreign texts in messages.
+// Foreign texts in messages: none makes a message long.
 #pragma once
 
 #include <string>
@@ -11,6 +11,15 @@ inline std::string shortened(std::string_view text) {
   constexpr size_t kLongest = 80;
   if (text.size() <= kLongest) return std::string(text);
   return std::string(text.substr(0, kLongest)) + "...";
+}
+
+// A whole message. What is longer than any that this program has to say is cut in its middle: its
+// beginning says where, its end what to do.
+inline std::string fitting(std::string_view message) {
+  constexpr size_t kBeginning = 1500, kEnd = 500;
+  if (message.size() <= kBeginning + kEnd) return std::string(message);
+  std::string cut(message.substr(0, kBeginning));
+  return (cut += "...").append(message.substr(message.size() - kEnd));
 }
 
 }  // namespace emberline

@@ -8,6 +8,7 @@
 
 #include "renderer/core/constants.h"
 #include "renderer/core/parallel.h"
+#include "renderer/core/setting_names.h"
 #include "renderer/description/atmosphere.h"
 
 namespace emberline {
@@ -283,7 +284,7 @@ EnvironmentDescription clear_sky(const SkySettings& settings) {
   const double elevation = settings.elevation * kRadian, azimuth = settings.azimuth * kRadian;
 
   auto image = std::make_shared<Image>();
-  image->name = fmt::format("--sun {},{}", settings.elevation, settings.azimuth);
+  image->name = spelled(fmt::format("`sun` {},{}", settings.elevation, settings.azimuth));
   image->width = width;
   image->height = height;
   image->channels = 3;

@@ -44,9 +44,14 @@ void add_default_light(SceneDescription& scene) {
         const MaterialDescription* material = material_of(scene, placed);
         return !material || !material->unlit;
       });
-  if (has_light(scene) || !anything_lit) return;
+  // A frame that shows nothing for now is lit as those that do: what shines or is unlit needs none.
+  const bool hidden = scene.instances.empty() && scene.lights.empty() &&
+                      std::ranges::none_of(scene.materials, [](const MaterialDescription& m) {
+                        return m.unlit || emits(m);
+                      });
+  if (has_light(scene) || !(anything_lit || hidden)) return;
   log_warning(
-      "the scene has no light; using a plain white environment (--env FILE or --sun gives "
+      "the scene has no light; using a plain white environment (`env` FILE or `sun` gives "
       "another)");
   scene.environment = EnvironmentDescription{};
 }

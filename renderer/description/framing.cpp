@@ -50,7 +50,7 @@ double lens_radius(double f_stop, double fov_y_radians) {
 Mat44d look_at_matrix(const Vec3d& from, const Vec3d& at, const Vec3d& upwards) {
   Vec3d back = from - at;
   if (!(back.length2() > 0)) {
-    throw UsageError("--look-from and --look-at are the same point; move one of them");
+    throw UsageError("`look-from` and `look-at` are the same point; move one of them");
   }
   back.normalize();
   Vec3d right = upwards.normalized().cross(back);

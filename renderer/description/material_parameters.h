@@ -1,5 +1,5 @@
 // The parameters of a material that edits may replace, in one table: apply() (scene_edits.h), the
-// file of edits (io/edits_file.h) and the window's panel go by it. To add one: a member of
+// file of edits (io/json/edits_file.h) and the window's panel go by it. To add one: a member of
 // MaterialEdit and a row.
 #pragma once
 

@@ -30,8 +30,8 @@ enum class TexelType : uint8_t { kUint8, kUint16, kHalf, kFloat };
 
 // A decoded image in its file's own bit depth. Rows from the top; channels interleaved; alpha is
 // not premultiplied. `texels` holds width * height * channels values of `type`; or they lie in a
-// file that is mapped to memory (io/texture_store.h), in another order (mapped_texels.h), and it is
-// empty.
+// file that is mapped to memory (io/image/texture_store.h), in another order (mapped_texels.h), and
+// it is empty.
 struct Image {
   std::string name;  // for messages: URI or "#/images/3"
   int width = 0;
@@ -61,7 +61,6 @@ struct TextureRef {
 };
 
 // ---- materials
-// -----------------------------------------------------------------------------------
 
 enum class AlphaMode : uint8_t { kOpaque, kMask, kBlend };
 
@@ -150,7 +149,6 @@ inline bool has_tangent_space(const MaterialDescription& material) {
 }
 
 // ---- geometry
-// ------------------------------------------------------------------------------------
 
 // A box; empty (min > max) with nothing in it.
 struct WorldBounds {
@@ -254,7 +252,6 @@ struct LaterInstance {
 };
 
 // ---- lights and cameras
-// ----------------------------------------------------------------------------
 
 enum class PunctualType : uint8_t { kPoint, kSpot, kDirectional };
 
@@ -266,11 +263,14 @@ struct PunctualLightDescription {
   // Radians from the axis, 0 <= inner < outer <= pi/2; of cones that change the widest.
   float inner_cone = 0.0f;
   float outer_cone = 0.785398163f;
+  // Metres; beyond it a point light or spot gives no light. Of a range that changes the largest.
+  float range = std::numeric_limits<float>::infinity();
   Mat44d to_world;  // it shines along -Z (spot, directional)
   std::vector<Mat44d> motion = {};
   // See Motion; null: they do not change.
   std::shared_ptr<const TimeCurve<Rgb>> share = {};
   std::shared_ptr<const TimeCurve<Vec2f>> cones = {};  // inner and outer
+  std::shared_ptr<const TimeCurve<float>> range_share = {};
   std::shared_ptr<const ShownTimes> shown = {};
 };
 
@@ -279,10 +279,11 @@ inline bool shines(const PunctualLightDescription& light) { return !is_black(lig
 
 struct CameraDescription {
   std::string name;
+  std::string node = {};  // the name of the node that has it; empty: none
   bool orthographic = false;
   bool panorama = false;  // see camera.h; no file has one. Of the rest only where it is counts
   double fov_y = 0.8;     // radians, perspective
-  std::optional<double> aspect;  // width / height, perspective; absent: from the frame
+  std::optional<double> aspect;  // width / height; absent: from the frame
   double y_mag = 1.0;            // half the height, orthographic
   // Of whichever of the two counts; null: it does not change.
   std::shared_ptr<const TimeCurve<double>> zoom = {};
@@ -317,7 +318,6 @@ struct EnvironmentDescription {
 };
 
 // ---- the whole
-// -------------------------------------------------------------------------------------
 
 // An animation of the file: it may pose the scene (GltfOptions).
 struct AnimationDescription {
@@ -342,9 +342,11 @@ struct CoverageReport {
 struct LoadRepairs {
   uint64_t degenerate_triangles = 0;  // zero area or repeated vertices, dropped
   uint64_t non_finite_triangles = 0;  // a NaN or infinite vertex, dropped
-  uint64_t non_finite_texels = 0;     // NaN or infinite or negative texels set to 0 (or clamped)
-  uint64_t singular_instances = 0;    // transform without inverse, dropped
-  uint64_t replaced_images = 0;       // --lenient: undecodable, replaced by neutral colour
+  // Vertices with a NaN or infinite colour, normal, tangent or texture coordinate, replaced.
+  uint64_t non_finite_attributes = 0;
+  uint64_t non_finite_texels = 0;   // NaN or infinite or negative texels set to 0 (or clamped)
+  uint64_t singular_instances = 0;  // transform without inverse, dropped
+  uint64_t replaced_images = 0;     // --lenient: undecodable, replaced by neutral colour
 };
 
 // What edits count in: short lists, cheap to copy.

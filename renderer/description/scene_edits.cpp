@@ -9,6 +9,7 @@
 
 #include "renderer/core/constants.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/shortened.h"
 #include "renderer/description/default_light.h"
 #include "renderer/description/framing.h"
 #include "renderer/description/material_parameters.h"
@@ -20,10 +21,11 @@ template <class Named>
 std::string list_names(const char* what, const std::vector<Named>& list) {
   if (list.empty()) return fmt::format("the scene has no {}s", what);
   std::string text = fmt::format("the scene's {}s are ", what);
-  for (size_t i = 0; i < list.size(); ++i) {
-    text += fmt::format("{}{} '{}'", i ? ", " : "", i, list[i].name);
+  constexpr size_t kMost = 100;
+  for (size_t i = 0; i < std::min(list.size(), kMost); ++i) {
+    text += fmt::format("{}{} '{}'", i ? ", " : "", i, shortened(list[i].name));
   }
-  return text;
+  return list.size() > kMost ? text + " and more" : text;
 }
 
 [[noreturn]] void refuse(const std::string& place, const std::string& message) {
@@ -39,9 +41,21 @@ size_t find_target(const EditTarget& target, const char* what, const std::vector
     refuse(target.place, fmt::format("no {} {}; {}", what, target.index, listed));
   }
   const auto count = std::ranges::count(list, target.name, &Named::name);
-  if (count == 0) refuse(target.place, fmt::format("no {} '{}'; {}", what, target.name, listed));
+  if (count == 0)
+    refuse(target.place, fmt::format("no {} '{}'; {}", what, shortened(target.name), listed));
   refuse(target.place, fmt::format("{} {}s are called '{}', and \"index\" says which of them; {}",
-                                   count, what, target.name, listed));
+                                   count, what, shortened(target.name), listed));
+}
+
+// By its own name, or by that of its node where no camera has it and one node has.
+size_t find_camera(const EditTarget& target, const std::vector<CameraDescription>& cameras) {
+  const auto is_node = [&](const CameraDescription& camera) { return camera.node == target.name; };
+  if (!target.name.empty() && !find_entry(target, cameras) &&
+      std::ranges::count(cameras, target.name, &CameraDescription::name) == 0 &&
+      std::ranges::count_if(cameras, is_node) == 1) {
+    return size_t(std::ranges::find_if(cameras, is_node) - cameras.begin());
+  }
+  return find_target(target, "camera", cameras);
 }
 
 // A finite product: of a brightness near float's end more is the same.
@@ -98,8 +112,8 @@ void EditApplication::check_targets() {
   const auto found = [](const EditTarget& target, const char* what, const auto& list, auto& taken) {
     const size_t index = find_target(target, what, list);
     if (!taken.insert(index).second) {
-      refuse(target.place,
-             fmt::format("a second entry for {} {} '{}'", what, index, list[index].name));
+      refuse(target.place, fmt::format("a second entry for {} {} '{}'", what, index,
+                                       shortened(list[index].name)));
     }
     return index;
   };
@@ -145,13 +159,13 @@ void EditApplication::check_fits(const MaterialEdit& edit,
   if (edit.ior && material.ior == 0.0f) {
     refuse(edit.target.place, fmt::format("material '{}' reflects everything (index 0, or "
                                           "specular-glossiness) and has no \"ior\" to be edited",
-                                          material.name));
+                                          shortened(material.name)));
   }
   if (makes_anisotropic(edit) && !scene_.tangents_read && !has_tangent_space(material)) {
     refuse(edit.target.place, fmt::format("the scene was loaded without the tangents that "
                                           "\"anisotropy\" of material '{}' needs; open it anew "
                                           "with these edits",
-                                          material.name));
+                                          shortened(material.name)));
   }
 }
 
@@ -233,7 +247,8 @@ void edit_lens(const CameraEdit& edit, CameraDescription& camera) {
   }
   if (!edit.f_stop) return;
   if (camera.orthographic) {
-    refuse(edit.place, "camera '" + camera.name + "' is orthographic and has no \"f_stop\"");
+    refuse(edit.place,
+           "camera '" + shortened(camera.name) + "' is orthographic and has no \"f_stop\"");
   }
   if (!(camera.focus_distance > 0)) {
     refuse(edit.place, "\"f_stop\" needs a \"focus_distance\", or a \"look_at\" to focus on");
@@ -269,7 +284,7 @@ CameraDescription edited_camera(const SceneEdits& edits, const SceneDescription&
                                 CameraDescription camera) {
   const CameraEdit& edit = edits.camera;
   if (edit.camera) {
-    camera = description.cameras[find_target(*edit.camera, "camera", description.cameras)];
+    camera = description.cameras[find_camera(*edit.camera, description.cameras)];
     if (camera.fault) throw InputError(*camera.fault);
   }
   if (edit.look_from && edit.look_at) {
@@ -288,7 +303,8 @@ CameraDescription edited_camera(const SceneEdits& edits, const SceneDescription&
   if (edit.orthographic_height) make_orthographic(*edit.orthographic_height, camera);
   if (edit.fov_y_degrees) {
     if (camera.orthographic) {
-      refuse(edit.place, "camera '" + camera.name + "' is orthographic and has no \"fov_y\"");
+      refuse(edit.place,
+             "camera '" + shortened(camera.name) + "' is orthographic and has no \"fov_y\"");
     }
     camera.fov_y = *edit.fov_y_degrees * kPiD / 180.0;
     camera.zoom.reset();

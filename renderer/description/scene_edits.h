@@ -1,5 +1,5 @@
 // What an artist changes of a loaded scene without touching its file: view, lights, surroundings,
-// materials. Plain data; io/edits_file.h reads and writes it, apply() puts it into a
+// materials. Plain data; io/json/edits_file.h reads and writes it, apply() puts it into a
 // SceneDescription, EditableScene (editable_scene.h) into a scene that is already built.
 //
 // Edits say what differs from the file, so that no edits at all is the file as it is, and undo is

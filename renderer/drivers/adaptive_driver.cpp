@@ -459,8 +459,8 @@ void AdaptiveDriver::follow(int x, int y) {
   followed_from_ = planner_.round();
 }
 
-const RefinementTree* AdaptiveDriver::tree() const {
-  return settings_.keep_tree ? &*tree_ : nullptr;
+DriverFacts AdaptiveDriver::facts() const {
+  return {.tree = settings_.keep_tree ? &*tree_ : nullptr};
 }
 
 uint64_t AdaptiveDriver::bytes() const {

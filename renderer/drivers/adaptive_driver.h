@@ -65,15 +65,9 @@ class AdaptiveDriver final : public FrameDriver {
   void extend(Archive& finished, const FilmTile& film) override;
   uint64_t bytes() const override;
 
-  // What decided the number of the pixel's samples, in lines for people, or what does so far; at a
-  // pause, or in the end.
-  std::string explain(const FilmTile& film, int x, int y) const;
-  // At a pause: explain() will be asked about this pixel instead of the settings', and has to tell
-  // of it what happens from here on.
-  void follow(int x, int y);
-  // The tree by which the first samples were placed; null unless DriverSettings::keep_tree asked
-  // for it.
-  const RefinementTree* tree() const;
+  DriverFacts facts() const override;
+  std::string explain(const FilmTile& film, int x, int y) const override;
+  void follow(int x, int y) override;
 
   static FilmExtras film_extras(const AdaptiveSettings& settings);
   // What bytes() comes to, at most, a pixel.

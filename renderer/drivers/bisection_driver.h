@@ -30,10 +30,9 @@ class BisectionDriver final : public FrameDriver {
   PixelStop stop_so_far(const FilmTile& film, int x, int y) const override;
   void resolve(const FilmTile& film, std::span<float> rgba, const LightMix* mix) const override;
   void end(FilmTile& film, PixelStop cut_short) override;
-  // The last lattice of the first pass whose pixels all have samples; null before the first.
-  const PixelLattice* complete_lattice() const {
+  DriverFacts facts() const override {
     const size_t steps = coverage_.complete_steps;
-    return steps > 0 ? &first_.steps[steps - 1].complete : nullptr;
+    return {.lattice = steps > 0 ? &first_.steps[steps - 1].complete : nullptr};
   }
   void archive(Archive& archive, const FilmTile& film) override;
   void extend(Archive& finished, const FilmTile& film) override;

@@ -5,10 +5,11 @@
 #include <span>
 #include <vector>
 
+#include "renderer/core/names.h"
 #include "renderer/drivers/bisection_schedule.h"
+#include "renderer/drivers/driver_choices.h"
 #include "renderer/film/film.h"
 #include "renderer/film/light_mix.h"
-#include "renderer/frame/frame_settings.h"
 
 namespace emberline {
 

@@ -8,9 +8,10 @@
 #include <span>
 #include <vector>
 
+#include "renderer/core/names.h"
 #include "renderer/core/rect.h"
-#include "renderer/frame/frame_driver.h"
-#include "renderer/frame/frame_settings.h"
+#include "renderer/drivers/driver_choices.h"
+#include "renderer/drivers/frame_driver.h"
 
 namespace emberline {
 

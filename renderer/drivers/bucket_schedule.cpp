@@ -1,4 +1,4 @@
-#include "renderer/frame/bucket_schedule.h"
+#include "renderer/drivers/bucket_schedule.h"
 
 #include <algorithm>
 #include <bit>
@@ -120,10 +120,9 @@ std::vector<Rect> bucket_schedule(const Rect& crop, int bucket_size, BucketOrder
   std::vector<Rect> buckets;
   if (crop.empty()) return buckets;
   // A list of more would take longer to make and hold than the buckets save.
-  constexpr int64_t kMostBuckets = 1 << 24;
-  const int64_t size = bucket_size;
-  if ((crop.width() + size - 1) / size * ((crop.height() + size - 1) / size) > kMostBuckets) {
-    throw UsageError("--bucket-size: " + std::to_string(bucket_size) +
+  constexpr uint64_t kMostBuckets = 1 << 24;
+  if (bucket_count(crop, bucket_size) > kMostBuckets) {
+    throw UsageError("`bucket-size`: " + std::to_string(bucket_size) +
                      " would cut the frame into "
                      "more than 16777216 buckets; make them larger");
   }
@@ -151,6 +150,22 @@ std::vector<Rect> bucket_schedule(const Rect& crop, int bucket_size, BucketOrder
     buckets.push_back(Rect{x, y, x + bucket_size, y + bucket_size}.intersect(crop));
   }
   return buckets;
+}
+
+uint64_t bucket_count(const Rect& crop, int bucket_size) {
+  const int64_t size = bucket_size;
+  return uint64_t((crop.width() + size - 1) / size * ((crop.height() + size - 1) / size));
+}
+
+// While the order is made: a step of the curve and a cell, or a cell and the bucket, of each; then
+// the buckets twice, an error and a count. An output adds where its tiles are.
+uint64_t bucket_list_bytes(const Rect& crop, int bucket_size) {
+  constexpr uint64_t kBytes = 48;
+  return kBytes * bucket_count(crop, bucket_size);
+}
+
+int tile_of_buckets(int bucket_size, int least) {
+  return bucket_size * ((least + bucket_size - 1) / bucket_size);
 }
 
 BucketsAtWork buckets_at_work(const Rect& crop, int bucket_size, int threads) {

@@ -9,10 +9,9 @@
 
 #include "renderer/core/names.h"
 #include "renderer/core/rect.h"
+#include "renderer/drivers/driver_choices.h"
 
 namespace emberline {
-
-enum class BucketOrder { kHilbert, kSpiral, kScanline, kRandom };
 
 std::span<const NamedValue<BucketOrder>> bucket_order_table();
 
@@ -25,6 +24,14 @@ std::span<const NamedValue<BucketOrder>> bucket_order_table();
 // Throws UsageError for more than 2^24 buckets.
 std::vector<Rect> bucket_schedule(const Rect& crop, int bucket_size, BucketOrder order,
                                   uint32_t seed);
+
+// How many that are, or would be, and what the lists of them take that a frame makes on its way.
+uint64_t bucket_count(const Rect& crop, int bucket_size);
+uint64_t bucket_list_bytes(const Rect& crop, int bucket_size);
+
+// The side of a tile of whole buckets: the least multiple of the bucket size that has `least`
+// pixels.
+int tile_of_buckets(int bucket_size, int least);
 
 // Of one of these buckets, by rows, whatever their order.
 size_t bucket_number(const Rect& crop, const Rect& bucket, int bucket_size);

@@ -3,10 +3,15 @@
 #include "renderer/core/names.h"
 #include "renderer/drivers/adaptive_driver.h"
 #include "renderer/drivers/bisection_driver.h"
+#include "renderer/drivers/bucket_schedule.h"
 #include "renderer/drivers/uniform_driver.h"
 
 namespace emberline {
 namespace {
+
+// Our choice: a frame of 4096x4096 pixels has 65536 of these tiles, and buckets of 16 pixels and
+// more stay as they are.
+constexpr int kLeastTile = 16;
 
 bool has_threshold(const DriverSettings& settings) { return settings.adaptive.threshold > 0.0f; }
 
@@ -51,7 +56,11 @@ constexpr DriverEntry kDrivers[] = {
 std::span<const DriverEntry> driver_table() { return kDrivers; }
 
 const DriverEntry& find_driver(std::string_view name) {
-  return find_named(kDrivers, "--driver", "driver", name);
+  return find_named(kDrivers, "`driver`", "driver", name);
+}
+
+int tile_size(const DriverEntry& driver, int bucket_size) {
+  return driver.tiles ? bucket_size : tile_of_buckets(bucket_size, kLeastTile);
 }
 
 FilmExtras film_extras(const DriverEntry& driver, const DriverSettings& settings) {
@@ -64,7 +73,7 @@ FilmExtras film_extras(const DriverEntry& driver, const DriverSettings& settings
 DriverFactory driver_factory(std::string_view driver, const DriverSettings& settings) {
   const DriverEntry& entry = find_driver(driver);
   return {.tiles = entry.tiles,
-          .tile_size = settings.bucket_size,
+          .tile_size = tile_size(entry, settings.bucket_size),
           .tile_order = settings.bucket_order,
           .part = settings.part,
           .film_extras = film_extras(entry, settings),

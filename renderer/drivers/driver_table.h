@@ -2,14 +2,15 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string_view>
 
 #include "renderer/drivers/adaptive/round_planner.h"
-#include "renderer/frame/frame_render.h"
-#include "renderer/frame/frame_settings.h"
+#include "renderer/drivers/frame.h"
+#include "renderer/drivers/frame_driver.h"
 
 namespace emberline {
 
@@ -20,9 +21,9 @@ struct DriverSettings {
   BisectionAxis bisection_axis = BisectionAxis::kBoth;
   Reconstruction reconstruction = Reconstruction::kDuplicate;
   AdaptiveSettings adaptive = {};
-  std::optional<Vec2i> explained = {};  // the pixel that AdaptiveDriver::explain is asked about
+  std::optional<Vec2i> explained = {};  // the pixel that FrameDriver::explain is asked about
   bool extending = false;               // a frame that had fewer samples; its pilot is done
-  bool keep_tree = false;               // AdaptiveDriver::tree will be asked for
+  bool keep_tree = false;               // DriverFacts::tree will be asked for
   int cryptomattes = 0, cryptomatte_levels = 0;  // FilmExtras'
 };
 
@@ -44,6 +45,23 @@ std::span<const DriverEntry> driver_table();
 
 // Throws UsageError that lists the valid names.
 const DriverEntry& find_driver(std::string_view name);
+
+// The sides of the tiles that the frame is handed on in, and that its EXR has: buckets. A driver
+// that has the whole frame at once joins small ones, since each tile costs an output some time.
+int tile_size(const DriverEntry& driver, int bucket_size);
+
+// What a frame's drivers are made by.
+struct DriverFactory {
+  // One for each tile, which is finished and let go before the next; else one for the crop, whose
+  // picture is there all the time.
+  bool tiles = false;
+  int tile_size = 64;  // pixels; also of what is delivered of a whole crop
+  BucketOrder tile_order = BucketOrder::kHilbert;
+  FramePart part = {};  // of the tiles
+  FilmExtras film_extras = {};
+  uint64_t bytes_per_pixel = 0;  // of a driver beside the film, at most
+  std::function<std::unique_ptr<FrameDriver>(const Frame& frame, const Rect& pixels)> create;
+};
 
 // What the driver's film holds, but for light groups.
 FilmExtras film_extras(const DriverEntry& driver, const DriverSettings& settings);

@@ -1,6 +1,12 @@
-#include "renderer/frame/frame.h"
+#include "renderer/drivers/frame.h"
+
+#include <fmt/format.h>
 
 #include <tuple>
+
+#include "integrators/path_media.h"
+#include "renderer/core/log.h"
+#include "renderer/core/readable.h"
 
 namespace emberline {
 
@@ -11,6 +17,29 @@ bool comes_before(const NonFiniteSample& a, const NonFiniteSample& b) {
 }
 
 }  // namespace
+
+void warn_of_optics(const OpticsCounters& c) {
+  if (c.rays_ended_at_walls > 0) {
+    log_warning(
+        fmt::format("{} rays were ended after {} panes in a row: what is behind them is too dark",
+                    c.rays_ended_at_walls, kMostWalls));
+  }
+  if (c.solids_forgotten > 0) {
+    log_warning(fmt::format(
+        "{} times a path went into more than {} solids at once: it forgot the outermost of them, "
+        "and light bends wrongly there",
+        c.solids_forgotten, Interior::kMost));
+  }
+  constexpr double kWorthAWord = 1e-3;
+  if (c.blocked_share() >= kWorthAWord) {
+    log_warning(fmt::format(
+        "{} of the light samples of point, spot and directional lights were blocked by "
+        "smooth "
+        "solid glass alone: what such lights shine on through it stays dark. Light with emissive "
+        "surfaces or an environment there, or give the glass a thicknessFactor of 0",
+        readable_percent(c.blocked_share())));
+  }
+}
 
 FrameCounters Frame::no_counts() const {
   FrameCounters counters;
@@ -31,6 +60,7 @@ void FrameCounters::merge(const FrameCounters& other) {
   samples += other.samples;
   non_finite_samples += other.non_finite_samples;
   clamped.merge(other.clamped);
+  optics.merge(other.optics);
   located.insert(located.end(), other.located.begin(), other.located.end());
   std::ranges::sort(located, comes_before);
   if (located.size() > kLocatedLimit) located.resize(kLocatedLimit);
@@ -38,8 +68,9 @@ void FrameCounters::merge(const FrameCounters& other) {
 
 void FrameCounters::archive(Archive& archive) {
   constexpr uint64_t kMost = UINT64_MAX / 4;  // sums of a few stay numbers
-  for (uint64_t* count :
-       {&rays.camera, &rays.scatter, &rays.shadow, &samples, &non_finite_samples}) {
+  for (uint64_t* count : {&rays.camera, &rays.scatter, &rays.shadow, &samples, &non_finite_samples,
+                          &optics.rays_ended_at_walls, &optics.solids_forgotten,
+                          &optics.point_light_samples, &optics.blocked_by_glass}) {
     archive.number(*count, uint64_t(0), kMost);
   }
   archive.number(min_samples, 0u, UINT32_MAX);

@@ -11,6 +11,7 @@
 #include "renderer/film/clamped_light.h"
 #include "renderer/film/film.h"
 #include "renderer/film/filter.h"
+#include "renderer/scene/camera_solids.h"
 #include "renderer/scene/cryptomatte_ids.h"
 #include "renderer/scene/empty_pixels.h"
 #include "renderer/scene/surface_roles.h"
@@ -48,7 +49,8 @@ struct FrameCounters {
   std::vector<NonFiniteSample> located;       // the first few, in (y, x, sample) order
   uint32_t min_samples = 0, max_samples = 0;  // per pixel of the crop
   ClampedLight clamped;                       // by --clamp-indirect
-  bool stopped = false;                       // by the stop token, before the work was done
+  OpticsCounters optics;
+  bool stopped = false;  // by the stop token, before the work was done
 
   static constexpr size_t kLocatedLimit = 16;
   void locate(const NonFiniteSample& sample);
@@ -57,6 +59,9 @@ struct FrameCounters {
   // All but `stopped`.
   void archive(Archive& archive);
 };
+
+// Says what glass has kept from the picture, if anything.
+void warn_of_optics(const OpticsCounters& counters);
 
 // All that is constant while a frame renders. Refers to things that must outlive it.
 struct Frame {
@@ -87,6 +92,8 @@ struct Frame {
   const SurfaceRoles* roles = nullptr;
   // Whose camera rays are not traced; null: all are.
   std::shared_ptr<const EmptyPixels> empty_pixels;
+  // What the camera stands in; null: no solid.
+  std::shared_ptr<const CameraSolids> camera_solids;
   // Those of SampleBatch; null: none.
   std::shared_ptr<const LightGuide> guide, catcher_guide;
 

@@ -1,4 +1,4 @@
-#include "renderer/frame/frame_driver.h"
+#include "renderer/drivers/frame_driver.h"
 
 #include "renderer/core/parallel.h"
 

@@ -1,5 +1,5 @@
 // A frame driver decides which pixel gets its next samples. It is no more than these decisions, as
-// data: FrameRender (frame_render.h) carries them out, pauses, and tells the observer. Drivers are
+// data: FrameRender (renderer/engine) carries them out, pauses, and tells the observer. Drivers are
 // interchangeable: for equal sample counts they produce equal bits (law 2), because every sample is
 // a pure function of the frame (law 1) and each pixel's samples are added in index order by one
 // owner.
@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <stop_token>
+#include <string>
 #include <vector>
 
 #include "renderer/core/archive.h"
@@ -16,6 +17,9 @@
 #include "renderer/film/light_mix.h"
 
 namespace emberline {
+
+struct PixelLattice;
+class RefinementTree;
 
 // Samples [first_sample, first_sample + sample_count) of a pixel.
 struct PixelWork {
@@ -41,6 +45,14 @@ struct RenderedParts {
   bool complete = true;  // false: a stop request came before all was done; the parts after `end`
                          // have not begun, and of those before only these may lack samples
   std::span<const size_t> cut_short = {};
+};
+
+// What some drivers know of a frame beside its film, at a pause or after the last round.
+struct DriverFacts {
+  // By which the first samples were placed, if DriverSettings::keep_tree asked for it.
+  const RefinementTree* tree = nullptr;
+  // Of an incomplete frame: the finest lattice whose pixels all have samples.
+  const PixelLattice* lattice = nullptr;
 };
 
 // Of one film: the crop's, or a tile's. Of each round that next() gives, rendered() is told all
@@ -75,6 +87,13 @@ class FrameDriver {
   virtual void resolve(const FilmTile& film, std::span<float> rgba, const LightMix* mix) const;
   // resolve() has something else to show than the film's means, also where that has samples.
   virtual bool shows_other_means() const { return false; }
+  virtual DriverFacts facts() const { return {}; }
+  // What decided the number of the pixel's samples, in lines for people, or what does so far; at a
+  // pause, or in the end. Empty: nothing is decided by pixel.
+  virtual std::string explain(const FilmTile& /*film*/, int /*x*/, int /*y*/) const { return {}; }
+  // At a pause: explain() will be asked about this pixel instead of the settings', and has to tell
+  // of it what happens from here on.
+  virtual void follow(int /*x*/, int /*y*/) {}
   // After the last round: writes into the film why each pixel stopped, those that a stop request
   // cut short because of `cut_short`, and what else looks at every pixel once more.
   virtual void end(FilmTile& film, PixelStop cut_short) = 0;

@@ -1,8 +1,8 @@
 // The same number of samples for every pixel, row by row.
 #pragma once
 
-#include "renderer/frame/frame.h"
-#include "renderer/frame/frame_driver.h"
+#include "renderer/drivers/frame.h"
+#include "renderer/drivers/frame_driver.h"
 
 namespace emberline {
 

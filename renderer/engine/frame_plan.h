@@ -8,9 +8,9 @@
 #include "integrators/integrator.h"
 #include "renderer/core/rect.h"
 #include "renderer/drivers/driver_table.h"
+#include "renderer/drivers/frame.h"
+#include "renderer/engine/frame_settings.h"
 #include "renderer/film/filter.h"
-#include "renderer/frame/frame.h"
-#include "renderer/frame/frame_settings.h"
 #include "renderer/scene/build_scene.h"
 #include "samplers/sampler.h"
 

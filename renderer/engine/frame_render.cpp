@@ -1,4 +1,4 @@
-#include "renderer/frame/frame_render.h"
+#include "renderer/engine/frame_render.h"
 
 #include <fmt/format.h>
 #include <tbb/task_arena.h>
@@ -12,9 +12,9 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/flush_denormals.h"
 #include "renderer/core/parallel.h"
-#include "renderer/frame/bucket_schedule.h"
-#include "renderer/frame/render_worker.h"
-#include "renderer/frame/shared_tiles.h"
+#include "renderer/drivers/bucket_schedule.h"
+#include "renderer/engine/render_worker.h"
+#include "renderer/engine/shared_tiles.h"
 
 namespace emberline {
 namespace {
@@ -313,7 +313,7 @@ void FrameRender::save_tile(const Rect& crop, FrameDriver& driver, FilmTile& fil
   store_->save(bucket_number(crop, film.rect(), drivers_.tile_size), state);
 }
 
-// With what a frame of fewer samples has of it.
+// With what a frame of fewer samples has of it, where that can be used.
 std::unique_ptr<FrameDriver> FrameRender::begin_tile(Loop& loop, const Rect& tile, FilmTile& film,
                                                      TileResult& result) {
   film.reset(tile);
@@ -322,11 +322,18 @@ std::unique_ptr<FrameDriver> FrameRender::begin_tile(Loop& loop, const Rect& til
   const auto finished = store_->load_finished(
       bucket_number(loop.frame.crop, tile, drivers_.tile_size), most_of_state(film.bytes()));
   if (!finished) return driver;
-  Archive loading{std::span<const std::byte>(*finished)};
-  result.archive(loading);
-  film.archive(loading);
-  film.show_means();
-  driver->extend(loading, film);
+  try {
+    Archive loading{std::span<const std::byte>(*finished)};
+    result.archive(loading);
+    film.archive(loading);
+    film.show_means();
+    driver->extend(loading, film);
+  } catch (const InputError&) {
+    store_->unusable(true);
+    result = {.counters = loop.frame.no_counts()};
+    film.reset(tile);
+    return drivers_.create(loop.frame, tile);
+  }
   loop.observer.samples_loaded(result.counters.samples);
   return driver;
 }
@@ -347,6 +354,7 @@ bool FrameRender::load_tile(Loop& loop, const Rect& tile, FilmTile& film, TileRe
     loading.check(driver->finished());
     loading.end();
   } catch (const InputError&) {
+    store_->unusable(false);
     result = {.counters = loop.frame.no_counts()};
     return false;
   }
@@ -358,6 +366,10 @@ uint64_t FrameRender::bytes_per_pixel(const AovSet& aovs) const {
   return drivers_.tiles
              ? 0
              : film_bytes_per_pixel(aovs, drivers_.film_extras) + drivers_.bytes_per_pixel;
+}
+
+uint64_t shown_layer_bytes_per_pixel(size_t layers) {
+  return layers * sizeof(Rgb) + (layers > 0 ? 4 * sizeof(float) : 0);
 }
 
 uint64_t FrameRender::tile_bytes_per_pixel(const AovSet& aovs) const {
@@ -428,7 +440,7 @@ void reset_film(const Rect& crop, FilmTile* film) {
     film->reset(crop);
   } catch (const std::bad_alloc&) {
     throw RenderError(
-        fmt::format("not enough memory to hold a film of {}x{} pixels; --driver bucket needs no "
+        fmt::format("not enough memory to hold a film of {}x{} pixels; `driver` bucket needs no "
                     "more for a larger frame",
                     crop.width(), crop.height()));
   }

@@ -13,29 +13,15 @@
 #include <vector>
 
 #include "renderer/core/archive.h"
-#include "renderer/frame/bucket_schedule.h"
-#include "renderer/frame/frame.h"
-#include "renderer/frame/frame_driver.h"
-#include "renderer/frame/frame_observer.h"
-#include "renderer/frame/frame_settings.h"
+#include "renderer/drivers/driver_table.h"
+#include "renderer/drivers/frame.h"
+#include "renderer/drivers/frame_driver.h"
+#include "renderer/engine/frame_observer.h"
 
 namespace emberline {
 
 class RenderWorker;
 class TileOwner;
-
-// What a frame's drivers are made by (driver_factory() in driver_table.h).
-struct DriverFactory {
-  // One for each tile, which is finished and let go before the next; else one for the crop, whose
-  // picture is there all the time.
-  bool tiles = false;
-  int tile_size = 64;  // pixels; also of what is delivered of a whole crop
-  BucketOrder tile_order = BucketOrder::kHilbert;
-  FramePart part = {};  // of the tiles
-  FilmExtras film_extras = {};
-  uint64_t bytes_per_pixel = 0;  // of a driver beside the film, at most
-  std::function<std::unique_ptr<FrameDriver>(const Frame& frame, const Rect& pixels)> create;
-};
 
 // What becomes of a tile beside its film.
 struct TileResult {
@@ -59,6 +45,8 @@ class TileStore {
   virtual std::optional<std::vector<std::byte>> load_finished(size_t /*tile*/, uint64_t /*most*/) {
     return std::nullopt;
   }
+  // What load() or load_finished() gave cannot be used: the tile is rendered.
+  virtual void unusable(bool /*finished*/) {}
 };
 
 // One frame with one driver. A driver of tiles hands them to the observer as they are finished, and
@@ -95,9 +83,10 @@ class FrameRender final : public FramePicture {
   std::optional<double> error_estimate() const;
   // The frame as it can be shown, from the first pause on; null if nothing is kept.
   const FramePicture* picture() const { return driver_ ? this : nullptr; }
-  // Likewise, for what only one kind of driver can tell, at pauses and after render().
-  FrameDriver* driver() { return driver_.get(); }
-  const FrameDriver* driver() const { return driver_.get(); }
+  // The driver's, while picture() is there.
+  DriverFacts facts() const { return driver_->facts(); }
+  std::string explain(int x, int y) const { return driver_->explain(*film_, x, y); }
+  void follow(int x, int y) { driver_->follow(x, y); }
   // Tiles are handed on, and nothing is kept.
   bool by_tiles() const { return drivers_.tiles; }
   // A time limit ends a frame as --spp does, but where the driver finishes it part by part: then
@@ -155,6 +144,10 @@ std::optional<double> error_of_tiles(std::span<const Rect> tiles,
                                      std::span<const std::optional<double>> errors);
 
 // What a film holds of a pixel, in bytes, and deliver() on top where it fills in.
+// What deliver() takes of a film whose pixels do not all have a sample, for so many layers or
+// lights: each as it is shown, and a picture that they are taken from.
+uint64_t shown_layer_bytes_per_pixel(size_t layers);
+
 uint64_t film_bytes_per_pixel(const AovSet& aovs, const FilmExtras& extras);
 
 // Makes the film ready for the crop. Throws RenderError if there is not the memory for it.

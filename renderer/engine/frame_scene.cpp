@@ -1,20 +1,22 @@
-#include "renderer/frame/frame_scene.h"
+#include "renderer/engine/frame_scene.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <utility>
 
-#include "io/edits_file.h"
-#include "io/gltf.h"
+#include "io/gltf/gltf_file.h"
+#include "io/json/edits_file.h"
 #include "renderer/core/constants.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/core/name_or_index.h"
+#include "renderer/core/setting_names.h"
+#include "renderer/core/shortened.h"
 #include "renderer/description/framing.h"
 #include "renderer/film/film.h"
-#include "renderer/frame/scene_file.h"
 #include "renderer/scene/build_scene.h"
 
 namespace emberline {
@@ -27,15 +29,43 @@ void check_cameras(const SceneDescription& scene, const CameraDescription* chose
   const auto first = std::ranges::find_if(scene.cameras, broken);
   if (first == scene.cameras.end()) return;
   const auto more = std::count_if(first + 1, scene.cameras.end(), broken);
-  log_warning(fmt::format("{}; camera '{}' cannot be chosen{}", first->fault->what(), first->name,
+  log_warning(fmt::format("{}; camera '{}' cannot be chosen{}", first->fault->what(),
+                          shortened(first->name),
                           more > 0 ? fmt::format(" (nor can {} others)", more) : ""));
+}
+
+// The first that fits, with a warning where others do, too.
+size_t find_camera(const std::string& wanted, const std::vector<CameraDescription>& cameras) {
+  const std::vector<size_t> fits = cameras_called(wanted, cameras);
+  std::string listed;
+  constexpr size_t kMostListed = 100;
+  const auto list = [&](size_t i) {
+    const CameraDescription& camera = cameras[i];
+    listed += fmt::format("{}{} '{}'", listed.empty() ? "" : ", ", i, shortened(camera.name));
+    if (!camera.node.empty() && camera.node != camera.name) {
+      listed += fmt::format(" (node '{}')", shortened(camera.node));
+    }
+  };
+  if (fits.empty()) {
+    for (size_t i = 0; i < std::min(cameras.size(), kMostListed); ++i) list(i);
+    throw UsageError(fmt::format("`camera`: no camera '{}'; the file has {}{}", shortened(wanted),
+                                 cameras.empty() ? "none" : listed,
+                                 cameras.size() > kMostListed ? " and more" : ""));
+  }
+  if (fits.size() > 1) {
+    for (size_t i = 0; i < std::min(fits.size(), kMostListed); ++i) list(fits[i]);
+    log_warning(fmt::format(
+        "`camera`: '{}' fits several: {}{}; {} is taken, an index chooses another",
+        shortened(wanted), listed, fits.size() > kMostListed ? " and more" : "", fits.front()));
+  }
+  return fits.front();
 }
 
 CameraDescription choose_view(const FrameSettings& settings, const SceneDescription& scene) {
   const double aspect = double(settings.width) / settings.height;
   CameraDescription camera;
   if (!settings.camera.empty()) {
-    camera = scene.cameras[find_name_or_index("camera", settings.camera, scene.cameras)];
+    camera = scene.cameras[find_camera(settings.camera, scene.cameras)];
     check_cameras(scene, &camera);
   } else if (settings.look_from || scene.cameras.empty()) {
     check_cameras(scene, nullptr);
@@ -46,7 +76,7 @@ CameraDescription choose_view(const FrameSettings& settings, const SceneDescript
     check_cameras(scene, &camera);
   }
   if (settings.look_from) {
-    camera.name = "--look-from";
+    camera.name = spelled("`look-from`");
     if (settings.fov_y) camera.orthographic = false;
     const Vec3d ahead = *settings.look_from + Vec3d(0, 0, -1);
     camera.to_world = look_at_matrix(*settings.look_from, settings.look_at.value_or(ahead));
@@ -56,16 +86,17 @@ CameraDescription choose_view(const FrameSettings& settings, const SceneDescript
   }
   if (camera.aspect && !settings.look_from && !settings.panorama &&
       std::abs(*camera.aspect / aspect - 1.0) > 0.01) {
-    // The vertical angle rules, as glTF has it; what is seen at the sides differs.
+    // The vertical angle or height rules, as glTF has it; what is seen at the sides differs.
+    const double width = std::clamp(settings.height * *camera.aspect, 1.0, 1e6);
     log_info(fmt::format(
         "camera '{}' was made for {:.3g} : 1, the frame has {:.3g} : 1; "
-        "--size {}x{} would match",
-        camera.name, *camera.aspect, aspect,
-        std::max(1, int(std::lround(settings.height * *camera.aspect))), settings.height));
+        "`size` {}x{} would match",
+        shortened(camera.name), *camera.aspect, aspect, std::lround(width), settings.height));
   }
   if (settings.fov_y) {
     if (camera.orthographic) {
-      throw UsageError("--fov-y: camera '" + camera.name + "' is orthographic and has no angle");
+      throw UsageError("`fov-y`: camera '" + shortened(camera.name) +
+                       "' is orthographic and has no angle");
     }
     camera.fov_y = *settings.fov_y * kPiD / 180.0;
     camera.zoom.reset();
@@ -80,10 +111,11 @@ void apply_lens(const FrameSettings& settings, CameraDescription& camera) {
   if (settings.focus_distance) camera.focus_distance = *settings.focus_distance;
   if (!settings.f_stop) return;
   if (camera.orthographic) {
-    throw UsageError("--f-stop: camera '" + camera.name + "' is orthographic and has no lens");
+    throw UsageError("`f-stop`: camera '" + shortened(camera.name) +
+                     "' is orthographic and has no lens");
   }
   if (!(camera.focus_distance > 0)) {
-    throw UsageError("--f-stop: what shall be sharp? Give --focus-distance, or --look-at");
+    throw UsageError("`f-stop`: what shall be sharp? Give `focus-distance`, or `look-at`");
   }
   camera.lens_radius = lens_radius(*settings.f_stop, camera.fov_y);
 }
@@ -138,7 +170,7 @@ SceneEdits load_edits(const FrameSettings& settings, const LoadProgress& progres
 
 std::optional<double> chosen_time(const FrameSettings& settings) {
   if (settings.time && settings.frame) {
-    throw UsageError("--time and --frame both say when; leave one of them out");
+    throw UsageError("`time` and `frame` both say when; leave one of them out");
   }
   if (settings.frame) return *settings.frame / settings.fps;
   return settings.time;
@@ -178,11 +210,6 @@ GltfOptions load_options(const FrameSettings& settings) {
   return options;
 }
 
-SceneDescription load_scene(const FrameSettings& settings, LoadProgress& progress, bool variants,
-                            bool tangents) {
-  return SceneFile(settings, progress, variants, tangents).pose(settings, {}, progress);
-}
-
 void choose_variant(const FrameSettings& settings, const SceneDescription& scene,
                     SceneEdits& edits) {
   if (settings.variant.empty()) return;
@@ -190,7 +217,24 @@ void choose_variant(const FrameSettings& settings, const SceneDescription& scene
     log_info("the variant is the command line's, and not that of " + edits.variant->place);
   }
   const size_t index = find_name_or_index("variant", settings.variant, scene.variants);
-  edits.variant = EditTarget{scene.variants[index].name, int(index), "--variant"};
+  edits.variant = EditTarget{scene.variants[index].name, int(index), "`variant`"};
+}
+
+std::vector<size_t> cameras_called(const std::string& wanted,
+                                   const std::vector<CameraDescription>& cameras) {
+  std::vector<size_t> fits;
+  for (size_t i = 0; i < cameras.size(); ++i) {
+    if (cameras[i].name == wanted) fits.push_back(i);
+  }
+  for (size_t i = 0; i < cameras.size(); ++i) {
+    if (cameras[i].node == wanted && cameras[i].name != wanted) fits.push_back(i);
+  }
+  size_t index = 0;
+  const char* const end = wanted.data() + wanted.size();
+  const auto [last, error] = std::from_chars(wanted.data(), end, index);
+  const bool is_index = error == std::errc() && last == end && index < cameras.size();
+  if (fits.empty() && is_index) fits.push_back(index);
+  return fits;
 }
 
 CameraDescription choose_camera(const FrameSettings& settings, const SceneDescription& scene) {

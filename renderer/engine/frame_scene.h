@@ -4,12 +4,12 @@
 #include <optional>
 #include <string>
 
-#include "io/gltf.h"
+#include "io/gltf/gltf_file.h"
 #include "renderer/core/load_progress.h"
 #include "renderer/description/framing.h"
 #include "renderer/description/scene_description.h"
 #include "renderer/description/scene_edits.h"
-#include "renderer/frame/frame_settings.h"
+#include "renderer/engine/frame_settings.h"
 #include "renderer/scene/camera.h"
 #include "renderer/scene/scene.h"
 
@@ -34,13 +34,6 @@ GltfOptions load_options(const FrameSettings& settings);
 // Of a picture whose texels had to be repaired: says so, once.
 void warn_of_repaired(const std::string& file, uint64_t texels);
 
-// Loads the scene, puts the environment of the settings into it. `variants` and `tangents` as in
-// GltfOptions, for those who edit it (need_tangents() in scene_edits.h); where the settings choose
-// a variant, they are read in any case. Throws InputError, and Cancelled.
-SceneDescription load_scene(const FrameSettings& settings,
-                            LoadProgress& progress = LoadProgress::unwatched(),
-                            bool variants = true, bool tangents = false);
-
 // The variant that the settings choose takes the place of that of `edits`. Throws UsageError that
 // lists the file's.
 void choose_variant(const FrameSettings& settings, const SceneDescription& scene,
@@ -49,6 +42,10 @@ void choose_variant(const FrameSettings& settings, const SceneDescription& scene
 // The camera that the settings choose, and the lens on it. Throws UsageError that lists the file's
 // cameras.
 CameraDescription choose_camera(const FrameSettings& settings, const SceneDescription& scene);
+// The cameras that --camera may mean: those of that name, then those whose node has it, else the
+// one of that index.
+std::vector<size_t> cameras_called(const std::string& wanted,
+                                   const std::vector<CameraDescription>& cameras);
 // The same with edits: theirs, unless the command line asks for a view of its own; the command
 // line's lens goes onto either. Throws InputError for edits that do not fit the scene.
 CameraDescription choose_camera(const FrameSettings& settings, const SceneDescription& scene,

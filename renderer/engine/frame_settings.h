@@ -6,37 +6,18 @@
 #include <optional>
 #include <string>
 
-#include "io/exr_writer.h"
+#include "io/exr/writer.h"
 #include "renderer/core/rect.h"
 #include "renderer/core/vector.h"
+#include "renderer/drivers/driver_choices.h"
 #include "renderer/film/filter.h"
-#include "renderer/frame/bucket_schedule.h"
 #include "renderer/scene/embree_isa.h"
 
 namespace emberline {
 
-// The most samples of a pixel. The film's sums are exact beyond it, and the `samples` channel, a
-// float on its way to the file, counts to 2^24 exactly.
-inline constexpr uint32_t kMaxSamples = 1u << 24;
-
-// Which lines `bisection` halves the frame by: whole rows, whole columns, or both in turn.
-enum class BisectionAxis { kRows, kColumns, kBoth };
-
-// What a pixel without samples shows.
-enum class Reconstruction { kDuplicate, kLinear };
-
-// In what units an error counts (drivers/adaptive/error_metric.h).
-enum class ErrorMetric { kMse, kRelMse, kDisplay, kDenoised };
-
 // Where light samples go: by each light alone, or to those kinds of light that arrive, and where
 // little of the environment is seen towards what is (renderer/scene/light_survey.h).
 enum class EnvironmentSampling { kGuided, kByLight };
-
-// Every `count`-th tile of the driver's order, from the `index`-th on, 1 the first.
-struct FramePart {
-  uint32_t index = 1, count = 1;
-  bool operator==(const FramePart&) const = default;
-};
 
 // Samples [first, end) of each pixel.
 struct SampleSpan {

@@ -1,8 +1,8 @@
-#include "renderer/frame/half_layers.h"
+#include "renderer/engine/half_layers.h"
 
 #include <algorithm>
 
-#include "io/exr_writer.h"
+#include "io/exr/writer.h"
 #include "renderer/core/names.h"
 #include "renderer/core/option_values.h"
 
@@ -12,7 +12,7 @@ namespace {
 // Not what is counted, an id, or what `denoise` reads.
 constexpr HalfLayer kLayers[] = {
     {"RGBA", "the picture"},
-    {"albedo", "of --aov, as the next seven"},
+    {"albedo", "of `aov`, as the next seven"},
     {"N", "normals"},
     {"Z", "depth; at most 65504"},
     {"P", "positions: eleven bits of each coordinate"},
@@ -21,14 +21,14 @@ constexpr HalfLayer kLayers[] = {
     {"variance", "what it can hold of the variance"},
     {"clamped", "what was clamped"},
     {"direct", "layers by light path, as the next five"},
-    {"indirect", "as in --aov"},
-    {"emission", "as in --aov"},
-    {"transmission", "as in --aov"},
-    {"reflection", "as in --aov"},
-    {"environment", "as in --aov"},
-    {"shadow", "of --catcher"},
-    {"light", "all of --light-groups"},
-    {"denoised", "the clean picture of --denoise, and its error"},
+    {"indirect", "as in `aov`"},
+    {"emission", "as in `aov`"},
+    {"transmission", "as in `aov`"},
+    {"reflection", "as in `aov`"},
+    {"environment", "as in `aov`"},
+    {"shadow", "of `catcher`"},
+    {"light", "all of `light-groups`"},
+    {"denoised", "the clean picture of `denoise`, and its error"},
 };
 
 }  // namespace
@@ -38,7 +38,7 @@ std::span<const HalfLayer> half_layer_table() { return kLayers; }
 std::vector<std::string> parse_half_layers(std::string_view list) {
   std::vector<std::string> layers;
   for (const std::string_view name : split_list(list)) {
-    layers.emplace_back(find_named(kLayers, "--half", "layer", name).name);
+    layers.emplace_back(find_named(kLayers, "`half`", "layer", name).name);
   }
   return layers;
 }

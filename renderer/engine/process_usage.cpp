@@ -1,4 +1,4 @@
-#include "renderer/process/process_usage.h"
+#include "renderer/engine/process_usage.h"
 
 #include <sys/resource.h>
 #include <time.h>
@@ -8,7 +8,7 @@
 #include <sstream>
 #include <string>
 
-#include "io/input_file.h"
+#include "io/files/input_file.h"
 
 namespace emberline {
 

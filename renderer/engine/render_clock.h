@@ -3,7 +3,7 @@
 
 #include <chrono>
 
-#include "renderer/process/process_usage.h"
+#include "renderer/engine/process_usage.h"
 
 namespace emberline {
 

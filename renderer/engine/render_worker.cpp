@@ -1,4 +1,4 @@
-#include "renderer/frame/render_worker.h"
+#include "renderer/engine/render_worker.h"
 
 #include <algorithm>
 #include <chrono>
@@ -136,6 +136,11 @@ void RenderWorker::trace_batch() {
     batch.seen = {seen_, count};
   }
   batch.roles = frame_.roles;
+  batch.optics = &counters_.optics;
+  if (frame_.camera_solids) [[unlikely]] {
+    frame_.camera_solids->interiors({rays_, count}, {interiors_, count});
+    batch.interiors = {interiors_, count};
+  }
   if (catches()) [[unlikely]] {
     std::fill_n(caught_, count, CaughtLight{});
     batch.caught = {caught_, count};

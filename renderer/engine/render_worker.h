@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "renderer/core/flush_denormals.h"
-#include "renderer/frame/frame.h"
-#include "renderer/frame/frame_driver.h"
-#include "renderer/frame/frame_observer.h"
+#include "renderer/drivers/frame.h"
+#include "renderer/drivers/frame_driver.h"
+#include "renderer/engine/frame_observer.h"
 
 namespace emberline {
 
@@ -67,6 +67,7 @@ class RenderWorker {
   SeenSurface seen_[kSampleLanes];
   SampleShares shares_[kSampleLanes];
   CaughtLight caught_[kSampleLanes];
+  Interior interiors_[kSampleLanes];
   LightGroupValues light_values_;
   const PathLayers path_layers_;
   LightGroupValues layer_values_;

@@ -1,4 +1,4 @@
-#include "renderer/process/run_limits.h"
+#include "renderer/engine/run_limits.h"
 
 #include <sys/resource.h>
 #include <unistd.h>
@@ -6,13 +6,13 @@
 #include <algorithm>
 #include <sstream>
 
-#include "io/image_library.h"
-#include "io/input_file.h"
+#include "io/files/input_file.h"
+#include "io/image/library.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/core/readable.h"
-#include "renderer/process/process_usage.h"
-#include "renderer/process/slurm_allocation.h"
+#include "renderer/engine/process_usage.h"
+#include "renderer/engine/slurm_allocation.h"
 
 namespace emberline {
 namespace {
@@ -69,7 +69,7 @@ void check_growth(uint64_t before, const MemoryBudget& budget, const std::string
   if (now < before + libraries) return;
   const uint64_t growth = now - before - libraries;
   if (growth <= budget.limit() || growth - budget.limit() <= budget.limit() / 10) return;
-  throw InputError(scene, "took {} of memory, more than the limit of {}; --memory-limit raises it",
+  throw InputError(scene, "took {} of memory, more than the limit of {}; `memory-limit` raises it",
                    readable_bytes(growth), readable_bytes(budget.limit()));
 }
 
@@ -95,7 +95,7 @@ uint64_t default_memory_limit() {
   }
   if (const auto job = slurm_memory_bytes(); job && *job <= memory) {
     memory = *job;
-    log_verbose("--memory-limit " + readable_bytes(memory / 4 * 3) +
+    log_verbose("`memory-limit` " + readable_bytes(memory / 4 * 3) +
                 ": three quarters of SLURM_MEM_PER_NODE");
   }
   return memory / 4 * 3;

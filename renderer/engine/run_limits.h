@@ -11,6 +11,10 @@
 
 namespace emberline {
 
+// What --threads and --load-timeout take: the latter a millisecond to thirty years, in seconds.
+inline constexpr int kMostThreads = 4096;
+inline constexpr double kLeastLoadTimeout = 0.001, kMostLoadTimeout = 1e9;
+
 struct LimitOptions {
   std::optional<uint64_t> memory_bytes;        // absent: default_memory_limit()
   std::optional<double> load_timeout_s;        // absent: none

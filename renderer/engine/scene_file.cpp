@@ -1,16 +1,19 @@
-#include "renderer/frame/scene_file.h"
+#include "renderer/engine/scene_file.h"
 
-#include "io/image_input.h"
+#include <utility>
+
+#include "io/image/input.h"
 #include "renderer/core/parallel.h"
 #include "renderer/description/clear_sky.h"
-#include "renderer/frame/frame_scene.h"
+#include "renderer/engine/frame_scene.h"
 #include "renderer/shading/lobes/specular_albedo.h"
 
 namespace emberline {
 namespace {
 
-constexpr std::array kParts = {MemoryPart::kGeometry, MemoryPart::kTextures, MemoryPart::kLights};
-constexpr size_t kGeometryPart = 0, kTexturesPart = 1;
+constexpr std::array kParts = {MemoryPart::kFile, MemoryPart::kGeometry, MemoryPart::kTextures,
+                               MemoryPart::kLights};
+enum : size_t { kFilePart, kGeometryPart, kTexturesPart };
 
 }  // namespace
 
@@ -26,10 +29,11 @@ SceneFile::SceneFile(const FrameSettings& settings, LoadProgress& progress, bool
 void SceneFile::read_environment(const FrameSettings& settings, LoadProgress& progress) {
   if (environment_ || (settings.environment.empty() && !settings.sun)) return;
   progress.begin(LoadStage::kEnvironment);
+  const uint64_t before = progress.budget()->reserved(MemoryPart::kTextures);
   EnvironmentDescription environment;
   if (settings.sun) {
     environment = clear_sky({settings.sun->elevation, settings.sun->azimuth});
-    progress.budget()->reserve(MemoryPart::kTextures, environment.image->byte_count(), "--sun");
+    progress.budget()->reserve(MemoryPart::kTextures, environment.image->byte_count(), "`sun`");
   } else {
     environment.file = settings.environment;
     environment.image =
@@ -39,6 +43,7 @@ void SceneFile::read_environment(const FrameSettings& settings, LoadProgress& pr
   environment.strength = settings.environment_strength;
   environment.rotation_degrees = settings.environment_rotation;
   environment_ = std::move(environment);
+  environment_bytes_ = progress.budget()->reserved(MemoryPart::kTextures) - before;
 }
 
 SceneDescription SceneFile::pose(const FrameSettings& settings, std::span<const uint64_t> held,
@@ -55,31 +60,51 @@ SceneDescription SceneFile::pose(const FrameSettings& settings, std::span<const 
   return scene;
 }
 
-PosedMemory::Use PosedMemory::reserved() const {
+SceneSource::~SceneSource() {
+  const Use before = reserved();
+  close();
+  Use left = reserved();
+  for (size_t i = 0; i < left.size(); ++i) left[i] += held_[i] + of_pose_[i] - before[i];
+  left[kGeometryPart] += resting_;
+  give_back(left);
+}
+
+void SceneSource::open(const FrameSettings& settings, LoadProgress& progress, bool variants,
+                       bool tangents) {
+  file_ = std::make_unique<SceneFile>(settings, progress, variants, tangents);
+}
+
+SceneSource::Use SceneSource::reserved() const {
   Use use;
   for (size_t i = 0; i < use.size(); ++i) use[i] = budget_->reserved(kParts[i]);
   return use;
 }
 
-void PosedMemory::begin(const SceneFile& file) {
+void SceneSource::begin() {
   before_ = reserved();
-  images_before_ = file.gltf().image_bytes();
+  images_before_ = file_ ? file_->image_bytes() : 0;
 }
 
-PosedMemory::Use PosedMemory::since_begin(const SceneFile& file) const {
+SceneSource::Use SceneSource::take_use() {
   Use use = reserved();
   for (size_t i = 0; i < use.size(); ++i) use[i] -= before_[i];
-  use[kTexturesPart] -= file.gltf().image_bytes() - images_before_;
+  held_[kFilePart] += std::exchange(use[kFilePart], 0);
+  const uint64_t images = file_ ? file_->image_bytes() - images_before_ : 0;
+  held_[kTexturesPart] += images;
+  use[kTexturesPart] -= images;
   return use;
 }
 
-void PosedMemory::give_back(const Use& use) {
+void SceneSource::give_back(const Use& use) {
   for (size_t i = 0; i < use.size(); ++i) budget_->give_back(kParts[i], use[i]);
 }
 
-void PosedMemory::end(const SceneFile& file) {
-  Use now = since_begin(file);
-  const uint64_t read = file.gltf().read_bytes(), resting = file.gltf().resting_bytes();
+void SceneSource::fail() { give_back(take_use()); }
+
+void SceneSource::stand() {
+  Use now = take_use();
+  const uint64_t read = file_ ? file_->gltf().read_bytes() : 0;
+  const uint64_t resting = file_ ? file_->gltf().resting_bytes() : 0;
   now[kGeometryPart] -= read;
   // Meshes that rest and are in this pose no more.
   of_pose_[kGeometryPart] += resting_ + read - resting;

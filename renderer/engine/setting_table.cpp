@@ -1,4 +1,4 @@
-#include "renderer/drivers/setting_table.h"
+#include "renderer/engine/setting_table.h"
 
 #include <fmt/format.h>
 
@@ -9,15 +9,17 @@
 #include <nlohmann/json.hpp>
 #include <type_traits>
 
-#include "io/json_input.h"
-#include "io/json_reader.h"
+#include "io/json/input.h"
+#include "io/json/reader.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/names.h"
 #include "renderer/core/option_values.h"
+#include "renderer/core/shortened.h"
 #include "renderer/drivers/bisection_picture.h"
 #include "renderer/drivers/bisection_schedule.h"
+#include "renderer/drivers/bucket_schedule.h"
 #include "renderer/drivers/driver_table.h"
-#include "renderer/frame/half_layers.h"
+#include "renderer/engine/half_layers.h"
 #include "samplers/pixel_samples.h"
 
 namespace emberline {
@@ -62,7 +64,7 @@ std::string text_of(const std::optional<T>& value) {
 }
 
 [[noreturn]] void refuse(const std::string& name, std::string_view text, const std::string& what) {
-  throw UsageError(fmt::format("--{}: '{}' is not {}", name, text, what));
+  throw UsageError(fmt::format("`{}`: '{}' is not {}", name, shortened(text), what));
 }
 
 template <auto Member>
@@ -99,7 +101,7 @@ template <auto Member, typename Table>
 Setting named(const std::string& name, SettingGroup group, const std::string& kind,
               const std::string& help, const Table& table) {
   const auto read = [=](FrameSettings& settings, std::string_view text) {
-    settings.*Member = find_named(table, "--" + name, kind, text).name;
+    settings.*Member = find_named(table, fmt::format("`{}`", name), kind, text).name;
   };
   return {name, group, "NAME", help, summaries(table), false, read, member_text<Member>};
 }
@@ -109,7 +111,7 @@ template <auto Member, typename T>
 Setting choice(const std::string& name, SettingGroup group, const std::string& kind,
                const std::string& help, std::span<const NamedValue<T>> table) {
   const auto read = [=](FrameSettings& settings, std::string_view text) {
-    settings.*Member = find_named(table, "--" + name, kind, text).value;
+    settings.*Member = find_named(table, fmt::format("`{}`", name), kind, text).value;
   };
   const auto text = [=](const FrameSettings& settings) {
     const std::optional<T> value = settings.*Member;
@@ -227,8 +229,8 @@ Setting turntable() {
   return {"turntable",
           kTurn,
           "N|K/N",
-          "N frames (--frames 1-N) with the camera once round the scene, about the vertical axis "
-          "through its centre; K/N: frame K of them. The scene stands still, but for --animation",
+          "N frames (`frames` 1-N) with the camera once round the scene, about the vertical axis "
+          "through its centre; K/N: frame K of them. The scene stands still, but for `animation`",
           "",
           false,
           read,
@@ -238,7 +240,7 @@ Setting turntable() {
 // One that is not said unless it differs from the default: it means nothing to a scene at rest.
 Setting fps() {
   Setting setting = number<&FrameSettings::fps>("fps", kLoading, kLeastFps, kMostFps,
-                                                "frames a second, of --frame [24]");
+                                                "frames a second, of `frame` [24]");
   setting.text = [](const FrameSettings& s) {
     return s.fps == FrameSettings().fps ? "" : text_of(s.fps);
   };
@@ -289,7 +291,7 @@ Setting sun() {
 Setting backfaces() {
   const auto read = [](FrameSettings& settings, std::string_view text) {
     if (text != "show" && text != "cull") {
-      throw UsageError("--backfaces: " +
+      throw UsageError("`backfaces`: " +
                        unknown_word_message("treatment", std::string(text), {"cull", "show"}));
     }
     settings.show_backfaces = text == "show";
@@ -337,7 +339,7 @@ std::vector<Setting> make_table() {
   return {
       word<&S::edits>("edits", kEdits, "FILE",
                       "change view, lights, environment and materials as this .json file says; its "
-                      "view gives way to --camera, --look-from and --fov-y"),
+                      "view gives way to `camera`, `look-from` and `fov-y`"),
       word<&S::variant>("variant", kEdits, "NAME|INDEX",
                         "materials of this variant, by name or index [the file's default]"),
       names<&S::aovs>("aov", "further EXR channels, a list", aov_table(),
@@ -352,7 +354,7 @@ std::vector<Setting> make_table() {
       word<&S::catchers>(
           "catcher", kChannels, "NAME|INDEX,...",
           "nodes that stand for surfaces of a plate: the layer `shadow` is what the plate is to be "
-          "multiplied by, and with --transparent they are seen as alpha where they are in shadow, "
+          "multiplied by, and with `transparent` they are seen as alpha where they are in shadow, "
           "and not else. With all below them; \\, is a comma in a name"),
       word<&S::holdouts>("holdout", kChannels, "NAME|INDEX,...",
                          "nodes that stand for things in a plate: they hide what is behind them "
@@ -375,7 +377,7 @@ std::vector<Setting> make_table() {
           "denoise", kChannels,
           "a clean picture of the samples as well: denoised.{R,G,B} of the EXR beside R G B, with "
           "denoised.error, what is expected to be wrong with it still; .png and .jpg show it. "
-          "Takes two streams, and the channels of --aov denoising"),
+          "Takes two streams, and the channels of `aov` denoising"),
       named<&S::driver>("driver", kCounts, "driver", "frame driver", driver_table()),
       named<&S::sampler>("sampler", kCounts, "sampler", "sampler", sampler_table()),
       number<&S::streams>("streams", kCounts, 1, 2,
@@ -383,7 +385,7 @@ std::vector<Setting> make_table() {
                           "[1, or what the estimator needs]"),
       number<&S::spp>("spp", kCounts, 1u, kMaxSamples,
                       "samples per pixel; with adaptive sampling on average [64, or no limit where "
-                      "a threshold or --max-spp is given]"),
+                      "a threshold or `max-spp` is given]"),
       number<&S::noise_threshold>(
           "noise-threshold", kCounts, 1e-6f, 1.0f,
           "a pixel is finished when its expected RMS error in the displayed picture (0 to 1, sRGB) "
@@ -391,7 +393,7 @@ std::vector<Setting> make_table() {
       number<&S::min_spp>("min-spp", kCounts, 1u, kMaxSamples,
                           "samples before a pixel may be finished [the estimator's]"),
       number<&S::max_spp>("max-spp", kCounts, 1u, kMaxSamples,
-                          "most samples of any pixel [4096 with a threshold and no --spp]"),
+                          "most samples of any pixel [4096 with a threshold and no `spp`]"),
       named<&S::estimator>("estimator", kCounts, "estimator",
                            fmt::format("error estimator [{}]", kDefaultEstimator),
                            estimator_table()),
@@ -414,7 +416,7 @@ std::vector<Setting> make_table() {
       number<&S::clamp_indirect>(
           "clamp-indirect", kSample, kLeastClamp, kMostClamp,
           "scale light down that comes by way of more than the surface seen, where it adds more "
-          "than this to a sample: less sparkle, and less light. --aov clamped shows what is lost "
+          "than this to a sample: less sparkle, and less light. `aov` clamped shows what is lost "
           "[nothing is clamped]"),
       named<&S::filter>("filter", kSample, "filter", "pixel filter", filter_table()),
       number<&S::filter_radius>("filter-radius", kSample, 0.01f, PixelFilter::kMaxRadius,
@@ -424,14 +426,14 @@ std::vector<Setting> make_table() {
       choice<&S::bucket_order>("bucket-order", kSchedule, "order", "order of the buckets",
                                bucket_order_table()),
       choice<&S::bisection_axis>("bisection-axis", kSchedule, "axis",
-                                 "what --driver bisection halves", bisection_axis_table()),
+                                 "what `driver` bisection halves", bisection_axis_table()),
       choice<&S::reconstruction>("reconstruction", kSchedule, "reconstruction",
                                  "what pixels without samples show, of progressive drivers",
                                  reconstruction_table()),
       size(),
       crop(),
       word<&S::camera>("camera", kView, "NAME|INDEX",
-                       "camera of the file, by name or index [the first]"),
+                       "camera of the file, by its name, its node's or its index [the first]"),
       point<&S::look_from>("look-from", "view from here instead"),
       point<&S::look_at>("look-at", "towards this point"),
       number<&S::fov_y>("fov-y", kView, 0.05, 179.9,
@@ -439,11 +441,11 @@ std::vector<Setting> make_table() {
       number<&S::f_stop>("f-stop", kView, 1.0 / kMostOfLens, kMostOfLens,
                          "f-number of a lens, for film 24 mm high [a pinhole: all is sharp]"),
       number<&S::focus_distance>("focus-distance", kView, 1.0 / kFarthest, kFarthest,
-                                 "metres along the view to what is sharp [that of --look-at]"),
+                                 "metres along the view to what is sharp [that of `look-at`]"),
       flag<&S::panorama>(
           "panorama", kView,
           "all that is seen from the camera's place, as a latitude-longitude map that "
-          "--env takes; best twice as wide as high"),
+          "`env` takes; best twice as wide as high"),
       word<&S::environment>("env", kLight, "FILE",
                             "latitude-longitude environment map: .hdr, .exr or another picture"),
       sun(),
@@ -531,7 +533,7 @@ void read_settings(const std::string& path, FrameSettings& settings) {
   for (const std::string& name : root.members()) {
     const JsonReader member = root[name];
     try {
-      const Setting& setting = find_named(setting_table(), "--settings", "setting", name);
+      const Setting& setting = find_named(setting_table(), "`settings`", "setting", name);
       std::string text = text_of_json(document[name], member);
       if (setting.file) text = (fs::path(path).parent_path() / text).string();
       setting.read(settings, text);

@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "io/json_reader.h"
-#include "renderer/frame/frame_settings.h"
+#include "io/json/reader.h"
+#include "renderer/engine/frame_settings.h"
 
 namespace emberline {
 

@@ -1,4 +1,4 @@
-#include "renderer/frame/shared_tiles.h"
+#include "renderer/engine/shared_tiles.h"
 
 namespace emberline {
 

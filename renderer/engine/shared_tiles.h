@@ -12,10 +12,10 @@
 #include <stop_token>
 #include <vector>
 
-#include "renderer/frame/frame.h"
-#include "renderer/frame/frame_driver.h"
-#include "renderer/frame/frame_observer.h"
-#include "renderer/frame/render_worker.h"
+#include "renderer/drivers/frame.h"
+#include "renderer/drivers/frame_driver.h"
+#include "renderer/engine/frame_observer.h"
+#include "renderer/engine/render_worker.h"
 
 namespace emberline {
 

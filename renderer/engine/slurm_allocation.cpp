@@ -1,4 +1,4 @@
-#include "renderer/process/slurm_allocation.h"
+#include "renderer/engine/slurm_allocation.h"
 
 #include <algorithm>
 #include <chrono>
@@ -6,7 +6,7 @@
 
 #include "renderer/core/log.h"
 #include "renderer/core/option_values.h"
-#include "renderer/process/process_usage.h"
+#include "renderer/engine/process_usage.h"
 
 namespace emberline {
 namespace {

@@ -1,10 +1,12 @@
-#include "renderer/process/worker_threads.h"
+#include "renderer/engine/worker_threads.h"
 
 #include <fmt/format.h>
 #include <pthread.h>
+#include <sched.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdlib>
 #include <exception>
 #include <latch>
@@ -13,10 +15,10 @@
 #include <thread>
 #include <vector>
 
-#include "io/atomic_file.h"
+#include "io/files/atomic_file.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
-#include "renderer/process/slurm_allocation.h"
+#include "renderer/engine/slurm_allocation.h"
 
 namespace emberline {
 namespace {
@@ -50,11 +52,14 @@ int count_startable(int wanted) {
 }
 
 int choose_count(int wanted) {
-  if (const auto cpus = slurm_cpus(); cpus && wanted == 0) {
-    log_verbose(fmt::format("--threads {}: SLURM_CPUS_PER_TASK", *cpus));
-    wanted = *cpus;
+  int count = wanted;
+  if (wanted == 0) {
+    count = usable_processors();
+    if (const auto cpus = slurm_cpus(); cpus && *cpus <= count) {
+      log_verbose(fmt::format("`threads` {}: SLURM_CPUS_PER_TASK", *cpus));
+      count = *cpus;
+    }
   }
-  const int count = wanted > 0 ? wanted : int(std::max(1u, std::thread::hardware_concurrency()));
   // The calling thread works too.
   const int startable = 1 + count_startable(count - 1 + kOtherThreads) - kOtherThreads;
   if (startable >= count) return count;
@@ -63,7 +68,7 @@ int choose_count(int wanted) {
         "the system does not start the few threads that are needed {}; raise that limit", kWhy);
   }
   if (wanted > 0) {
-    throw RenderError("--threads {}: the system starts no more than {} {}; lower --threads", wanted,
+    throw RenderError("`threads` {}: the system starts no more than {} {}; lower `threads`", wanted,
                       startable, kWhy);
   }
   log_warning(fmt::format("{} of {} cores are used: the system starts no more threads {}",
@@ -97,11 +102,24 @@ bool is_refused_thread(const std::exception& error) {
 
 }  // namespace
 
+int usable_processors() {
+  // A machine may have more processors than a cpu_set_t has bits; the system then says EINVAL.
+  for (size_t bits = CPU_SETSIZE; bits <= size_t(1) << 20; bits *= 2) {
+    std::vector<cpu_set_t> mask(bits / CPU_SETSIZE);
+    const size_t bytes = mask.size() * sizeof(cpu_set_t);
+    if (sched_getaffinity(0, bytes, mask.data()) == 0) {
+      return std::max(1, CPU_COUNT_S(bytes, mask.data()));
+    }
+    if (errno != EINVAL) break;
+  }
+  return int(std::max(1u, std::thread::hardware_concurrency()));
+}
+
 void install_refused_thread_handler() { g_otherwise = std::set_terminate(end_process); }
 
 std::string message_of(const std::exception& error) {
   if (!is_refused_thread(error)) return error.what();
-  return fmt::format("the system starts no more threads {}; lower --threads", kWhy);
+  return fmt::format("the system starts no more threads {}; lower `threads`", kWhy);
 }
 
 WorkerThreads::WorkerThreads(int wanted)

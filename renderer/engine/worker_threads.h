@@ -12,7 +12,7 @@ namespace emberline {
 // its own, and a thread that the system refuses then ends the process; so it is tried beforehand.
 class WorkerThreads {
  public:
-  // 0: one for each processor of the job of Slurm that this is, or of the machine's cores, or as
+  // 0: one for each processor that this process may use, no more than its job of Slurm has, or as
   // many of those as the system lets start, with a warning. Throws RenderError when more are asked
   // for than that.
   explicit WorkerThreads(int wanted);
@@ -23,6 +23,10 @@ class WorkerThreads {
   int count_;
   tbb::global_control limit_;
 };
+
+// Processors that the calling thread may run on: its affinity mask, which taskset, containers and
+// batch systems set.
+int usable_processors();
 
 // The system may refuse a thread all the same, when others have started theirs meanwhile. TBB then
 // throws, in the thread that works or in one of its own, where it ends the process: with one line,

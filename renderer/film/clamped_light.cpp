@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "renderer/film/finite_float.h"
+
 namespace emberline {
 namespace {
 
@@ -75,7 +77,7 @@ Rgb ClampedLight::mean(const Sum& sum, uint64_t samples) const {
   Rgb result(0.0f);
   if (samples == 0 || !clamps()) return result;
   for (size_t c = 0; c < 3; ++c) {
-    result[int(c)] = float(double(sum[c]) * unit() / double(samples));
+    result[int(c)] = to_finite_float(double(sum[c]) * unit() / double(samples));
   }
   return result;
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "renderer/core/option_values.h"
+#include "renderer/film/finite_float.h"
 
 namespace emberline {
 namespace {
@@ -23,7 +24,7 @@ std::span<const NamedValue<CryptomatteKind>> cryptomatte_table() { return kKinds
 std::vector<CryptomatteKind> parse_cryptomattes(std::string_view list) {
   std::vector<CryptomatteKind> kinds;
   for (const std::string_view name : split_list(list)) {
-    kinds.push_back(find_named(kKinds, "--cryptomatte", "kind", name).value);
+    kinds.push_back(find_named(kKinds, "`cryptomatte`", "kind", name).value);
   }
   std::ranges::sort(kinds);
   kinds.erase(std::unique(kinds.begin(), kinds.end()), kinds.end());
@@ -94,14 +95,14 @@ float CryptomatteSums::resolve(size_t pixel, size_t kind, double samples,
     scale *= positive > 0.0 ? std::clamp(sum, 0.0, samples) / positive : 0.0;
   }
   for (size_t i = 0; i < levels_; ++i) {
-    ranks[i] = {ids[i], float(std::max(weights[i], 0.0) * scale)};
+    ranks[i] = {ids[i], to_finite_float(std::max(weights[i], 0.0) * scale)};
     if (!(ranks[i].coverage > 0.0f)) ranks[i] = {};
   }
   // Of equals the smaller id, so that the order of their samples does not show.
   std::sort(ranks.begin(), ranks.begin() + ptrdiff_t(levels_), [](const Rank& a, const Rank& b) {
     return a.coverage != b.coverage ? a.coverage > b.coverage : a.id < b.id;
   });
-  return float(std::max(weights[levels_], 0.0) * scale);
+  return to_finite_float(std::max(weights[levels_], 0.0) * scale);
 }
 
 void CryptomatteSums::archive(Archive& archive) {

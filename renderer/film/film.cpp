@@ -192,7 +192,8 @@ void FilmTile::add_means_of(const FilmTile& other, size_t i, double here, double
     const SampleVariance& more = other.sample_variances_[i];
     variance.known = more.known && (variance.known || here == 0);
     for (int c = 0; c < 3; ++c) {
-      variance.rgb[c] = float(here * double(variance.rgb[c]) + there * double(more.rgb[c]));
+      variance.rgb[c] =
+          to_finite_float(here * double(variance.rgb[c]) + there * double(more.rgb[c]));
     }
   }
   const bool shown_there = !other.shown_.empty() && other.shown_[i].set;
@@ -201,7 +202,7 @@ void FilmTile::add_means_of(const FilmTile& other, size_t i, double here, double
   put_rgba(i, mine);
   other.put_rgba(i, theirs);
   for (int c = 0; c < 4; ++c) {
-    shown_[i].rgba[c] = float(here * double(mine[c]) + there * double(theirs[c]));
+    shown_[i].rgba[c] = to_finite_float(here * double(mine[c]) + there * double(theirs[c]));
   }
   shown_[i].set = true;
 }
@@ -228,9 +229,9 @@ FilmTile::Surface FilmTile::surface(int x, int y) const {
   const SurfaceSums& sums = surfaces_[i];
   const auto per = float(1.0 / sums_[i].samples());
   Surface out;
-  for (int c = 0; c < 3; ++c) out.albedo[c] = float(sums.albedo[c]) * per;
-  for (int c = 0; c < 3; ++c) out.normal[c] = float(sums.normal[c]) * per;
-  out.nearness = sums.hits > 0 && sums.depth > 0.0 ? float(sums.hits / sums.depth) : 0.0f;
+  for (int c = 0; c < 3; ++c) out.albedo[c] = to_finite_float(sums.albedo[c]) * per;
+  for (int c = 0; c < 3; ++c) out.normal[c] = to_finite_float(sums.normal[c]) * per;
+  out.nearness = sums.hits > 0 && sums.depth > 0.0 ? to_finite_float(sums.hits / sums.depth) : 0.0f;
   return out;
 }
 
@@ -272,7 +273,7 @@ void FilmTile::put_rgba(size_t i, float* out) const {
   for (int c = 0; c < 3; ++c) out[c] = to_finite_float((sums.rgb[0][c] + sums.rgb[1][c]) * scale);
   // A filter with negative lobes may leave [0, 1]; coverage may not.
   const double alpha = shadows_.empty() ? sums.alpha : sums.alpha + shadows_.alpha(i);
-  out[3] = float(std::clamp(alpha * scale, 0.0, 1.0));
+  out[3] = to_finite_float(std::clamp(alpha * scale, 0.0, 1.0));
 }
 
 // Where something else than the mean is shown, each layer is its share of that.
@@ -318,13 +319,13 @@ void FilmTile::resolve(std::vector<float>& out) const {
     const double per_hit = surface && surface->hits ? 1.0 / surface->hits : 0.0;
     if (aovs_.contains(Aov::kAlbedo)) {
       // Averaged over all samples: a pixel half covered shows half the albedo, as a denoiser wants.
-      for (const double a : surface->albedo) *p++ = n > 0 ? float(a / n) : 0.0f;
+      for (const double a : surface->albedo) *p++ = n > 0 ? to_finite_float(a / n) : 0.0f;
     }
     if (aovs_.contains(Aov::kNormal)) {
-      for (const double c : surface->normal) *p++ = n > 0 ? float(c / n) : 0.0f;
+      for (const double c : surface->normal) *p++ = n > 0 ? to_finite_float(c / n) : 0.0f;
     }
     if (aovs_.contains(Aov::kDepth)) {
-      *p++ = surface->hits ? float(surface->depth * per_hit) : kBackgroundDepth;
+      *p++ = surface->hits ? to_finite_float(surface->depth * per_hit) : kBackgroundDepth;
     }
     const PlaceSums* place = places_.empty() ? nullptr : &places_[i];
     const double per_place = place && place->hits ? 1.0 / place->hits : 0.0;
@@ -337,8 +338,8 @@ void FilmTile::resolve(std::vector<float>& out) const {
     if (aovs_.contains(Aov::kVelocity)) {
       const VelocitySums& velocity = velocities_[i];
       const double scale = velocity.count > 0 ? 1.0 / velocity.count : 0.0;
-      *p++ = float(velocity.x * scale);
-      *p++ = float(velocity.y * scale);
+      *p++ = to_finite_float(velocity.x * scale);
+      *p++ = to_finite_float(velocity.y * scale);
     }
     if (aovs_.contains(Aov::kClamped)) {
       for (size_t c = 0; c < 3; ++c) *p++ = n > 0 ? to_finite_float(clamped_[3 * i + c] / n) : 0.0f;
@@ -350,7 +351,7 @@ void FilmTile::resolve(std::vector<float>& out) const {
     }
     if (aovs_.contains(Aov::kDenoising)) p = put_halves(*this, i, p);
     if (aovs_.contains(Aov::kId)) *p++ = float(sums.id);
-    if (aovs_.contains(Aov::kTime)) *p++ = seconds_[i];
+    if (aovs_.contains(Aov::kTime)) *p++ = to_finite_float(double(seconds_[i]));
     if (aovs_.contains(Aov::kStop)) *p++ = float(stops_[i]);
     if (aovs_.contains(Aov::kNonFinite)) *p++ = float(sums.non_finite);
     if (aovs_.contains(Aov::kPart)) *p++ = float(part_);

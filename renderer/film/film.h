@@ -106,7 +106,7 @@ enum class PixelStop : uint8_t {
   kUser = 5,       // so did a signal
   kGoingOn = 6,    // none of these yet: of a frame that is looked at while it renders
 };
-std::string_view pixel_stop_name(PixelStop stop);  // "--spp" and so on, for people
+std::string pixel_stop_name(PixelStop stop);  // for people
 
 struct FilmChannel {
   std::string name;

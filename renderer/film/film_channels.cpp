@@ -1,6 +1,7 @@
 // The channels of a film, by name.
 #include "renderer/core/names.h"
 #include "renderer/core/option_values.h"
+#include "renderer/core/setting_names.h"
 #include "renderer/film/film.h"
 #include "renderer/film/half_channels.h"
 
@@ -10,7 +11,7 @@ namespace {
 constexpr NamedValue<Aov> kAovs[] = {
     {"variance",
      "variance of the pixel's mean: of adaptive frames what their last doubling has shown, from "
-     "the two streams with two-stream or --streams 2; else as if samples were independent, an "
+     "the two streams with two-stream or `streams` 2; else as if samples were independent, an "
      "upper estimate for stratified ones",
      Aov::kVariance},
     {"albedo", "directional albedo of the first surface", Aov::kAlbedo},
@@ -21,11 +22,11 @@ constexpr NamedValue<Aov> kAovs[] = {
     {"UV", "texture coordinates of the first surface (TEXCOORD_0), U to the right, V upwards",
      Aov::kUv},
     {"velocity",
-     "where the first surface goes, in pixels a frame of --fps: X to the right, Y up; the mean "
+     "where the first surface goes, in pixels a frame of `fps`: X to the right, Y up; the mean "
      "over "
      "the shutter, or without one over the frame that follows",
      Aov::kVelocity},
-    {"clamped", "what --clamp-indirect took: added to R G B it is the picture without",
+    {"clamped", "what `clamp-indirect` took: added to R G B it is the picture without",
      Aov::kClamped},
     {"direct",
      "layers by light path, which add up to R G B: diffuse reflection by the first surface of "
@@ -38,8 +39,8 @@ constexpr NamedValue<Aov> kAovs[] = {
     {"reflection", "mirror images and highlights on the first surface", Aov::kReflection},
     {"environment", "the environment, seen by the camera itself", Aov::kEnvironment},
     {"shadow",
-     "what a plate is to be multiplied by: the light that --catcher receives from the lights over "
-     "that which it would without the other objects; 1 beside it. Comes with --catcher",
+     "what a plate is to be multiplied by: the light that `catcher` receives from the lights over "
+     "that which it would without the other objects; 1 beside it. Comes with `catcher`",
      Aov::kShadow},
     {"denoising",
      "what `emberline denoise` reads: the two halves of the samples apart, and what they saw; "
@@ -48,8 +49,8 @@ constexpr NamedValue<Aov> kAovs[] = {
     {"id", "instance seen by the pixel's first sample that hits one", Aov::kId},
     {"time", "seconds spent on the pixel", Aov::kTime},
     {"stop",
-     "why the pixel got no more samples: 1 --spp, 2 --noise-threshold, 3 --max-spp, 4 "
-     "--time-limit, 5 the user, 6 it was to get more when a window saved it; 0 if it got none",
+     "why the pixel got no more samples: 1 `spp`, 2 `noise-threshold`, 3 `max-spp`, 4 "
+     "`time-limit`, 5 the user, 6 it was to get more when a window saved it; 0 if it got none",
      Aov::kStop},
     {"non_finite", "samples that were NaN or infinite, counted as black", Aov::kNonFinite},
     {"part", "of a merged frame: the number of the part that brought the pixel, 1 the first given",
@@ -60,16 +61,16 @@ constexpr NamedValue<Aov> kAovs[] = {
 
 std::span<const NamedValue<Aov>> aov_table() { return kAovs; }
 
-std::string_view pixel_stop_name(PixelStop stop) {
+std::string pixel_stop_name(PixelStop stop) {
   constexpr std::string_view kNames[] = {
-      "nothing", "--spp", "--noise-threshold", "--max-spp", "--time-limit", "the user", "going on"};
-  return kNames[static_cast<size_t>(stop)];
+      "nothing", "`spp`", "`noise-threshold`", "`max-spp`", "`time-limit`", "the user", "going on"};
+  return spelled(kNames[static_cast<size_t>(stop)]);
 }
 
 AovSet AovSet::parse(std::string_view list) {
   AovSet set;
   for (const std::string_view name : split_list(list)) {
-    set.insert(find_named(kAovs, "--aov", "channel", name).value);
+    set.insert(find_named(kAovs, "`aov`", "channel", name).value);
   }
   return set;
 }

@@ -45,7 +45,7 @@ constexpr FilterEntry kFilters[] = {
 };
 
 const FilterEntry& find_filter(std::string_view name) {
-  return find_named(kFilters, "--filter", "filter", name);
+  return find_named(kFilters, "`filter`", "filter", name);
 }
 
 }  // namespace
@@ -60,7 +60,7 @@ PixelFilter PixelFilter::create(std::string_view name) {
 PixelFilter PixelFilter::create(std::string_view name, float radius) {
   const FilterEntry& entry = find_filter(name);
   if (!(radius > 0.0f && radius <= kMaxRadius)) {
-    throw UsageError("--filter-radius: " + std::to_string(radius) +
+    throw UsageError("`filter-radius`: " + std::to_string(radius) +
                      " is out of range; give pixels above 0 and up to " +
                      std::to_string(int(kMaxRadius)));
   }

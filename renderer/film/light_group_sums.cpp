@@ -6,6 +6,7 @@
 #include <cstring>
 #include <limits>
 
+#include "renderer/film/finite_float.h"
 #include "renderer/film/light_group_values.h"
 #include "renderer/film/light_mix.h"
 
@@ -91,6 +92,10 @@ void LightGroupSums::archive(Archive& archive) {
     for (const float value : *values) finite &= std::isfinite(value);
     archive.check(finite);
   }
+  // A pixel's first sum counts its samples; everything is divided by it.
+  for (size_t at = 0; at + 1 < sums_.size(); at += stride()) {
+    archive.check(sums_[at] == 0.0f || sums_[at] >= 1.0f);
+  }
 }
 
 std::array<double, 3> LightGroupSums::sum(size_t pixel, int group) const {
@@ -101,7 +106,8 @@ std::array<double, 3> LightGroupSums::sum(size_t pixel, int group) const {
 Rgb LightGroupSums::mean(size_t pixel, int group) const {
   const double samples = whole(pixel * stride()), scale = samples > 0 ? 1.0 / samples : 0.0;
   const std::array<double, 3> total = sum(pixel, group);
-  return {float(total[0] * scale), float(total[1] * scale), float(total[2] * scale)};
+  return {to_finite_float(total[0] * scale), to_finite_float(total[1] * scale),
+          to_finite_float(total[2] * scale)};
 }
 
 void LightGroupSums::relit(size_t pixel, const LightMix& mix, float* rgba) const {

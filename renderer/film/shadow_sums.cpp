@@ -57,7 +57,7 @@ Rgb ShadowSums::shadow(size_t pixel) const {
   const double share = shows > 0.0 ? std::clamp(sums.catcher / shows, 0.0, 1.0) : 0.0;
   Rgb shadow;
   for (int c = 0; c < 3; ++c) {
-    shadow[c] = float(1.0 - share * (1.0 - ratio(sums.received[c], sums.unshadowed[c])));
+    shadow[c] = to_finite_float(1.0 - share * (1.0 - ratio(sums.received[c], sums.unshadowed[c])));
   }
   return shadow;
 }

@@ -89,6 +89,7 @@ EmitterBounds point_bounds(const PointLight& light, const PointLightPlace& place
   EmitterBounds b;
   b.lower = b.upper = place.position;
   b.intensity = double(luminance(light.intensity));
+  b.reach = light.range;
   if (light.type == PointLightType::kPoint) {
     b.axis = Vec3f(0, 0, 1);
     b.cos_theta_o = -1.0f;

@@ -57,7 +57,9 @@ Lanes cos_difference(Lanes cos_a, Lanes sin_a, Lanes cos_b, Lanes sin_b) {
 }
 
 // Bounds of the irradiance from the emitters below each child, up to a factor common to all.
-Lanes importances(const LightBvhPair& pair, const ScaledQuery& query) {
+// Inlined: the compiler would make a function of it, which takes 1.2 % of caustics.glb.
+[[gnu::always_inline]] inline Lanes importances(const LightBvhPair& pair,
+                                                const ScaledQuery& query) {
   const Lanes x = query.point.x - load(pair.center[0]), y = query.point.y - load(pair.center[1]),
               z = query.point.z - load(pair.center[2]);
   const Lanes d2 = dot(x, y, z, x, y, z);
@@ -104,15 +106,26 @@ Lanes importances(const LightBvhPair& pair, const ScaledQuery& query) {
   return d2 <= radius2 ? max(value, tiny) : (seen > zero ? max(value, tiny) : zero);
 }
 
+// Those of children that do not reach the query are 0.
+Lanes importances_in_reach(const LightBvhPair& pair, const std::array<float, 2>& reach2,
+                           const ScaledQuery& query) {
+  const Lanes x = query.point.x - load(pair.center[0]), y = query.point.y - load(pair.center[1]),
+              z = query.point.z - load(pair.center[2]);
+  return dot(x, y, z, x, y, z) > load(reach2.data()) ? all(0.0f) : importances(pair, query);
+}
+
 }  // namespace
 
-LightBvh::Pick LightBvh::pick(const LightQuery& query, double u) const {
+template <bool kRanged>
+LightBvh::Pick LightBvh::pick_among(const LightQuery& query, double u) const {
   const ScaledQuery scaled{query.point * scale_, query.normal, query.both_sides};
   double probability = 1.0;
   uint32_t link = root_;
   while (!(link & LightBvhChild::kLeaf)) {
-    const LightBvhPair& pair = pairs_[link & LightBvhChild::kIndex];
-    const Lanes bounds = importances(pair, scaled);
+    const uint32_t index = link & LightBvhChild::kIndex;
+    const LightBvhPair& pair = pairs_[index];
+    const Lanes bounds =
+        kRanged ? importances_in_reach(pair, reaches2_[index], scaled) : importances(pair, scaled);
     const double first = double(bounds[0]), second = double(bounds[1]);
     const double total = first + second;
     if (!(total > 0)) return {};
@@ -131,14 +144,17 @@ LightBvh::Pick LightBvh::pick(const LightQuery& query, double u) const {
   return {link & LightBvhChild::kIndex, float(probability)};
 }
 
-float LightBvh::probability(const LightQuery& query, uint32_t emitter) const {
+template <bool kRanged>
+float LightBvh::probability_among(const LightQuery& query, uint32_t emitter) const {
   const ScaledQuery scaled{query.point * scale_, query.normal, query.both_sides};
   uint64_t path = paths_[emitter];
   double probability = 1.0;
   uint32_t link = root_;
   while (!(link & LightBvhChild::kLeaf)) {
-    const LightBvhPair& pair = pairs_[link & LightBvhChild::kIndex];
-    const Lanes bounds = importances(pair, scaled);
+    const uint32_t index = link & LightBvhChild::kIndex;
+    const LightBvhPair& pair = pairs_[index];
+    const Lanes bounds =
+        kRanged ? importances_in_reach(pair, reaches2_[index], scaled) : importances(pair, scaled);
     const double first = double(bounds[0]), second = double(bounds[1]);
     const double taken = path & 1 ? second : first;
     if (!(taken > 0)) return 0.0f;
@@ -149,8 +165,18 @@ float LightBvh::probability(const LightQuery& query, uint32_t emitter) const {
   return float(probability);
 }
 
+LightBvh::Pick LightBvh::pick(const LightQuery& query, double u) const {
+  return reaches2_.empty() ? pick_among<false>(query, u) : pick_among<true>(query, u);
+}
+
+float LightBvh::probability(const LightQuery& query, uint32_t emitter) const {
+  return reaches2_.empty() ? probability_among<false>(query, emitter)
+                           : probability_among<true>(query, emitter);
+}
+
 uint64_t LightBvh::bytes() const {
-  return pairs_.size() * sizeof(LightBvhPair) + paths_.size() * sizeof(uint64_t);
+  return pairs_.size() * sizeof(LightBvhPair) + reaches2_.size() * sizeof(reaches2_[0]) +
+         paths_.size() * sizeof(uint64_t);
 }
 
 }  // namespace emberline

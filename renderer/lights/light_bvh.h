@@ -6,12 +6,13 @@
 //  irradiance;
 //  - the distance is clamped to the radius of the node's bounding sphere (pbrt compares a squared
 //    distance with a length, which depends on the unit of length);
-//  - an importance is 0 only where no emitter of the node can reach the query's hemisphere, with
-//    slack for rounding: what contributes is picked with positive probability.
+//  - an importance is 0 only where no emitter of the node can reach the query or its hemisphere,
+//    with slack for rounding: what contributes is picked with positive probability.
 //
 // Immutable after construction; pick and probability are pure and thread-safe.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -30,6 +31,7 @@ struct EmitterBounds {
   float cos_theta_e = 0.0f;  // theta_e in [0, pi / 2]
   bool two_sided = false;    // shines along -axis in the same way
   double intensity = 0.0;    // > 0; any unit common to all
+  float reach = kInfinity;   // no light arrives farther than this from the box
 };
 
 // What bounds the emitters below one child of a pair. Coordinates are scaled by a power of two that
@@ -81,7 +83,15 @@ class LightBvh {
   uint64_t bytes() const;
 
  private:
+  template <bool kRanged>
+  Pick pick_among(const LightQuery& query, double u) const;
+  template <bool kRanged>
+  float probability_among(const LightQuery& query, uint32_t emitter) const;
+
   std::vector<LightBvhPair> pairs_;
+  // Per pair: beyond which distance from a child's center no light arrives from it, squared.
+  // Empty where no emitter has a reach.
+  std::vector<std::array<float, 2>> reaches2_;
   std::vector<uint64_t> paths_;  // per emitter: bit k is the child taken at depth k
   uint32_t root_ = 0;            // link
   float scale_ = 1.0f;

@@ -44,6 +44,7 @@ struct BuildEmitter {
   float cos_o, cos_e;
   uint32_t index;
   bool two_sided;
+  float reach;
   Vec3f center() const { return (lower + upper) * 0.5f; }
 };
 
@@ -111,12 +112,14 @@ struct Split {
 struct Builder {
   std::vector<BuildEmitter> emitters;
   std::vector<LightBvhPair>& pairs;
+  std::vector<std::array<float, 2>>* reaches2;  // null: no emitter has a reach
   std::vector<uint64_t>& paths;
   int& depth;
   OrientationMeasure measure;
 
   LightBvhChild build(size_t begin, size_t end, int level, uint64_t path);
   LightBvhChild bound(size_t begin, size_t end) const;
+  float reach2(size_t begin, size_t end, const LightBvhChild& bounds) const;
   size_t split(size_t begin, size_t end, int level);
   Split best_split(size_t begin, size_t end, const Box& centers) const;
 };
@@ -257,6 +260,20 @@ LightBvhChild Builder::bound(size_t begin, size_t end) const {
   return child;
 }
 
+// From the center of a range's bounds, squared; rounded up.
+float Builder::reach2(size_t begin, size_t end, const LightBvhChild& bounds) const {
+  double farthest = 0;
+  for (size_t i = begin; i < end; ++i) {
+    double away2 = 0;
+    for (int c = 0; c < 3; ++c) {
+      const double center = bounds.center[c];
+      away2 += square(std::max(emitters[i].upper[c] - center, center - emitters[i].lower[c]));
+    }
+    farthest = std::max(farthest, std::sqrt(away2) + double(emitters[i].reach));
+  }
+  return float(square(farthest) * 1.00001);
+}
+
 LightBvhChild Builder::build(size_t begin, size_t end, int level, uint64_t path) {
   LightBvhChild child = bound(begin, end);
   depth = std::max(depth, level);
@@ -269,10 +286,12 @@ LightBvhChild Builder::build(size_t begin, size_t end, int level, uint64_t path)
   const size_t middle = split(begin, end, level);
   const size_t index = pairs.size();
   pairs.emplace_back();
+  if (reaches2) reaches2->emplace_back();
   const LightBvhChild left = build(begin, middle, level + 1, path);
   const LightBvhChild right = build(middle, end, level + 1, path | uint64_t(1) << level);
   pairs[index].set(0, left);
   pairs[index].set(1, right);
+  if (reaches2) (*reaches2)[index] = {reach2(begin, middle, left), reach2(middle, end, right)};
   child.link |= uint32_t(index);
   return child;
 }
@@ -302,13 +321,16 @@ LightBvh::LightBvh(std::span<const EmitterBounds> emitters) {
   // A power of two scales without rounding.
   scale_ = extent > 0 ? std::ldexp(1.0f, std::clamp(-std::ilogb(extent), -120, 120)) : 1.0f;
 
-  Builder builder{{}, pairs_, paths_, depth_, {}};
+  const auto is_ranged = [](const EmitterBounds& e) { return e.reach < kInfinity; };
+  const bool ranged = std::ranges::any_of(emitters, is_ranged);
+  if (ranged) reaches2_.reserve(emitters.size() - 1);
+  Builder builder{{}, pairs_, ranged ? &reaches2_ : nullptr, paths_, depth_, {}};
   builder.emitters.reserve(emitters.size());
   for (size_t i = 0; i < emitters.size(); ++i) {
     const EmitterBounds& e = emitters[i];
     builder.emitters.push_back({e.lower * scale_, e.upper * scale_, e.axis,
                                 float(e.intensity / intensity), e.cos_theta_o, e.cos_theta_e,
-                                uint32_t(i), e.two_sided});
+                                uint32_t(i), e.two_sided, e.reach * scale_});
   }
   pairs_.reserve(emitters.size() - 1);
   paths_.resize(emitters.size());

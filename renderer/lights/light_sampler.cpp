@@ -39,6 +39,11 @@ double refine(float u_pick, const Vec2f& u) {
   return std::min(double(u_pick) + double(h) * 0x1p-56, 1.0 - 0x1p-53);
 }
 
+// In double: the square of a range may be no float.
+bool in_range(const PointLightState& light, const Vec3d& to_light) {
+  return !(dot(to_light, to_light) > square(double(light.range)));
+}
+
 float spot_attenuation(const PointLightState& light, const Vec3f& to_light) {
   const float scale = 1.0f / std::max(kLeastConeDifference, light.cos_inner - light.cos_outer);
   const float cosine = -dot(light.direction, to_light);
@@ -75,6 +80,7 @@ PointLightPlace PointLight::place_at(float time) const {
     state.cos_inner = std::cos(angles.x);
     state.cos_outer = std::cos(angles.y);
   }
+  if (range_share) state.range *= range_share->at(time);
   return state;
 }
 
@@ -110,7 +116,9 @@ LightSampler::LightSampler(std::vector<EmissiveTriangle> triangles, std::vector<
     }
     const EmitterBounds b = bounds_of(light);
     const double power = point_power(light, b.intensity);
-    if (!finite || !(power > 0)) continue;  // no power: a spot without a cone
+    // No power: a spot without a cone.
+    if (!finite || !(power > 0) || !(light.range > 0.0f)) continue;
+    ranged_ = ranged_ || light.range < kInfinity;
     emitters_.push_back(uint32_t(i) | kPointEmitter);
     bounds.push_back(b);
     powers.push_back(power);
@@ -137,6 +145,9 @@ void LightSampler::measure_finite_lights(std::span<const EmitterBounds> bounds) 
   finite_centre_ = lower * 0.5f + upper * 0.5f;
   finite_radius2_ = (upper * 0.5f - lower * 0.5f).length2();
   finite_intensity_ = float(std::min(intensity, double(std::numeric_limits<float>::max())));
+  float reach = 0.0f;
+  for (const EmitterBounds& b : bounds) reach = std::max(reach, b.reach);
+  finite_reach2_ = square((reach + std::sqrt(finite_radius2_)) * 1.00001f);
 }
 
 void LightSampler::sum_powers(std::span<const double> powers) {
@@ -205,7 +216,16 @@ LightSampler::InfiniteChoice LightSampler::weigh_infinite(const LightQuery& quer
     return choice;
   }
   const Vec3f to_finite = finite_centre_ - query.point;
-  const float finite = finite_intensity_ / std::max(dot(to_finite, to_finite), finite_radius2_);
+  const float d2 = dot(to_finite, to_finite);
+  float finite = finite_intensity_ / std::max(d2, finite_radius2_);
+  if (ranged_) [[unlikely]] {
+    const double in_reach = d2 > finite_reach2_ ? 0.0 : bvh_ ? 1.0 : share_in_reach(query);
+    if (in_reach == 0.0) {
+      choice.probability = 1.0f;
+      return choice;
+    }
+    finite *= float(in_reach);
+  }
   const float share = choice.total / (choice.total + finite);
   const float least = factors.least_share;
   choice.probability = share > least ? std::min(share, 1.0f - least) : least;
@@ -243,6 +263,8 @@ LightSampler::FinitePick LightSampler::pick_finite(const LightQuery& query, doub
     const LightBvh::Pick pick = bvh_->pick(query, u);
     return {pick.emitter, pick.probability};
   }
+  if (ranged_) [[unlikely]]
+    return pick_in_reach(query, u);
   const auto above = std::upper_bound(power_sums_.begin(), power_sums_.end() - 1, u);
   const uint32_t emitter = uint32_t(above - power_sums_.begin()) - 1;
   return {emitter, finite_probability(query, emitter)};
@@ -250,7 +272,37 @@ LightSampler::FinitePick LightSampler::pick_finite(const LightQuery& query, doub
 
 float LightSampler::finite_probability(const LightQuery& query, uint32_t emitter) const {
   if (bvh_) return bvh_->probability(query, emitter);
-  return float(power_sums_[emitter + 1] - power_sums_[emitter]);
+  const double share = power_sums_[emitter + 1] - power_sums_[emitter];
+  if (!ranged_) return float(share);
+  return reaches(query, emitter) ? float(share / share_in_reach(query)) : 0.0f;
+}
+
+bool LightSampler::reaches(const LightQuery& query, uint32_t emitter) const {
+  if (!(emitters_[emitter] & kPointEmitter)) return true;
+  const PointLightState light = points_[emitters_[emitter] & ~kPointEmitter].at(query.time);
+  return in_range(light, Vec3d(light.position) - Vec3d(query.point));
+}
+
+double LightSampler::share_in_reach(const LightQuery& query) const {
+  double share = 0.0;
+  for (uint32_t i = 0; i < emitters_.size(); ++i) {
+    if (reaches(query, i)) share += power_sums_[i + 1] - power_sums_[i];
+  }
+  return share;
+}
+
+LightSampler::FinitePick LightSampler::pick_in_reach(const LightQuery& query, double u) const {
+  const double total = share_in_reach(query);
+  double rest = u * total;
+  FinitePick pick;
+  for (uint32_t i = 0; i < emitters_.size(); ++i) {
+    if (!reaches(query, i)) continue;
+    const double share = power_sums_[i + 1] - power_sums_[i];
+    pick = {i, float(share / total)};  // rounding may run past the last one: keep it
+    if (rest < share) break;
+    rest -= share;
+  }
+  return pick;
 }
 
 LightSample LightSampler::sample_point(const LightQuery& query, uint32_t index,
@@ -259,7 +311,7 @@ LightSample LightSampler::sample_point(const LightQuery& query, uint32_t index,
   const PointLightState light = points_[index].at(query.time);
   const Vec3d to_light = Vec3d(light.position) - Vec3d(query.point);
   const double d2 = dot(to_light, to_light);
-  if (!(d2 > 0)) return {};
+  if (!(d2 > 0) || !in_range(light, to_light)) return {};
   const double distance = std::sqrt(d2);
   result.direction = Vec3f(to_light / distance);
   const bool is_spot = points_[index].type == PointLightType::kSpot;

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "renderer/core/ray.h"
 #include "renderer/core/time_curve.h"
 #include "renderer/core/vector.h"
 
@@ -62,22 +63,24 @@ struct PointLightPlace {
 struct PointLightState : PointLightPlace {
   Rgb intensity;                             // W/sr (candela), or irradiance (lux) for directional
   float cos_inner = 1.0f, cos_outer = 0.0f;  // spot: glTF's angular falloff between them
+  float range = kInfinity;                   // point, spot: no light beyond
 
   bool operator==(const PointLightState&) const = default;
 };
 
-// Where it is at the shutter's opening, and at its brightest and widest.
+// Where it is at the shutter's opening, and at its brightest, widest and farthest.
 struct PointLight : PointLightState {
   PointLightType type = PointLightType::kPoint;
   // Later places, evenly spaced up to the shutter's closing, and straight lines between them.
   std::vector<PointLightPlace> motion = {};
-  // What there is of the intensity, the angles of the cones, and when there is any light; null: no
-  // change.
+  // What there is of the intensity, the angles of the cones, what there is of the range, and when
+  // there is any light; null: no change.
   std::shared_ptr<const TimeCurve<Rgb>> share = {};
   std::shared_ptr<const TimeCurve<Vec2f>> cones = {};
+  std::shared_ptr<const TimeCurve<float>> range_share = {};
   std::shared_ptr<const ShownTimes> shown = {};
 
-  bool changes() const { return !motion.empty() || share || cones || shown; }
+  bool changes() const { return !motion.empty() || share || cones || range_share || shown; }
   PointLightPlace place_at(float time) const;
   PointLightState at(float time) const {
     if (changes()) return changed_at(time);
@@ -189,6 +192,8 @@ class LightSampler {
   Vec3f finite_centre_ = Vec3f(0.0f);       // of the emitters' bounds
   float finite_radius2_ = 0.0f;             // and half their diagonal, squared
   float finite_intensity_ = 0.0f;           // luminance, all emitters together
+  float finite_reach2_ = kInfinity;         // no emitter gives light beyond, squared
+  bool ranged_ = false;                     // some emitters have a range
   std::vector<uint32_t> directional_;       // indices into points_
   std::vector<double> power_sums_;          // without a BVH: running shares of the power
 
@@ -212,6 +217,11 @@ class LightSampler {
   InfiniteChoice weigh_infinite(const LightQuery& query, const LightGuide* guide) const;
   FinitePick pick_finite(const LightQuery& query, double u) const;
   float finite_probability(const LightQuery& query, uint32_t emitter) const;
+  // The choice without a BVH where emitters have ranges: by power, among those that reach the
+  // query.
+  bool reaches(const LightQuery& query, uint32_t emitter) const;
+  double share_in_reach(const LightQuery& query) const;
+  FinitePick pick_in_reach(const LightQuery& query, double u) const;
   // Among the directional ones; u_weight in [0, their weights' sum).
   LightSample sample_directional(const LightQuery& query, const InfiniteChoice& choice,
                                  double u_weight) const;

@@ -4,14 +4,15 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 
-#include "io/json_input.h"
+#include "io/json/input.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/core/zeroed_array.h"
 #include "renderer/output/checkpoint_head.h"
-#include "renderer/process/stop_signal.h"
 
 namespace emberline {
 namespace {
@@ -36,12 +37,45 @@ void check_frame(const RecordFile& file, const Json& now,
   }
 }
 
-std::unordered_map<uint64_t, RecordEntry> tiles_of(const RecordFile& file) {
-  std::unordered_map<uint64_t, RecordEntry> tiles;
+using Tiles = std::unordered_map<uint64_t, RecordEntry>;
+
+Tiles tiles_of(const RecordFile& file) {
+  Tiles tiles;
   for (const RecordEntry& record : file.records()) {
     if (record.kind == kTileRecord) tiles.insert_or_assign(record.number, record);
   }
   return tiles;
+}
+
+// Reads all that counts: of two records of one number the later. One at a time is in memory.
+bool records_are_whole(const RecordFile& file) {
+  std::map<std::pair<uint32_t, uint64_t>, RecordEntry> records;
+  for (const RecordEntry& record : file.records()) {
+    records.insert_or_assign({record.kind, record.number}, record);
+  }
+  return std::ranges::all_of(records,
+                             [&](const auto& entry) { return file.is_whole(entry.second); });
+}
+
+void warn_of_cut(const std::string& path) {
+  log_warning(path + ": its end is cut short; the tiles there are rendered anew");
+}
+
+void warn_of_lost_tiles(const std::string& why) {
+  log_warning(why + "; the tiles that are lost are rendered anew");
+}
+
+// Nothing where the file has no such tile, or, with a warning, a damaged one.
+std::optional<std::vector<std::byte>> load_tile(const RecordFile* file, const Tiles& tiles,
+                                                size_t tile, uint64_t most) {
+  const auto at = tiles.find(tile);
+  if (at == tiles.end()) return std::nullopt;
+  try {
+    return file->read(at->second, most);
+  } catch (const InputError& error) {
+    warn_of_lost_tiles(error.what());
+    return std::nullopt;
+  }
 }
 
 }  // namespace
@@ -63,6 +97,56 @@ std::string checkpoint_path(const RenderOptions& options) {
     path += fmt::format(".samples-{}-{}", options.sample_range->first, options.sample_range->end);
   }
   return path + ".checkpoint";
+}
+
+void check_checkpoint(const std::string& path, bool resume) {
+  std::error_code none;
+  const bool link = std::filesystem::is_symlink(std::filesystem::symlink_status(path, none));
+  const bool there = InputFile::open_if_there(path).has_value();
+  if (there ? is_record_file(path) : !link) return;
+  if (!there && resume) throw InputError(path, "it is a link to a file that does not exist");
+  if (!there) {
+    throw UsageError("`checkpoint` {}: it is a link to a file that does not exist; name the file",
+                     path);
+  }
+  if (resume) throw InputError(path, "it is not a checkpoint of Emberline");
+  throw UsageError(
+      "`checkpoint` {}: it is not a checkpoint of Emberline, and would be replaced; name another "
+      "file",
+      path);
+}
+
+bool is_own_checkpoint(const RenderOptions& options) {
+  RenderOptions unnamed = options;
+  unnamed.checkpoint.clear();
+  unnamed.resumable = true;
+  const std::string path = checkpoint_path(options);
+  const auto plain = [](const std::string& name) {
+    return std::filesystem::absolute(name).lexically_normal();
+  };
+  std::error_code none;
+  return plain(path) == plain(checkpoint_path(unnamed)) &&
+         !std::filesystem::is_symlink(std::filesystem::symlink_status(path, none)) &&
+         (!std::filesystem::exists(path, none) ||
+          std::filesystem::hard_link_count(path, none) == 1);
+}
+
+void check_begins_anew(const std::string& path, const Json& head) {
+  if (!InputFile::open_if_there(path)) return;
+  std::string why = "the checkpoint is damaged";
+  try {
+    const RecordFile file(path);
+    if (file.records().empty() && !file.has_more()) return;  // nothing is lost
+    const Json then = parse_json(file.head(), path);
+    Json now = head;
+    if (!now.contains("inputs") && then.is_object()) now["inputs"] = then.value("inputs", Json());
+    const std::vector<std::string> list = differences(now, then);
+    if (list.empty()) return;
+    why = fmt::format("this checkpoint is of another frame: {}", fmt::join(list, "; "));
+  } catch (const InputError&) {
+  }
+  throw UsageError("`checkpoint` {}: {}; it would be replaced: name another file, or remove it",
+                   path, why);
 }
 
 std::optional<std::vector<std::byte>> film_state(const RecordFile& file, uint64_t most) {
@@ -94,14 +178,18 @@ Checkpoint::Checkpoint(const CheckpointOptions& options, const Json& head)
     : path_(options.path),
       head_(record_file_head(head.dump(2, ' ', false, Json::error_handler_t::replace))),
       interval_s_(options.interval_s),
-      next_s_(options.interval_s) {
+      next_s_(options.interval_s),
+      save_now_(options.save_now) {
   report_.file = path_;
   if (!options.finished.empty()) {
     finished_ = std::make_unique<RecordFile>(options.finished);
     check_frame(*finished_, head, {"spp", "noise-threshold", "min-spp", "max-spp"});
     finished_tiles_ = tiles_of(*finished_);
+    if (options.by_tiles && finished_->has_more()) warn_of_cut(finished_->path());
   }
+  check_checkpoint(path_, options.resume);
   const bool there = InputFile::open_if_there(path_).has_value();
+  made_ = !there;
   file_ = there ? std::make_unique<HeldFile>(path_) : std::make_unique<HeldFile>(path_, head_);
   if (there && options.resume) earlier_ = std::make_unique<RecordFile>(path_);
   // Of one that has nothing yet, nothing is lost.
@@ -112,39 +200,38 @@ Checkpoint::Checkpoint(const CheckpointOptions& options, const Json& head)
     check_frame(*earlier_, head);
     tiles_ = tiles_of(*earlier_);
     if (options.by_tiles && earlier_->has_more()) {
-      log_warning(
-          fmt::format("{}: its end is cut short; the tiles there are rendered anew", path_));
+      warn_of_cut(path_);
       file_->cut(earlier_->end());
     }
   } else if (there) {
-    if (!options.resume) log_info(path_ + " is begun anew, as there is no --resume");
-    AtomicFile file(path_);
-    file.write_at(head_.data(), head_.size(), 0);
-    file_->replace(file);
+    if (!options.resume && !options.own) check_begins_anew(path_, head);
+    if (!options.resume) log_info(path_ + " is begun anew, as there is no `resume`");
+    file_->replace([this](AtomicFile& file) { file.write_at(head_.data(), head_.size(), 0); });
   }
   report_.bytes = file_->size();
   thread_ = std::thread([this] { run(); });
 }
 
+// After an error. What this run has made and saved nothing in is of no use.
 Checkpoint::~Checkpoint() {
-  if (thread_.joinable()) finish(false, true);
-}
-
-std::optional<std::vector<std::byte>> Checkpoint::load(size_t tile, uint64_t most) {
-  const auto at = tiles_.find(tile);
-  if (at == tiles_.end()) return std::nullopt;
+  if (!thread_.joinable()) return;
   try {
-    return earlier_->read(at->second, most);
-  } catch (const InputError& error) {
-    log_warning(fmt::format("{}; the tiles that are lost are rendered anew", error.what()));
-    return std::nullopt;
+    finish(false, !made_ || file_->size() > head_.size());
+  } catch (const std::exception& error) {
+    log_warning(error.what());
   }
 }
 
+std::optional<std::vector<std::byte>> Checkpoint::load(size_t tile, uint64_t most) {
+  return load_tile(earlier_.get(), tiles_, tile, most);
+}
+
 std::optional<std::vector<std::byte>> Checkpoint::load_finished(size_t tile, uint64_t most) {
-  const auto at = finished_tiles_.find(tile);
-  if (at == finished_tiles_.end()) return std::nullopt;
-  return finished_->read(at->second, most);
+  return load_tile(finished_.get(), finished_tiles_, tile, most);
+}
+
+void Checkpoint::unusable(bool finished) {
+  warn_of_lost_tiles((finished ? *finished_ : *earlier_).path() + ": the checkpoint is damaged");
 }
 
 std::optional<std::vector<std::byte>> Checkpoint::finished_state(uint64_t most) const {
@@ -166,8 +253,8 @@ void Checkpoint::save(size_t tile, std::span<const std::byte> state) {
 
 // The frame goes on: what is not saved is lost only if this run is.
 void Checkpoint::failed(const std::string& error) {
-  whole_ = false;
-  if (!warned_)
+  error_ = error;
+  if (!warned_ && !ending_)
     log_warning(error + "; the frame goes on, and what is not saved is lost if it ends");
   warned_ = true;
 }
@@ -176,16 +263,21 @@ std::optional<std::vector<std::byte>> Checkpoint::state(uint64_t most) const {
   return earlier_ ? film_state(*earlier_, most) : std::nullopt;
 }
 
+bool Checkpoint::asked() const {
+  if (save_now_ && save_now_()) asked_ = true;
+  return asked_;
+}
+
 bool Checkpoint::wanted() const {
   return !busy_.load(std::memory_order_relaxed) &&
-         (clock_.seconds() >= next_s_.load(std::memory_order_relaxed) || checkpoint_asked());
+         (clock_.seconds() >= next_s_.load(std::memory_order_relaxed) || asked());
 }
 
 void Checkpoint::save(FrameRender& render) {
   std::unique_lock lock(mutex_);
   wake_.wait(lock, [&] { return !busy_; });  // at a stop; else nobody asks meanwhile
   const Stopwatch pause;
-  take_checkpoint_request();
+  asked_ = false;
   next_s_ = clock_.seconds() + interval_s_;
   try {
     copy_.reserve(copy_bytes_);
@@ -220,20 +312,20 @@ void Checkpoint::touch_copy() {
 }
 
 void Checkpoint::write_behind(const std::vector<std::byte>& state) {
-  AtomicFile file(path_);
-  uint64_t at = 0, blocks = 0;
-  const auto append = [&](const std::string& bytes) {
-    file.write_at(bytes.data(), bytes.size(), at);
-    at += bytes.size();
-  };
-  append(head_);
-  for (size_t begin = 0; begin < state.size(); begin += kBlockBytes, ++blocks) {
-    const size_t size = std::min<size_t>(kBlockBytes, state.size() - begin);
-    append(packed_record(kBlockRecord, blocks, std::span(state).subspan(begin, size)));
-  }
-  append(packed_record(kEndRecord, blocks, {}));
-  file_->replace(file);
-  report_.bytes = at;
+  file_->replace([&](AtomicFile& file) {
+    uint64_t at = 0, blocks = 0;
+    const auto append = [&](const std::string& bytes) {
+      file.write_at(bytes.data(), bytes.size(), at);
+      at += bytes.size();
+    };
+    append(head_);
+    for (size_t begin = 0; begin < state.size(); begin += kBlockBytes, ++blocks) {
+      const size_t size = std::min<size_t>(kBlockBytes, state.size() - begin);
+      append(packed_record(kBlockRecord, blocks, std::span(state).subspan(begin, size)));
+    }
+    append(packed_record(kEndRecord, blocks, {}));
+  });
+  report_.bytes = file_->size();
   ++report_.written;
 }
 
@@ -257,11 +349,13 @@ void Checkpoint::run() {
       std::string why;
       try {
         write_behind(copy_);
+      } catch (const RenderError& error) {  // it names the file
+        why = error.what();
       } catch (const std::exception& error) {  // also of memory
         why = path_ + ": " + error.what();
       }
       lock.lock();
-      whole_ = true;  // it has the whole frame, whatever failed before
+      error_.clear();  // it has the whole frame, whatever failed before
       if (!why.empty()) failed(why);
       writing_ = false;
       busy_ = false;
@@ -276,14 +370,31 @@ void Checkpoint::run() {
       busy_ = false;
       wake_.notify_all();
     }
-    const bool due = ending_ || clock_.seconds() >= next_s_ || checkpoint_asked();
+    const bool due = ending_ || clock_.seconds() >= next_s_ || asked();
     if (!due || !tiles_waiting_) continue;
     tiles_waiting_ = false;
-    take_checkpoint_request();
+    asked_ = false;
     next_s_ = clock_.seconds() + interval_s_;
     lock.unlock();
     sync_tiles();
     lock.lock();
+  }
+}
+
+// Another program may have removed, replaced, cut or overwritten the file in the meantime. Where it
+// was cut, what was appended later leaves a hole: so the bytes themselves are read.
+void Checkpoint::check_file() {
+  try {
+    if (file_->is_named()) {
+      const RecordFile file(path_);
+      const bool as_written = file.end() == file_->size() && !file.has_more();
+      if (as_written && records_are_whole(file)) return;
+      error_ = path_ + ": it was damaged while the frame rendered, and does not hold all of it";
+      return;
+    }
+    error_ = path_ + ": it was removed or replaced while the frame rendered";
+  } catch (const InputError& error) {
+    error_ = error.what();
   }
 }
 
@@ -295,8 +406,10 @@ CheckpointReport Checkpoint::finish(bool done, bool keep) {
   wake_.notify_all();
   thread_.join();
   if (!keep) file_->remove();
-  report_.whole = whole_;
-  if (done && finished_ && whole_) {
+  if (keep && error_.empty()) check_file();
+  report_.error = error_;
+  if (done && finished_ && error_.empty()) {
+    check_checkpoint(finished_->path(), true);
     file_->rename_to(finished_->path());
     report_.file = finished_->path();
   }

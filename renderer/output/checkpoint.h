@@ -1,7 +1,7 @@
 // What there is of a frame, in a file, so that a later run goes on from there to the same bits.
 //
 // A frame of tiles appends each as it is finished; another replaces the whole file from time to
-// time. The file (io/record_file.h) has a head in JSON (checkpoint_head.h):
+// time. The file (io/files/record_file.h) has a head in JSON (checkpoint_head.h):
 //   "bits"        kBitsVersion; "emberline" the version for people
 //   "settings"    all that decide bits, as texts by name (setting_table.h); "schedule" the others
 //   "inputs"      fingerprints of the files that were read; "files" where they were
@@ -16,6 +16,7 @@
 #include <atomic>
 #include <condition_variable>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <nlohmann/json_fwd.hpp>
@@ -25,16 +26,29 @@
 #include <unordered_map>
 #include <vector>
 
-#include "io/atomic_file.h"
-#include "io/record_file.h"
-#include "renderer/frame/frame_render.h"
-#include "renderer/process/render_clock.h"
+#include "io/files/atomic_file.h"
+#include "io/files/record_file.h"
+#include "renderer/engine/frame_render.h"
+#include "renderer/engine/render_clock.h"
+#include "renderer/output/render_options.h"
 
 namespace emberline {
 
 // Kinds of records. A tile's number is its own (bucket_number()); of a frame of one film, blocks of
 // its state are numbered from 0 on, and an empty record with their number ends them.
 inline constexpr uint32_t kTileRecord = 1, kBlockRecord = 2, kEndRecord = 3;
+
+// Refuses a name under which there is another file than a checkpoint, or a link to nothing: it
+// would be replaced, or made through the link. Throws UsageError; InputError for a file that
+// `resume` is to go on with.
+void check_checkpoint(const std::string& path, bool resume);
+
+// Whether a name may hold what an earlier run of this output has left, whatever its settings:
+// OUTPUT.checkpoint, and no link, which may be the file of another frame.
+bool is_own_checkpoint(const RenderOptions& options);
+// Refuses to begin a checkpoint anew that is of another frame and not this output's own. A `head`
+// without "inputs" is compared in its settings alone. Throws UsageError.
+void check_begins_anew(const std::string& path, const nlohmann::json& head);
 
 // Of a frame of one film, at most so many bytes; nothing if none was saved yet. Throws InputError.
 std::optional<std::vector<std::byte>> film_state(const RecordFile& file, uint64_t most);
@@ -45,7 +59,7 @@ struct CheckpointReport {
   uint64_t bytes = 0;                        // the file's last size
   double paused_s = 0, longest_pause_s = 0;  // while nothing rendered
   bool kept = false;
-  bool whole = true;  // all that was to be saved by its end is
+  std::string error;  // why not all is saved that was to be; empty: all is
 };
 
 struct CheckpointOptions {
@@ -53,9 +67,12 @@ struct CheckpointOptions {
   bool by_tiles = false;
   bool resume = false;      // goes on with one that is there
   double interval_s = 300;  // between two
+  bool own = true;          // is_own_checkpoint()
   // The checkpoint of an equal frame that is finished, and had fewer samples or a higher threshold:
   // it goes on in this one, which takes its place when it is done. Empty: none.
   std::string finished;
+  // Whether a checkpoint was asked for since this was asked last. Any thread. Empty: nobody does.
+  std::function<bool()> save_now = {};
 };
 
 class Checkpoint final : public TileStore {
@@ -71,6 +88,7 @@ class Checkpoint final : public TileStore {
   // Tiles: any thread.
   std::optional<std::vector<std::byte>> load(size_t tile, uint64_t most) override;
   std::optional<std::vector<std::byte>> load_finished(size_t tile, uint64_t most) override;
+  void unusable(bool finished) override;
   void save(size_t tile, std::span<const std::byte> state) override;
 
   // One film: film_state() of what an earlier run has left, and of the frame that is extended.
@@ -94,6 +112,8 @@ class Checkpoint final : public TileStore {
   void write_behind(const std::vector<std::byte>& state);
   void sync_tiles();
   void failed(const std::string& error);
+  void check_file();
+  bool asked() const;
 
   const std::string path_;
   const std::string head_;
@@ -105,12 +125,15 @@ class Checkpoint final : public TileStore {
   CheckpointReport report_;
   Stopwatch clock_;
   std::atomic<double> next_s_;
+  const std::function<bool()> save_now_;
+  mutable std::atomic<bool> asked_{false};
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   std::vector<std::byte> copy_;  // to be written; the thread's alone while it is busy
   uint64_t copy_bytes_ = 0;
   bool writing_ = false, ending_ = false, warned_ = false, tiles_waiting_ = false;
-  bool whole_ = true;
+  bool made_ = false;              // by this run
+  std::string error_;              // why not all is saved
   std::atomic<bool> busy_{false};  // with the copy
   std::thread thread_;
 };

@@ -8,15 +8,15 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
-#include "io/fingerprint.h"
+#include "io/files/fingerprint.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/names.h"
 #include "renderer/core/shortened.h"
 #include "renderer/core/version.h"
-#include "renderer/drivers/setting_table.h"
-#include "renderer/frame/frame_scene.h"
+#include "renderer/engine/frame_scene.h"
+#include "renderer/engine/process_usage.h"
+#include "renderer/engine/setting_table.h"
 #include "renderer/output/report.h"
-#include "renderer/process/process_usage.h"
 #include "renderer/scene/embree_isa.h"
 
 namespace emberline {
@@ -70,12 +70,14 @@ Json input_fingerprints(const FrameSettings& settings, LoadProgress& progress) {
   Json inputs = Json::object();
   inputs["the scene's files"] =
       hexadecimal(scene_fingerprint(settings.scene, settings.resource_root, progress));
-  const auto add = [&](const char* what, const std::string& path) {
+  // Whoever renders, these are their names in checkpoints.
+  const auto add = [&](const std::string& what, const std::string& path) {
     if (!path.empty()) inputs[what] = hexadecimal(file_fingerprint(path, progress));
   };
-  add("the file of --env", settings.environment);
-  add("the file of --edits", settings.edits);
-  add("the environment of --edits", load_edits(settings, progress).environment.file);
+  add(fmt::format("the file of --{}", "env"), settings.environment);
+  add(fmt::format("the file of --{}", "edits"), settings.edits);
+  add(fmt::format("the environment of --{}", "edits"),
+      load_edits(settings, progress).environment.file);
   return inputs;
 }
 
@@ -164,7 +166,7 @@ std::vector<std::string> differences(const Json& now, const Json& then,
   compare(now, then, "settings", [&](const std::string& name, const Json* here, const Json* there) {
     if (std::ranges::find(but, name) != but.end()) return;
     list.push_back(
-        fmt::format("--{}: {} (now {})", shortened(name), text_of(there), text_of(here)));
+        fmt::format("`{}`: {} (now {})", shortened(name), text_of(there), text_of(here)));
   });
   compare(now, then, "inputs", [&](const std::string& name, const Json*, const Json*) {
     list.push_back(shortened(name) + " have changed");

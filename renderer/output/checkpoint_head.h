@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "renderer/core/load_progress.h"
-#include "renderer/drivers/frame_plan.h"
+#include "renderer/engine/frame_plan.h"
 #include "renderer/output/render_options.h"
 #include "renderer/output/scene_layers.h"
 

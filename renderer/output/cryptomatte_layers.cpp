@@ -82,7 +82,7 @@ std::vector<std::pair<std::string, std::string>> cryptomatte_attributes(
 void check_cryptomattes(const RenderOptions& options) {
   if (options.cryptomattes.empty() || options.replay) return;
   if (std::ranges::none_of(options.outputs, is_exr)) {
-    throw UsageError("--cryptomatte: mattes are layers of an EXR; give an -o that ends in .exr");
+    throw UsageError("`cryptomatte`: mattes are layers of an EXR; give an -o that ends in .exr");
   }
 }
 

@@ -10,10 +10,10 @@
 #include "renderer/core/memory_budget.h"
 #include "renderer/core/parallel.h"
 #include "renderer/core/readable.h"
+#include "renderer/engine/render_clock.h"
 #include "renderer/film/film.h"
 #include "renderer/film/half_channels.h"
 #include "renderer/film/shared_samples.h"
-#include "renderer/process/render_clock.h"
 #include "renderer/reconstruction/denoise.h"
 
 namespace emberline {
@@ -146,7 +146,7 @@ class Pass {
     for (int row = 0; row < height_; row += band) pass(row, std::min(height_, row + band));
     const double pixels = double(job_.crop.area());
     return {std::sqrt(before_ / pixels), std::sqrt(after_ / pixels), double(kept_) / pixels,
-            clock.seconds()};
+            clock.seconds(), stopped_};
   }
 
  private:
@@ -156,12 +156,38 @@ class Pass {
     read_until(std::min(height_, end + kDenoiseMargin));
     DenoiseInput input = input_of(window_, job_.crop);
     for (const std::string& layer : layers_) input.parts.push_back(window_.colours(layer + "."));
-    DenoisedPicture picture = denoise(input, begin - window_.begin(), end - window_.begin());
+    DenoisedPicture picture =
+        denoise(input, begin - window_.begin(), end - window_.begin(), job_.stop);
+    if (picture.error.empty()) picture = unfiltered(begin, end);
     before_ += picture.squared_error_before;
     after_ += picture.squared_error_after;
     kept_ += picture.kept;
     show_unsampled(begin, end, &picture);
     write(picture, begin, end);
+  }
+
+  // As the pixels came, after a stop; of their error nothing is known but that it is no larger.
+  DenoisedPicture unfiltered(int begin, int end) {
+    constexpr float kMostError = 0.5f;
+    stopped_ = true;
+    const size_t first = window_.index_of(0, begin), count = window_.index_of(0, end) - first;
+    const auto colour_of = [&](const std::string& layer) {
+      std::array<std::vector<float>, 3> colour;
+      for (size_t c = 0; c < 3; ++c) {
+        const std::span<const float> raw =
+            window_.plane(layer + kChannels[c]).subspan(first, count);
+        colour[c].assign(raw.begin(), raw.end());
+      }
+      return colour;
+    };
+    DenoisedPicture picture;
+    picture.colour = colour_of("");
+    for (const std::string& layer : layers_) picture.parts.push_back(colour_of(layer + "."));
+    picture.error.assign(count, kMostError);
+    picture.kept = count;
+    picture.squared_error_before = picture.squared_error_after =
+        double(kMostError) * double(kMostError) * double(count);
+    return picture;
   }
 
   // A pixel without samples shows what it does in the frame, its neighbours perhaps.
@@ -231,11 +257,16 @@ class Pass {
   std::vector<float> read_;
   double before_ = 0.0, after_ = 0.0;
   size_t kept_ = 0;
+  bool stopped_ = false;
 };
 
 }  // namespace
 
 std::string describe(const DenoiseReport& report) {
+  if (report.stopped) {
+    return fmt::format("denoising was stopped after {}: {} of the pixels are as they were",
+                       readable_seconds(report.seconds), readable_percent(report.kept_share));
+  }
   return fmt::format(
       "denoised in {}: expected error {:.2g} -> {:.2g}, {} of the pixels left unfiltered",
       readable_seconds(report.seconds), report.error_before, report.error_after,

@@ -5,10 +5,11 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <stop_token>
 #include <string>
 #include <vector>
 
-#include "io/atomic_file.h"
+#include "io/files/atomic_file.h"
 #include "renderer/core/rect.h"
 
 namespace emberline {
@@ -18,6 +19,7 @@ struct DenoiseReport {
   double error_before = 0.0, error_after = 0.0;  // expected RMS error of the displayed picture
   double kept_share = 0.0;                       // of the pixels, that are as they were
   double seconds = 0.0;
+  bool stopped = false;  // before its end: the rest of the picture is as it was
 };
 
 // "denoised in 3 s: expected error 0.02 -> 0.004, 12 % of the pixels left as they were"
@@ -48,6 +50,8 @@ struct DenoiseJob {
   // Takes a tile of the crop: its channels and, behind those of each pixel, the results. Any
   // thread.
   std::function<void(const Rect& tile, const std::vector<float>& pixels)> write;
+  // A request leaves the rows that are not filtered yet as they are.
+  std::stop_token stop = {};
 };
 
 // On the calling thread's TBB arena; the bits do not depend on it. Throws what read and write

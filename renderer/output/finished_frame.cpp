@@ -4,10 +4,14 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "io/json_input.h"
-#include "io/picture_mark.h"
+#include "io/files/input_file.h"
+#include "io/image/picture_mark.h"
+#include "io/image/whole_picture.h"
+#include "io/json/input.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/file_suffix.h"
 #include "renderer/output/report_page.h"
+#include "renderer/output/snapshots.h"
 
 namespace emberline {
 namespace {
@@ -18,22 +22,40 @@ bool is_there(const std::string& path) {
          std::filesystem::file_size(path, error) > 0 && !error;
 }
 
-bool is_whole_picture(const std::string& path) {
-  try {
-    return is_there(path) && !is_marked_incomplete(path);
-  } catch (const InputError&) {
-    return false;
-  }
+bool is_whole(const std::string& path) {
+  return is_there(path) && is_whole_picture(path) && !is_marked_incomplete(path);
+}
+
+bool ends_with(const std::string& path, std::string_view text) {
+  const InputFile file(path);
+  std::string end(text.size(), '\0');
+  return file.size() >= end.size() &&
+         file.try_read(file.size() - end.size(), end.size(), end.data()) > 0 && end == text;
 }
 
 bool is_whole_report(const std::string& path) {
-  if (!is_there(path) || is_page(path)) return is_there(path);
-  try {
-    const nlohmann::json json = read_json(path);
-    return json.is_object() && json.value("complete", nlohmann::json()) == true;
-  } catch (const InputError&) {
-    return false;
+  if (!is_there(path)) return false;
+  if (is_page(path)) return ends_with(path, "</html>\n");
+  if (!ends_with(path, "}\n")) return false;
+  const nlohmann::json json = read_json(path);
+  return json.is_object() && json.value("complete", nlohmann::json()) == true;
+}
+
+bool is_whole_tree(const std::string& path) {
+  if (!is_json(path)) return is_whole(path);
+  return is_there(path) && read_json(path).is_object();
+}
+
+// Whichever moments were reached: those that are there.
+bool are_whole_snapshots(const std::string& folder) {
+  std::error_code error;
+  for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error)) {
+    const std::string path = entry->path().string();
+    if (!is_snapshot_name(entry->path().filename().string()) || is_json(path)) continue;
+    if (!is_there(path) || !is_whole_picture(path)) return false;
   }
+  return true;
 }
 
 }  // namespace
@@ -41,10 +63,15 @@ bool is_whole_report(const std::string& path) {
 bool is_finished(const RenderOptions& options) {
   const std::string checkpoint = checkpoint_path(options);
   if (!checkpoint.empty() && !keeps_checkpoint(options) && is_there(checkpoint)) return false;
-  return std::ranges::all_of(options.outputs, is_whole_picture) &&
-         std::ranges::all_of(options.heatmaps, is_there) &&
-         std::ranges::all_of(options.trees, is_there) &&
-         std::ranges::all_of(options.reports, is_whole_report);
+  try {
+    return std::ranges::all_of(options.outputs, is_whole) &&
+           std::ranges::all_of(options.heatmaps, is_whole) &&
+           std::ranges::all_of(options.trees, is_whole_tree) &&
+           std::ranges::all_of(options.reports, is_whole_report) &&
+           (options.snapshots.empty() || are_whole_snapshots(options.snapshots));
+  } catch (const InputError&) {
+    return false;  // one that cannot be read
+  }
 }
 
 }  // namespace emberline

@@ -5,10 +5,10 @@
 
 namespace emberline {
 
-// All pictures, heatmaps, trees and reports of the options are there. Files appear whole, so what
-// is there is whole, unless it says that it is of a frame that was stopped (picture_mark.h; of a
-// JSON report "complete"), cannot be read, or a checkpoint waits to go on with. How the frame was
-// rendered, nobody asks.
+// All pictures, heatmaps, trees and reports of the options are there and whole: none was cut short
+// (whole_picture.h), and none says that its frame was stopped (picture_mark.h; of a JSON report
+// "complete"). Snapshots that are there are whole, and no checkpoint waits to go on with. The
+// settings are not compared.
 bool is_finished(const RenderOptions& options);
 
 }  // namespace emberline

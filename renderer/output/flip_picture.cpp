@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "io/image_output.h"
-#include "renderer/charts/colour_map.h"
+#include "io/image/output.h"
+#include "renderer/statistics/colour_map.h"
 
 namespace emberline {
 

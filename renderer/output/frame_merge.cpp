@@ -11,11 +11,12 @@
 #include <numeric>
 #include <tuple>
 
-#include "io/json_input.h"
+#include "io/json/input.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/flush_denormals.h"
 #include "renderer/core/log.h"
 #include "renderer/core/parallel.h"
+#include "renderer/drivers/bucket_schedule.h"
 #include "renderer/output/checkpoint.h"
 #include "renderer/output/checkpoint_head.h"
 #include "renderer/output/frame_memory.h"
@@ -42,7 +43,7 @@ FilmExtras extras_of(const FramePlan& plan, const FrameSettings& settings,
 
 }  // namespace
 
-StoredFrame::StoredFrame(const std::string& path)
+StoredFrame::StoredFrame(const std::string& path, MemoryBudget* budget)
     : file_(path),
       head_(parse_json(file_.head(), path)),
       settings_(settings_of(head_, path)),
@@ -50,9 +51,13 @@ StoredFrame::StoredFrame(const std::string& path)
       layers_(scene_layers_of(head_, path)),
       extras_(extras_of(plan_, settings_, layers_)),
       by_tiles_(plan_.driver->tiles) {
+  // A head of some kilobytes may tell of millions of buckets.
+  if (budget) {
+    budget->reserve(MemoryPart::kFilm, bucket_list_bytes(plan_.crop, tile_size()), path);
+  }
   if (!by_tiles_) return;
   const auto schedule = of_settings(path, [&] {
-    return bucket_schedule(plan_.crop, settings_.bucket_size, settings_.bucket_order, plan_.seed);
+    return bucket_schedule(plan_.crop, tile_size(), settings_.bucket_order, plan_.seed);
   });
   const FramePart part = settings_.part.value_or(FramePart{});
   for (size_t i = part.index - 1; i < schedule.size(); i += part.count) {
@@ -148,28 +153,34 @@ double StoredFrame::share() const {
 
 FrameMerge::FrameMerge(const std::vector<std::string>& paths, bool allow_holes, bool strict,
                        MemoryBudget& budget) {
-  for (const std::string& path : paths) frames_.push_back(std::make_unique<StoredFrame>(path));
+  for (const std::string& path : paths)
+    frames_.push_back(std::make_unique<StoredFrame>(path, &budget));
   check_frames(strict);
   const FrameSettings& settings = first().settings();
-  tiles_ = bucket_schedule(first().plan().crop, settings.bucket_size, settings.bucket_order,
+  // The buckets, and of each group of samples who has them, their errors and counts.
+  const uint64_t lists = bucket_list_bytes(first().plan().crop, first().tile_size());
+  for (size_t i = 0; i <= frames_.size(); ++i) {
+    budget.reserve(MemoryPart::kFilm, lists, first().path());
+  }
+  tiles_ = bucket_schedule(first().plan().crop, first().tile_size(), settings.bucket_order,
                            settings.seed);
   for (const auto& frame : frames_) frame->load_film(budget);
   make_groups();
   check_groups(allow_holes);
-  reserve_tiles(budget);
 }
 
-// Of each thread two films, the state that one of them is read from, and what is written.
-void FrameMerge::reserve_tiles(MemoryBudget& budget) const {
-  uint64_t most = 0;
-  for (const Rect& tile : tiles_) most = std::max(most, uint64_t(tile.area()));
-  const AovSet& aovs = first().plan().aovs;
-  const uint64_t of_pixel = 3 * film_bytes_per_pixel(aovs, first().film_extras()) +
-                            written_bytes_per_pixel(film_channels(aovs).size());
-  const auto threads = uint64_t(std::max(1, tbb::this_task_arena::max_concurrency()));
-  budget.reserve(MemoryPart::kFilm,
-                 bytes_of(std::min<uint64_t>(tiles_.size(), threads) * most, of_pixel),
-                 first().path());
+// Each thread has a film, a second one where there are several groups of samples, and first the
+// state that a film is read from, then what is written.
+void FrameMerge::reserve(const RenderOptions& options, const OutputSettings& settings, int threads,
+                         MemoryBudget& budget) const {
+  const std::vector<std::string>& lights = first().layers().lights;
+  const uint64_t film = film_bytes_per_pixel(settings.aovs, first().film_extras());
+  const uint64_t of_pixel =
+      (groups_.size() > 1 ? 2 : 1) * film +
+      std::max(film, written_bytes_per_pixel(tile_channels(settings, lights)));
+  const BucketsAtWork at_work = buckets_at_work(settings.crop, settings.tile_size, threads);
+  budget.reserve(MemoryPart::kFilm, bytes_of(at_work.pixels(), of_pixel), first().path());
+  budget.reserve(MemoryPart::kFilm, output_bytes(options, settings, lights), first().path());
 }
 
 void FrameMerge::check_frames(bool strict) const {
@@ -192,7 +203,7 @@ void FrameMerge::check_frames(bool strict) const {
     const std::string what = fmt::format("{}: made with {}; bits may differ by rounding",
                                          frame->path(), fmt::join(machines, "; "));
     if (strict)
-      throw InputError(frame->path(), "--strict: made with {}", fmt::join(machines, "; "));
+      throw InputError(frame->path(), "`strict`: made with {}", fmt::join(machines, "; "));
     log_warning(what);
   }
 }
@@ -255,7 +266,7 @@ void FrameMerge::check_groups(bool allow_holes) {
   const std::string what = fmt::format("{}", fmt::join(lacking, "; "));
   if (!allow_holes) {
     throw InputError(first().path(),
-                     "the parts lack {}; render what is missing, or give --allow-holes", what);
+                     "the parts lack {}; render what is missing, or give `allow-holes`", what);
   }
   log_warning(fmt::format("the parts lack {}: pixels without samples are black", what));
 }

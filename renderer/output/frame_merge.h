@@ -8,10 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "io/record_file.h"
+#include "io/files/record_file.h"
 #include "renderer/core/memory_budget.h"
-#include "renderer/drivers/frame_plan.h"
-#include "renderer/frame/frame_render.h"
+#include "renderer/drivers/bucket_schedule.h"
+#include "renderer/engine/frame_plan.h"
+#include "renderer/engine/frame_render.h"
+#include "renderer/output/outputs.h"
 #include "renderer/output/scene_layers.h"
 
 namespace emberline {
@@ -19,13 +21,17 @@ namespace emberline {
 // A part of a frame as `render` has left it: a checkpoint that was kept.
 class StoredFrame {
  public:
-  // Throws InputError: no checkpoint, damaged, or with settings that cannot be.
-  explicit StoredFrame(const std::string& path);
+  // Throws InputError: no checkpoint, damaged, with settings that cannot be, or with lists of
+  // buckets that do not fit into the budget.
+  explicit StoredFrame(const std::string& path, MemoryBudget* budget = nullptr);
 
   const std::string& path() const { return file_.path(); }
   const nlohmann::json& head() const { return head_; }
   const FrameSettings& settings() const { return settings_; }
   const FramePlan& plan() const { return plan_; }
+  int tile_size() const {
+    return emberline::tile_size(*plan_.driver, plan_.driver_settings.bucket_size);
+  }
   const FilmExtras& film_extras() const { return extras_; }
   const SceneLayers& layers() const { return layers_; }
 
@@ -51,9 +57,7 @@ class StoredFrame {
   SceneLayers layers_;
   FilmExtras extras_;
   bool by_tiles_;
-  size_t number_of(const Rect& tile) const {
-    return bucket_number(plan_.crop, tile, settings_.bucket_size);
-  }
+  size_t number_of(const Rect& tile) const { return bucket_number(plan_.crop, tile, tile_size()); }
   TileResult blank_result() const;
   std::vector<Rect> own_;                  // tiles of its part of the frame
   std::vector<const RecordEntry*> tiles_;  // by number; null: it has none
@@ -75,6 +79,10 @@ class FrameMerge {
   FrameSettings settings() const;
   bool complete() const { return complete_; }
 
+  // Before deliver(): counts what it takes, with what becomes of each tile and of the whole frame
+  // until these outputs are written. Throws InputError.
+  void reserve(const RenderOptions& options, const OutputSettings& settings, int threads,
+               MemoryBudget& budget) const;
   // Hands every tile to the observer, with the parts' channels and, if it is among `aovs`, `part`.
   // On the calling thread's TBB arena, two films a thread. Throws InputError, and what the observer
   // throws.
@@ -95,12 +103,11 @@ class FrameMerge {
   void check_frames(bool strict) const;
   void make_groups();
   void check_groups(bool allow_holes);
-  void reserve_tiles(MemoryBudget& budget) const;
   void merge_tile(const Rect& tile, FilmTile& film, FilmTile& more, FrameCounters& counters);
   void combine_errors();
   size_t part_number(const StoredFrame* frame) const;
   size_t number_of(const Rect& tile) const {
-    return bucket_number(first().plan().crop, tile, first().settings().bucket_size);
+    return bucket_number(first().plan().crop, tile, first().tile_size());
   }
 
   std::vector<std::unique_ptr<StoredFrame>> frames_;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "io/image_output.h"
+#include "io/image/output.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
 
@@ -30,7 +30,7 @@ void check_heatmap_style(const HeatmapStyle& style,
                          std::span<const HeatmapQuantity* const> quantities) {
   constexpr double kLeastOfLogarithm = 1e-30;
   if (style.range && style.logarithmic && !(style.range->least >= kLeastOfLogarithm)) {
-    throw UsageError("--range: with --log the range begins at {} at least, not at {}",
+    throw UsageError("`range`: with `log` the range begins at {} at least, not at {}",
                      kLeastOfLogarithm, style.range->least);
   }
   const HeatmapQuantity* amounts = nullptr;
@@ -38,14 +38,14 @@ void check_heatmap_style(const HeatmapStyle& style,
     if (quantity->reasons) continue;
     if (style.range && amounts && amounts != quantity) {
       throw UsageError(
-          "--range: one range does not fit both {} and {}; make one of the pictures of the .exr, "
+          "`range`: one range does not fit both {} and {}; make one of the pictures of the .exr, "
           "with emberline heatmap",
           amounts->name, quantity->name);
     }
     amounts = quantity;
   }
   if (!amounts && (style.range || style.logarithmic)) {
-    throw UsageError("{}: {} shows reasons, which have no scale", style.range ? "--range" : "--log",
+    throw UsageError("{}: {} shows reasons, which have no scale", style.range ? "`range`" : "`log`",
                      quantities.front()->name);
   }
 }
@@ -53,7 +53,7 @@ void check_heatmap_style(const HeatmapStyle& style,
 std::vector<HeatmapRequest> heatmap_requests(const RenderOptions& options) {
   if (options.heatmap_of.size() > options.heatmaps.size()) {
     throw UsageError(
-        "--heatmap-of {}: there is no --heatmap for it; the first belongs to the first, the second "
+        "`heatmap-of` {}: there is no `heatmap` for it; the first belongs to the first, the second "
         "to the second",
         options.heatmap_of[options.heatmaps.size()]);
   }
@@ -65,7 +65,7 @@ std::vector<HeatmapRequest> heatmap_requests(const RenderOptions& options) {
                                           : heatmap_quantity_table().front();
     if (quantity.of_denoised) {
       throw UsageError(
-          "--heatmap-of {0}: a frame is denoised when it is done; emberline heatmap FILE.exr --of "
+          "`heatmap-of` {0}: a frame is denoised when it is done; emberline heatmap FILE.exr `of` "
           "{0} makes it then",
           quantity.name);
     }

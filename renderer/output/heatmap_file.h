@@ -9,12 +9,12 @@
 #include <utility>
 #include <vector>
 
-#include "io/atomic_file.h"
-#include "io/exr_writer.h"
-#include "renderer/charts/heatmap_quantity.h"
-#include "renderer/charts/quantity_plane.h"
+#include "io/exr/writer.h"
+#include "io/files/atomic_file.h"
 #include "renderer/core/rect.h"
 #include "renderer/output/render_options.h"
+#include "renderer/statistics/heatmap_quantity.h"
+#include "renderer/statistics/quantity_plane.h"
 
 namespace emberline {
 

@@ -81,16 +81,16 @@ void check_light_layers(const RenderOptions& options) {
   if (!find_integrator(options.integrator).tells_lights_apart) {
     auto valid = integrator_table() | std::views::filter(&IntegratorEntry::tells_lights_apart) |
                  std::views::transform(&IntegratorEntry::name);
-    throw UsageError("--light-groups: the integrator {} knows no lights; valid with {}",
+    throw UsageError("`light-groups`: the integrator {} knows no lights; valid with {}",
                      options.integrator, fmt::join(valid, ", "));
   }
   if (options.unbiased) {
     throw UsageError(
-        "--light-groups: --unbiased weighs rounds, which are not kept by light; leave one of the "
+        "`light-groups`: `unbiased` weighs rounds, which are not kept by light; leave one of the "
         "two out");
   }
   if (!options.replay && std::ranges::none_of(options.outputs, is_exr)) {
-    throw UsageError("--light-groups: they are layers of an EXR; give an -o that ends in .exr");
+    throw UsageError("`light-groups`: they are layers of an EXR; give an -o that ends in .exr");
   }
 }
 

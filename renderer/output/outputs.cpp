@@ -6,14 +6,14 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "io/picture_mark.h"
+#include "io/image/picture_mark.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/log.h"
 #include "renderer/core/parallel.h"
-#include "renderer/drivers/frame_plan.h"
-#include "renderer/frame/frame_scene.h"
-#include "renderer/frame/half_layers.h"
+#include "renderer/engine/frame_plan.h"
+#include "renderer/engine/frame_scene.h"
+#include "renderer/engine/half_layers.h"
 #include "renderer/output/light_layers.h"
 #include "renderer/output/report.h"
 
@@ -76,7 +76,7 @@ OutputSettings output_settings(const RenderOptions& options, const Rect& crop) {
   OutputSettings settings{options.width,
                           options.height,
                           crop,
-                          options.bucket_size,
+                          tile_size(find_driver(options.driver), options.bucket_size),
                           aovs_of(options),
                           settings_attributes(options),
                           options.display,
@@ -103,10 +103,11 @@ void register_inputs(const RenderOptions& options, FileRegister& files) {
   const auto read = [&files](const std::string& path, const char* option) {
     if (!path.empty()) files.read(path, std::string("it is the file of ") + option);
   };
-  read(options.environment, "--env");
-  read(options.edits, "--edits");
-  read(options.reference, "--reference");
-  read(options.settings_file, "--settings");
+  read(options.environment, "`env`");
+  read(options.edits, "`edits`");
+  read(options.reference, "`reference`");
+  read(options.settings_file, "`settings`");
+  if (!options.extended.empty()) files.read(options.extended, "it is the frame that is extended");
   if (const char* config = std::getenv("OCIO")) {
     read(config, "$OCIO");
     for (const std::string& table : display_tables())
@@ -128,26 +129,30 @@ void check_picture_format(const std::string& path, const Rect& crop) {
   }
 }
 
-void check_output_paths(const RenderOptions& options, const Rect& crop, FileRegister& files) {
-  register_inputs(options, files);
-  for (const std::string& path : options.outputs) {
-    check_picture_format(path, crop);
-    files.write("-o", path);
-  }
-  for (const std::string& path : options.heatmaps) {
-    check_heatmap_format("--heatmap", path, crop);
-    files.write("--heatmap", path);
-  }
-  for (const std::string& path : options.reports) files.write("--report", path);
-  for (const std::string& path : options.trees) files.write("--tree", path);
-  if (!options.save_settings.empty()) files.write("--save-settings", options.save_settings);
+void register_frame_outputs(const RenderOptions& options, FileRegister& files) {
+  for (const std::string& path : options.outputs) files.write("-o", path);
+  for (const std::string& path : options.heatmaps) files.write("`heatmap`", path);
+  for (const std::string& path : options.reports) files.write("`report`", path);
+  for (const std::string& path : options.trees) files.write("`tree`", path);
   const std::string checkpoint = checkpoint_path(options);
-  if (!checkpoint.empty()) files.write("--checkpoint", checkpoint);
-  if (!options.range_report.empty()) files.write("--range-report", options.range_report);
-  if (!options.progress_file.empty()) files.write("--progress-file", options.progress_file);
+  if (!checkpoint.empty()) files.write("`checkpoint`", checkpoint);
   if (!options.snapshots.empty()) {
-    files.write_in("--snapshots", options.snapshots, is_snapshot_name);
+    files.write_in("`snapshots`", options.snapshots, is_snapshot_name);
   }
+}
+
+void register_run_outputs(const RenderOptions& options, FileRegister& files) {
+  if (!options.save_settings.empty()) files.write("`save-settings`", options.save_settings);
+  if (!options.range_report.empty()) files.write("`range-report`", options.range_report);
+  if (!options.progress_file.empty()) files.write("`progress-file`", options.progress_file);
+}
+
+void check_output_paths(const RenderOptions& options, const Rect& crop, FileRegister& files) {
+  for (const std::string& path : options.outputs) check_picture_format(path, crop);
+  for (const std::string& path : options.heatmaps) check_heatmap_format("`heatmap`", path, crop);
+  register_inputs(options, files);
+  register_frame_outputs(options, files);
+  register_run_outputs(options, files);
 }
 
 FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSettings& settings,
@@ -291,13 +296,13 @@ void FrameOutputs::spool(const Rect& tile, const std::vector<float>& pixels) {
   }
 }
 
-std::optional<DenoiseReport> FrameOutputs::finish_spooled() {
+std::optional<DenoiseReport> FrameOutputs::finish_spooled(const std::stop_token& stop) {
   if (!spool_ || !spool_failure_.empty()) return std::nullopt;
   SharedRows rows(
       settings_.crop, names_of(channels_),
       [&](const Rect& part, std::vector<float>& pixels) { spool_->read_rows(part, pixels); });
   try {
-    if (settings_.denoise) return denoise(rows);
+    if (settings_.denoise) return denoise(rows, stop);
     write_tiles(rows);
   } catch (const RenderError& error) {
     spool_failure_ = error.what();
@@ -305,14 +310,16 @@ std::optional<DenoiseReport> FrameOutputs::finish_spooled() {
   return std::nullopt;
 }
 
-DenoiseReport FrameOutputs::denoise(SharedRows& rows) {
+DenoiseReport FrameOutputs::denoise(SharedRows& rows, const std::stop_token& stop) {
+  log_verbose("denoising");
   const DenoiseJob job = {
       .crop = settings_.crop,
       .channels = names_of(summed_channels(channels_)),
       .tile_size = settings_.tile_size,
       .read = [&](const Rect& part, std::vector<float>& pixels) { rows.read(part, pixels); },
       .write = [&](const Rect& tile,
-                   const std::vector<float>& pixels) { write_denoised(tile, pixels); }};
+                   const std::vector<float>& pixels) { write_denoised(tile, pixels); },
+      .stop = stop};
   return denoise_frame(job);
 }
 

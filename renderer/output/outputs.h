@@ -12,20 +12,20 @@
 #include <utility>
 #include <vector>
 
-#include "io/display.h"
-#include "io/exr_writer.h"
-#include "io/file_register.h"
-#include "io/write_attempts.h"
+#include "io/display/display.h"
+#include "io/exr/writer.h"
+#include "io/files/register.h"
+#include "io/files/write_attempts.h"
 #include "renderer/core/rect.h"
+#include "renderer/engine/frame_observer.h"
+#include "renderer/engine/stop_request.h"
 #include "renderer/film/shared_samples.h"
-#include "renderer/frame/frame_observer.h"
 #include "renderer/output/cryptomatte_layers.h"
 #include "renderer/output/denoise_pass.h"
 #include "renderer/output/heatmap_file.h"
 #include "renderer/output/render_options.h"
 #include "renderer/output/scene_layers.h"
 #include "renderer/output/snapshots.h"
-#include "renderer/process/stop_request.h"
 
 namespace emberline {
 
@@ -93,8 +93,9 @@ class FrameOutputs final : public FrameObserver {
   // no file can be written: see tile_finished.
   void rendering_ended() { rendered_ = true; }
   // Once all tiles have come: writes those that wait, denoised if the settings ask for it, on the
-  // calling thread's TBB arena. A file that cannot be written is named by finish().
-  std::optional<DenoiseReport> finish_spooled();
+  // calling thread's TBB arena. A file that cannot be written is named by finish(). A stop leaves
+  // what is not denoised yet as it is.
+  std::optional<DenoiseReport> finish_spooled(const std::stop_token& stop = {});
   // Completes and renames the files, each for itself. What became of the frame goes into the EXR's
   // header.
   void finish(const FrameState& state, WriteAttempts& attempts);
@@ -117,7 +118,7 @@ class FrameOutputs final : public FrameObserver {
   void append_mattes(const FilmTile& tile, std::vector<float>& pixels);
   void spool(const Rect& tile, const std::vector<float>& pixels);
   void write(ExrOutput& exr, const Rect& tile, const std::vector<float>& pixels);
-  DenoiseReport denoise(SharedRows& rows);
+  DenoiseReport denoise(SharedRows& rows, const std::stop_token& stop);
   void write_tiles(SharedRows& rows);
   void write_denoised(const Rect& tile, const std::vector<float>& pixels);
   bool nothing_left() const;  // to write a tile to
@@ -141,6 +142,10 @@ class FrameOutputs final : public FrameObserver {
 
 // Enters the files that the options name for reading.
 void register_inputs(const RenderOptions& options, FileRegister& files);
+
+// Enters the files that they name for writing: of one frame, and of all frames of a range together.
+void register_frame_outputs(const RenderOptions& options, FileRegister& files);
+void register_run_outputs(const RenderOptions& options, FileRegister& files);
 
 // Throws UsageError for an -o with an unknown suffix, or a format that holds no such picture.
 void check_picture_format(const std::string& path, const Rect& crop);

@@ -3,17 +3,16 @@
 #include <algorithm>
 #include <vector>
 
-#include "io/atomic_file.h"
-#include "io/display.h"
-#include "io/image_output.h"
+#include "io/display/display.h"
+#include "io/files/atomic_file.h"
+#include "io/image/output.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/file_suffix.h"
+#include "renderer/drivers/adaptive/refinement_tree.h"
 #include "renderer/drivers/adaptive/refinement_views.h"
-#include "renderer/drivers/adaptive_driver.h"
 
 namespace emberline {
 namespace {
-
-bool is_json(const std::string& path) { return path.ends_with(".json"); }
 
 ByteImage picture_with_leaves(const FramePicture& picture, const RefinementTree& tree,
                               const RenderOptions& options) {
@@ -43,19 +42,19 @@ void check_refinement_options(const RenderOptions& options, const FramePlan& pla
   const bool refines = plan.driver->sharing == Sharing::kByError;
   const auto refuse = [&](const char* option) {
     throw UsageError(
-        "{}: only the adaptive driver decides how many samples a pixel gets; valid with --driver "
+        "{}: only the adaptive driver decides how many samples a pixel gets; valid with `driver` "
         "adaptive",
         option);
   };
   if (options.explained) {
-    if (!refines) refuse("--explain");
+    if (!refines) refuse("`explain`");
     if (!crop.contains(options.explained->x, options.explained->y)) {
       throw UsageError(
-          "--explain: pixel {},{} is outside the rendered pixels; valid is {} to {} and {} to {}",
+          "`explain`: pixel {},{} is outside the rendered pixels; valid is {} to {} and {} to {}",
           options.explained->x, options.explained->y, crop.x0, crop.x1 - 1, crop.y0, crop.y1 - 1);
     }
   }
-  if (!options.trees.empty() && !refines) refuse("--tree");
+  if (!options.trees.empty() && !refines) refuse("`tree`");
   for (const std::string& path : options.trees) {
     if (!is_json(path)) image_format_of(path);
   }
@@ -64,7 +63,7 @@ void check_refinement_options(const RenderOptions& options, const FramePlan& pla
 void write_refinement(const RenderOptions& options, const FrameRender& rendered,
                       WriteAttempts& attempts) {
   if (options.trees.empty()) return;
-  const RefinementTree& tree = *dynamic_cast<const AdaptiveDriver&>(*rendered.driver()).tree();
+  const RefinementTree& tree = *rendered.facts().tree;
   for (const std::string& path : options.trees) {
     attempts.attempt(path, [&] {
       if (is_json(path)) {

@@ -3,9 +3,9 @@
 
 #include <string>
 
-#include "io/write_attempts.h"
-#include "renderer/drivers/frame_plan.h"
-#include "renderer/frame/frame_render.h"
+#include "io/files/write_attempts.h"
+#include "renderer/engine/frame_plan.h"
+#include "renderer/engine/frame_render.h"
 #include "renderer/output/render_options.h"
 
 namespace emberline {

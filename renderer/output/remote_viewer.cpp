@@ -5,7 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "renderer/process/render_clock.h"
+#include "renderer/drivers/bucket_schedule.h"
+#include "renderer/engine/render_clock.h"
 
 namespace emberline {
 namespace {
@@ -31,8 +32,7 @@ std::string image_name(const RenderOptions& options) {
 
 RemoteViewer::RemoteViewer(const RenderOptions& options, const Rect& crop, int threads)
     : crop_(crop),
-      tile_size_(options.bucket_size *
-                 ((kLeastTile + options.bucket_size - 1) / options.bucket_size)),
+      tile_size_(tile_of_buckets(options.bucket_size, kLeastTile)),
       threads_(threads),
       stream_(*options.viewer, {image_name(options), options.width, options.height}) {}
 

@@ -1,11 +1,11 @@
 // `--display tev://HOST:PORT`: the frame in another program's window while it renders.
 #pragma once
 
-#include "io/tev_stream.h"
+#include "io/viewer/tev_stream.h"
 #include "renderer/core/rect.h"
-#include "renderer/frame/frame_observer.h"
+#include "renderer/engine/frame_observer.h"
+#include "renderer/engine/stop_request.h"
 #include "renderer/output/render_options.h"
-#include "renderer/process/stop_request.h"
 
 namespace emberline {
 

@@ -6,12 +6,12 @@
 #include <string>
 #include <vector>
 
-#include "io/display.h"
-#include "io/tev_protocol.h"
-#include "renderer/charts/heatmap_quantity.h"
+#include "io/display/display.h"
+#include "io/viewer/tev_protocol.h"
 #include "renderer/core/vector.h"
-#include "renderer/frame/frame_settings.h"
-#include "renderer/process/run_limits.h"
+#include "renderer/engine/frame_settings.h"
+#include "renderer/engine/run_limits.h"
+#include "renderer/statistics/heatmap_quantity.h"
 
 namespace emberline {
 

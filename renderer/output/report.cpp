@@ -7,13 +7,14 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "io/input_file.h"
-#include "io/versions.h"
+#include "io/files/input_file.h"
+#include "io/image/versions.h"
 #include "renderer/core/log.h"
+#include "renderer/core/setting_names.h"
 #include "renderer/core/version.h"
-#include "renderer/drivers/frame_plan.h"
-#include "renderer/drivers/setting_table.h"
-#include "renderer/process/process_usage.h"
+#include "renderer/engine/frame_plan.h"
+#include "renderer/engine/process_usage.h"
+#include "renderer/engine/setting_table.h"
 #include "renderer/scene/embree_isa.h"
 
 namespace emberline {
@@ -78,13 +79,13 @@ std::vector<std::pair<std::string, std::string>> settings_attributes(const Rende
 
 std::string replay_words(const NonFiniteSample& sample, uint32_t seed) {
   const std::string words = fmt::format("{},{},{}", sample.x, sample.y, sample.sample);
-  return sample.seed == seed ? words : words + fmt::format(" --seed {}", sample.seed);
+  return sample.seed == seed ? words : words + spelled(fmt::format(" `seed` {}", sample.seed));
 }
 
 void warn_of_non_finite(const FrameCounters& counters, uint32_t seed, const std::string& how) {
   if (counters.non_finite_samples == 0) return;
   log_warning(fmt::format(
-      "{} samples were NaN or infinite and count as black; the first is replayed {} --replay {}",
+      "{} samples were NaN or infinite and count as black; the first is replayed {} `replay` {}",
       counters.non_finite_samples, how, replay_words(counters.located.front(), seed)));
 }
 
@@ -124,15 +125,23 @@ Json numerics_json(const RenderReport& r, uint32_t seed) {
     located.push_back({{"x", s.x},
                        {"y", s.y},
                        {"sample", s.sample},
-                       {"replay", "--replay " + replay_words(s, seed)}});
+                       {"replay", spelled("`replay` ") + replay_words(s, seed)}});
   }
   return {{"non_finite_samples", r.counters.non_finite_samples},
           {"located", located},
           {"degenerate_triangles", r.repairs.degenerate_triangles},
           {"non_finite_triangles", r.repairs.non_finite_triangles},
+          {"non_finite_attributes", r.repairs.non_finite_attributes},
           {"non_finite_texels", r.repairs.non_finite_texels},
           {"singular_instances", r.repairs.singular_instances},
           {"replaced_images", r.repairs.replaced_images}};
+}
+
+Json optics_json(const OpticsCounters& optics) {
+  return {{"rays_ended_at_panes", optics.rays_ended_at_walls},
+          {"solids_forgotten", optics.solids_forgotten},
+          {"light_samples_blocked_by_glass",
+           optics.point_light_samples > 0 ? Json(optics.blocked_share()) : Json()}};
 }
 
 // Null where nothing was to be clamped.
@@ -248,6 +257,7 @@ std::string report_json(const RenderOptions& options, const RenderReport& r) {
                   {"total", c.rays.total()}};
   json["memory"] = memory_json(r);
   json["numerics"] = numerics_json(r, options.seed);
+  json["optics"] = optics_json(c.optics);
   json["clamped"] = clamped_json(r);
   json["cryptomattes"] = cryptomattes_json(r);
   // Uniform sampling decides nothing from an error estimate, so none is made.

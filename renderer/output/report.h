@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "renderer/description/scene_description.h"
-#include "renderer/frame/frame.h"
+#include "renderer/drivers/frame.h"
 #include "renderer/output/checkpoint.h"
 #include "renderer/output/cryptomatte_layers.h"
 #include "renderer/output/denoise_pass.h"

@@ -7,11 +7,12 @@
 #include <ctime>
 #include <filesystem>
 
-#include "renderer/charts/html_page.h"
-#include "renderer/charts/svg_chart.h"
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/readable.h"
-#include "renderer/process/process_usage.h"
+#include "renderer/core/setting_names.h"
+#include "renderer/engine/process_usage.h"
+#include "renderer/statistics/html_page.h"
+#include "renderer/statistics/svg_chart.h"
 
 namespace emberline {
 namespace {
@@ -184,7 +185,8 @@ void add_samples(HtmlPage& page, const ReportPictures& pictures) {
         none > 0 ? fmt::format(" {} pixels are without samples.", readable_count(none)) : ""));
   }
   if (figures.size() < 3) {
-    page.paragraph("With --aov variance,time,stop error, cost and reasons are shown as well.");
+    page.paragraph(
+        spelled("With `aov` variance,time,stop error, cost and reasons are shown as well."));
   }
 }
 
@@ -201,10 +203,10 @@ void add_error_chart(HtmlPage& page, const RenderOptions& o, const RenderReport&
     if (snapshot.rmse) measured.points.push_back({snapshot.elapsed_s, *snapshot.rmse});
   }
   if (estimated.points.empty() && measured.points.empty()) {
-    page.paragraph(
+    page.paragraph(spelled(
         "No error is known: uniform sampling makes no estimate, and there was no reference. The "
-        "adaptive driver makes one after every pass; with --snapshots and --reference the error of "
-        "each snapshot is measured.");
+        "adaptive driver makes one after every pass; with `snapshots` and `reference` the error of "
+        "each snapshot is measured."));
     return;
   }
   double first = INFINITY, last = 0;
@@ -217,7 +219,7 @@ void add_error_chart(HtmlPage& page, const RenderOptions& o, const RenderReport&
   }
   if (o.noise_threshold) {
     const double y = double(*o.noise_threshold);
-    ChartSeries threshold{"--noise-threshold of a pixel", {{first, y}, {last, y}}, 4};
+    ChartSeries threshold{spelled("`noise-threshold` of a pixel"), {{first, y}, {last, y}}, 4};
     threshold.markers = false;
     chart.series.push_back(threshold);
   }
@@ -357,17 +359,25 @@ void add_warnings(HtmlPage& page, const RenderOptions& o, const RenderReport& r)
   page.section("Warnings and repairs");
   for (const std::string& text : r.warnings) page.warning(text);
   std::vector<Row> rows;
-  const auto add = [&rows](const char* what, uint64_t count) {
+  const auto add = [&rows](const std::string& what, uint64_t count) {
     if (count > 0) rows.push_back({what, {readable_count(count), PageCell::Tone::kBad}});
   };
   add("Degenerate triangles left out", r.repairs.degenerate_triangles);
   add("Triangles with NaN or infinite vertices left out", r.repairs.non_finite_triangles);
+  add("Vertices with a NaN or infinite colour, normal, tangent or texture coordinate",
+      r.repairs.non_finite_attributes);
   add("Texels that were NaN, infinite or negative", r.repairs.non_finite_texels);
   add("Instances left out whose transform has no inverse", r.repairs.singular_instances);
-  add("Images replaced by a neutral colour (--lenient)", r.repairs.replaced_images);
+  add(spelled("Images replaced by a neutral colour (`lenient`)"), r.repairs.replaced_images);
   add("Samples that were NaN or infinite and count as black", r.counters.non_finite_samples);
+  add("Rays ended after too many panes in a row", r.counters.optics.rays_ended_at_walls);
+  add("Paths that forgot one of too many solids", r.counters.optics.solids_forgotten);
+  if (const OpticsCounters& optics = r.counters.optics; optics.blocked_by_glass > 0) {
+    rows.push_back({"Light samples of lamps and suns that smooth solid glass blocked",
+                    fmt::format("{:.3g} %", 100.0 * optics.blocked_share())});
+  }
   if (const ClampedLight& clamped = r.counters.clamped; clamped.clamps()) {
-    rows.push_back({fmt::format("Light that --clamp-indirect {:g} took", clamped.limit()),
+    rows.push_back({spelled(fmt::format("Light that `clamp-indirect` {:g} took", clamped.limit())),
                     fmt::format("{:.3g} %", 100.0 * clamped.share())});
   }
   if (rows.empty() && r.warnings.empty()) page.paragraph("none");
@@ -376,8 +386,8 @@ void add_warnings(HtmlPage& page, const RenderOptions& o, const RenderReport& r)
   page.paragraph("Each of these computes one such sample again, alone:");
   std::string commands;
   for (const NonFiniteSample& sample : r.counters.located) {
-    commands += fmt::format("{}{} --replay {}", commands.empty() ? "" : "\n", o.command_line,
-                            replay_words(sample, o.seed));
+    commands += fmt::format("{}{} {} {}", commands.empty() ? "" : "\n", o.command_line,
+                            spelled("`replay`"), replay_words(sample, o.seed));
   }
   page.code(commands);
 }

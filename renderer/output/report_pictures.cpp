@@ -5,7 +5,7 @@
 #include <limits>
 #include <optional>
 
-#include "renderer/charts/quantity_plane.h"
+#include "renderer/statistics/quantity_plane.h"
 
 namespace emberline {
 

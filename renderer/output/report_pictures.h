@@ -10,11 +10,11 @@
 #include <string>
 #include <vector>
 
-#include "io/display.h"
-#include "io/image_output.h"
-#include "renderer/charts/heatmap_quantity.h"
+#include "io/display/display.h"
+#include "io/image/output.h"
 #include "renderer/core/rect.h"
 #include "renderer/film/film.h"
+#include "renderer/statistics/heatmap_quantity.h"
 
 namespace emberline {
 

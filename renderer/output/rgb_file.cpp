@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <array>
 #include <utility>
 #include <vector>
 
@@ -31,14 +30,10 @@ FloatImage read_frame(const std::string& path, const LoadProgress& progress) {
 
 RgbFile read_rgb(const std::string& path, const LoadProgress& progress) {
   const FloatImage file = read_frame(path, progress);
-  std::array<size_t, 3> source{};
-  for (size_t c = 0; c < 3; ++c) {
-    const int found = file.find_channel(std::string(1, "RGB"[c]));
-    if (found < 0) {
-      throw InputError(path, "{} x {} pixels, but no channels R, G and B to compare; it has {}",
-                       file.width, file.height, fmt::join(file.channel_names, ", "));
-    }
-    source[c] = size_t(found);
+  const ColourChannels colour = find_colour(file.channel_names, file.parts, path);
+  if (colour.count != 3) {
+    throw InputError(path, "{} x {} pixels, but no channels R, G and B to compare; it has {}",
+                     file.width, file.height, fmt::join(file.channel_names, ", "));
   }
   const size_t pixels = size_t(file.width) * size_t(file.height);
   progress.budget()->reserve(MemoryPart::kTextures, bytes_of(pixels, 3 * sizeof(float)), path);
@@ -48,9 +43,10 @@ RgbFile read_rgb(const std::string& path, const LoadProgress& progress) {
                  file.frame_width,
                  file.frame_height};
   const ToWorkingSpace to_rec709 = from_working_space(file.space);
+  const auto first = size_t(colour.first);
   for (size_t i = 0; i < pixels; ++i) {
     for (size_t c = 0; c < 3; ++c) {
-      result.pixels.rgb[3 * i + c] = file.values[i * size_t(file.channels()) + source[c]];
+      result.pixels.rgb[3 * i + c] = file.values[i * size_t(file.channels()) + first + c];
     }
     if (!to_rec709) continue;
     float* const p = &result.pixels.rgb[3 * i];

@@ -4,7 +4,7 @@
 #include <span>
 #include <string>
 
-#include "io/image_input.h"
+#include "io/image/input.h"
 #include "renderer/core/rect.h"
 #include "renderer/statistics/error_metrics.h"
 
@@ -24,8 +24,8 @@ struct RgbFile {
   bool is_whole_frame() const { return crop == Rect{0, 0, frame_width, frame_height}; }
 };
 
-// Linear; the data window only. Throws InputError for a file that cannot be read or lacks one of
-// the three channels.
+// Linear; the data window only. Throws InputError for a file that cannot be read, and where
+// find_colour() finds no R, G and B.
 RgbFile read_rgb(const std::string& path, const LoadProgress& progress);
 
 // Of a reference the pixels that `crop` of a frame is to be measured against: those at the same

@@ -7,13 +7,14 @@
 #include <cmath>
 #include <filesystem>
 
-#include "io/atomic_file.h"
-#include "io/exr_writer.h"
-#include "io/image_library.h"
-#include "io/image_output.h"
+#include "io/exr/writer.h"
+#include "io/files/atomic_file.h"
+#include "io/image/library.h"
+#include "io/image/output.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/names.h"
 #include "renderer/core/option_values.h"
+#include "renderer/core/shortened.h"
 #include "renderer/drivers/driver_table.h"
 #include "renderer/output/rgb_file.h"
 
@@ -23,7 +24,7 @@ namespace {
 using Unit = SnapshotMoment::Unit;
 
 constexpr SnapshotFormatEntry kFormats[] = {
-    {"png", "as displayed (--display, --view, --look, --exposure)", SnapshotFormat::kPng},
+    {"png", "as displayed (`display`, `view`, `look`, `exposure`)", SnapshotFormat::kPng},
     {"exr", "that, and linear R G B A beside it", SnapshotFormat::kExr},
 };
 
@@ -47,9 +48,9 @@ SnapshotMoment parse_moment(std::string_view text) {
     break;
   }
   throw UsageError(
-      "--snapshot-at: '{}' is no moment; valid are 'first', above 0% to 100%, above 0s to 1e9s, "
+      "`snapshot-at`: '{}' is no moment; valid are 'first', above 0% to 100%, above 0s to 1e9s, "
       "above 0spp to {}spp",
-      text, kMaxSamples);
+      shortened(text), kMaxSamples);
 }
 
 // Padded, so that names sort as numbers do.
@@ -127,12 +128,12 @@ SnapshotRecorder::SnapshotRecorder(const RenderOptions& options, const Rect& cro
                                    const LoadProgress& progress)
     : options_(options),
       crop_(crop),
-      format_(find_named(kFormats, "--snapshot-format", "format", options.snapshot_format).format),
+      format_(find_named(kFormats, "`snapshot-format`", "format", options.snapshot_format).format),
       waiting_(parse_snapshot_moments(options.snapshot_at ? std::string_view(*options.snapshot_at)
                                                           : kDefaultSnapshotMoments)),
       transform_(std::make_shared<DisplayTransform>(options.display)) {
   if (find_driver(options.driver).tiles) {
-    throw UsageError("--snapshots: --driver " + options.driver +
+    throw UsageError("`snapshots`: `driver` " + options.driver +
                      " finishes the frame part by part and has no picture of the whole before its "
                      "end; choose a progressive driver");
   }
@@ -142,7 +143,7 @@ SnapshotRecorder::SnapshotRecorder(const RenderOptions& options, const Rect& cro
                                   options.height);
   }
   image_library();  // for the animation: where it is missing, that is known before the render
-  folder_.emplace(options.snapshots, OwnedFolderKind{"--snapshots", kMarker});
+  folder_.emplace(options.snapshots, OwnedFolderKind{"`snapshots`", kMarker});
   for (const std::string& name : folder_->entries()) {
     if (may_write(name)) folder_->check(std::array{name});
   }
@@ -209,12 +210,13 @@ std::optional<uint64_t> SnapshotRecorder::wanted_at() const {
 }
 
 void SnapshotRecorder::write_exr(const std::string& file, const std::vector<float>& rgba) const {
-  const ExrHeader header = {.width = options_.width,
-                            .height = options_.height,
-                            .data_window = crop_,
-                            .tile_size = options_.bucket_size,
-                            .channels = {{"R"}, {"G"}, {"B"}, {"A"}},
-                            .attributes = {}};
+  const ExrHeader header = {
+      .width = options_.width,
+      .height = options_.height,
+      .data_window = crop_,
+      .tile_size = tile_size(find_driver(options_.driver), options_.bucket_size),
+      .channels = {{"R"}, {"G"}, {"B"}, {"A"}},
+      .attributes = {}};
   write_exr_file(file, header, rgba);
 }
 

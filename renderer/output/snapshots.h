@@ -9,11 +9,11 @@
 #include <string_view>
 #include <vector>
 
-#include "io/display.h"
-#include "io/owned_folder.h"
-#include "io/write_attempts.h"
+#include "io/display/display.h"
+#include "io/files/owned_folder.h"
+#include "io/files/write_attempts.h"
 #include "renderer/core/rect.h"
-#include "renderer/frame/frame_observer.h"
+#include "renderer/engine/frame_observer.h"
 #include "renderer/output/render_options.h"
 #include "renderer/statistics/error_metrics.h"
 

@@ -343,18 +343,21 @@ BorderedPlane pooled_error(const Halves& h, const BorderedPlane& own, const Bord
     for (int x = 0; x < h.width; ++x) {
       float& e = error.row(y)[x];
       const float n = told.row(y)[x];
-      e = n > 0 ? std::clamp(e / n, 0.0f, kMostError) : kMostError;
+      // The order of the arguments matters: an error that is no number is taken for the largest.
+      e = n > 0 ? std::max(std::min(kMostError, e / n), 0.0f) : kMostError;
     }
   });
   return error;
 }
 
 // display_error_weight() of light, which is not negative: where the deviation exceeds the mean, the
-// slope is that from black on.
+// slope is that from black on. Where a float cannot tell mean and mean + deviation apart, both are
+// far outside what a display shows, and the slope is 0.
 float light_error_weight(float mean, float deviation) {
   const float d = std::min(std::max(deviation, 1e-3f), 1e15f);
   const float least = std::max(mean - d, std::min(mean, 0.0f)), most = mean + d;
-  const float slope = (display_value(most) - display_value(least)) / (most - least);
+  const float slope =
+      most > least ? (display_value(most) - display_value(least)) / (most - least) : 0.0f;
   return std::max(slope * slope,
                   std::min(kLeastDisplaySlope * kLeastDisplaySlope, 0.25f / (d * d)));
 }
@@ -387,8 +390,10 @@ void estimate_errors(const Halves& h, const Candidates& candidates, const Terms&
       const float noise = h.own_noise.row(y)[x] * (1.0f / 3);
       const float weight = light_error_weight(value, std::sqrt(noise)) * h.told.row(y)[x];
       float excess = 0.0f;  // of which two halves tell the variance as of all else
-      for (const BorderedPlane& plane : h.excess)
-        excess += plane.row(y)[x] * plane.row(y)[x] * (1.0f / 3);
+      for (const BorderedPlane& plane : h.excess) {
+        const float light = std::max(plane.row(y)[x], 0.0f);  // below black there is none
+        excess += light * light * (1.0f / 3);
+      }
       excess *= light_error_weight(value, std::sqrt(excess));
       for (size_t c = 0; c < 3; ++c) {
         const float came = h.raw_noise[c].row(y)[x];

@@ -78,24 +78,32 @@ void read_counts(const DenoiseInput& input, Halves& h) {
 
 // A half's pixel so many times as bright as all others near it, of either half, is an outlier. What
 // it has beyond that is too rare to be told from its neighbours: it stays where it is, unfiltered.
+// A pixel that is as far below black is no light at all, and all of it stays where it is.
 constexpr float kOutlier = 20.0f;
 
-BorderedPlane brightest_channel(const HalfColour& colour, size_t half, int width, int height) {
-  BorderedPlane brightest(width, height);
+// The largest value of all channels, and how far the least is below black.
+struct Extremes {
+  BorderedPlane brightest, below;  // their borders are black
+};
+
+Extremes extremes_of(const HalfColour& colour, size_t half, int width, int height) {
+  Extremes extremes = {BorderedPlane(width, height), BorderedPlane(width, height)};
   for (const HalfPlanes& planes : colour) {
     const BorderedPlane one = padded_plane(half == 0 ? planes.a : planes.b, width, height);
     for (int y = 0; y < height; ++y) {
+      float *brightest = extremes.brightest.row(y), *below = extremes.below.row(y);
       for (int x = 0; x < width; ++x) {
-        brightest.row(y)[x] = std::max(brightest.row(y)[x], one.row(y)[x]);
+        brightest[x] = std::max(brightest[x], one.row(y)[x]);
+        below[x] = std::max(below[x], -one.row(y)[x]);
       }
     }
   }
-  return brightest;  // its border is black
+  return extremes;
 }
 
 void find_outliers(const HalfColour& colour, Halves& h) {
-  const std::array<BorderedPlane, 2> light = {brightest_channel(colour, 0, h.width, h.height),
-                                              brightest_channel(colour, 1, h.width, h.height)};
+  const std::array<Extremes, 2> light = {extremes_of(colour, 0, h.width, h.height),
+                                         extremes_of(colour, 1, h.width, h.height)};
   for (size_t s = 0; s < 2; ++s) {
     h.half[s].within = BorderedPlane(h.width, h.height);
     parallel_each(size_t(h.height), [&](size_t row) {
@@ -105,7 +113,8 @@ void find_outliers(const HalfColour& colour, Halves& h) {
       std::vector<float> others(size_t(h.width), 0.0f);
       for (int j = first; j <= last; ++j) {
         for (int i = -kOutlierRadius; i <= kOutlierRadius; ++i) {
-          const float *same = light[s].row(j) + i, *other = light[1 - s].row(j) + i;
+          const float *same = light[s].brightest.row(j) + i,
+                      *other = light[1 - s].brightest.row(j) + i;
           const bool itself = i == 0 && j == y;
           for (int x = 0; x < h.width; ++x) {
             const float near = itself ? other[x] : std::max(same[x], other[x]);
@@ -113,10 +122,11 @@ void find_outliers(const HalfColour& colour, Halves& h) {
           }
         }
       }
-      const float* own = light[s].row(y);
+      const float *own = light[s].brightest.row(y), *below = light[s].below.row(y);
       for (int x = 0; x < h.width; ++x) {
         const float most = kOutlier * others[size_t(x)];
-        h.half[s].within.row(y)[x] = own[x] > most ? most / own[x] : 1.0f;
+        const float within = own[x] > most ? most / own[x] : 1.0f;
+        h.half[s].within.row(y)[x] = below[x] > most ? 0.0f : within;
       }
     });
   }

@@ -12,6 +12,7 @@
 #include "renderer/scene/geometry.h"
 #include "renderer/scene/pose_handover.h"
 #include "renderer/scene/scene_updater.h"
+#include "renderer/scene/solids.h"
 
 namespace emberline {
 
@@ -165,6 +166,7 @@ void SceneBuilder::begin() {
 void SceneBuilder::build_rest(SceneUpdater& updater, const Scene* before) {
   updater.assign_materials();
   if (!options_.editable) drop_unread_attributes();
+  updater.find_solids();
   if (options_.bvh) build_geometry(before);
   updater.build_lights();
 }
@@ -425,10 +427,14 @@ bool SceneBuilder::rests(const Instance& instance) const {
 void SceneBuilder::build_geometry(const Scene* before) {
   using scene_detail::Geometry;
   Scene& scene = *scene_;
-  scene.geometry_ = std::make_unique<Geometry>(
+  const auto device =
       before ? before->geometry_->device()
              : std::make_shared<scene_detail::EmbreeDevice>(options_.isa.value_or(widest_isa()),
-                                                            progress_.budget(), description_.file));
+                                                            progress_.budget(), description_.file);
+  // An edit may make a solid of anything.
+  device->takes_filters =
+      options_.editable || (scene.solids_ && scene.solids_->touching_faces() > 0);
+  scene.geometry_ = std::make_unique<Geometry>(device);
   Geometry& geometry = *scene.geometry_;
   uint64_t items = scene.instances_.size();
   for (const Mesh& mesh : scene.meshes_) items += mesh.bvh ? 0 : mesh.triangles.size();
@@ -481,6 +487,7 @@ void update_scene(Scene& scene, const SceneDescription& description,
   assert(options.editable);
   SceneUpdater updater(scene, description, options, LoadProgress::unwatched());
   updater.assign_materials();
+  updater.find_solids();
   updater.build_lights();
   updater.update_memory_and_features();
 }

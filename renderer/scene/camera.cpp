@@ -8,6 +8,7 @@
 #include "renderer/core/branch_free.h"
 #include "renderer/core/constants.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/shortened.h"
 #include "renderer/core/warps.h"
 #include "renderer/description/scene_description.h"
 
@@ -42,7 +43,7 @@ bool is_direction(const Vec3d& v) { return v.length2() > 0 && std::isfinite(v.le
 Camera::Camera(const CameraDescription& description, int width, int height, const Vec3d& origin,
                double scale, double farthest) {
   const auto require = [&](bool holds, const char* what) {
-    if (!holds) throw InputError("camera '" + description.name + "'", what);
+    if (!holds) throw InputError("camera '" + shortened(description.name) + "'", what);
   };
   Shape& s = shape_;
   s.panorama = description.panorama;
@@ -102,7 +103,7 @@ Camera::Camera(const CameraDescription& description, int width, int height, cons
 Camera::Pose Camera::pose_of(const Mat44d& m, const std::string& name, const Vec3d& origin,
                              double scale, double farthest) const {
   const auto require = [&](bool holds, const char* what) {
-    if (!holds) throw InputError("camera '" + name + "'", what);
+    if (!holds) throw InputError("camera '" + shortened(name) + "'", what);
   };
   // Scale in the node's transform is not the camera's business (glTF 2.0, section 3.10.1), shear
   // neither: rebuild an orthonormal frame around the viewing axis.
@@ -175,6 +176,20 @@ Ray Camera::ray(const Vec2f& film, const Vec2f& lens, float time) const {
   }
   ray.time = time;
   return ray;
+}
+
+Imath::Box3f Camera::origins() const {
+  const Shape& s = shape_;
+  const auto reach = Vec3f(float(
+      s.orthographic ? 2 * largest_ * std::hypot(s.half_width, s.half_height) : s.lens_radius));
+  Imath::Box3f box;
+  const auto add = [&](const Vec3d& position) {
+    box.extendBy(to_float(position) - reach);
+    box.extendBy(to_float(position) + reach);
+  };
+  add(pose_.position);
+  for (const Step& step : steps_) add(step.position);
+  return box;
 }
 
 // To the right, up and ahead.

@@ -9,6 +9,7 @@
 // it does not grow or shrink with the focus, and there is no fall-off towards the corners.
 #pragma once
 
+#include <Imath/ImathBox.h>
 #include <Imath/ImathQuat.h>
 
 #include <memory>
@@ -55,6 +56,10 @@ class Camera {
   bool moves() const { return zoom_ || !steps_.empty(); }
   // One ray at a time in [0, 1]; `lens` as above, not looked at without one.
   Ray ray(const Vec2f& film, const Vec2f& lens, float time) const;
+
+  // Where its rays may start, internal, while the shutter is open: of film that is at most twice as
+  // wide and high as the frame.
+  Imath::Box3f origins() const;
 
   // Perspective through a pinhole, as it is for as long as the shutter is open. Of such a one
   // alone:

@@ -100,6 +100,33 @@ inline void intersect(RTCScene scene, RayContext& context, RTCRayHit& ray_hit) {
 #endif
 }
 
+// A scene, and those of its instances, that intersect_filtered() may be asked of. Before the build.
+inline void take_filters(RTCScene scene) {
+#if EMBERLINE_EMBREE_MAJOR >= 4
+  constexpr auto kFlag = RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS;
+#else
+  constexpr auto kFlag = RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION;
+#endif
+  rtcSetSceneFlags(scene, RTCSceneFlags(rtcGetSceneFlags(scene) | kFlag));
+}
+
+// With a filter that is called after the geometry's own.
+inline void intersect_filtered(RTCScene scene, RayContext& context, RTCRayHit& ray_hit,
+                               RTCFilterFunctionN filter) {
+#if EMBERLINE_EMBREE_MAJOR >= 4
+  RTCIntersectArguments arguments;
+  rtcInitIntersectArguments(&arguments);
+  arguments.context = &context.base;
+  arguments.filter = filter;
+  arguments.flags = RTCRayQueryFlags(arguments.flags | RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER);
+  rtcIntersect1(scene, &ray_hit, &arguments);
+#else
+  context.base.filter = filter;
+  rtcIntersect1(scene, &context.base, &ray_hit);
+  context.base.filter = nullptr;
+#endif
+}
+
 // ray.tfar is set to -infinity when something is in the way.
 inline void occluded(RTCScene scene, RayContext& context, RTCRay& ray) {
 #if EMBERLINE_EMBREE_MAJOR >= 4

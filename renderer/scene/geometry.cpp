@@ -183,7 +183,7 @@ RTCDevice new_device(EmbreeIsa isa) {
 EmbreeDevice::EmbreeDevice(EmbreeIsa isa, std::shared_ptr<MemoryBudget> budget, std::string place)
     : budget_(std::move(budget)), place_(std::move(place)) {
   if (isa > widest_isa()) {
-    throw UsageError("--isa {}: this machine, or its Embree, goes up to {}",
+    throw UsageError("`isa` {}: this machine, or its Embree, goes up to {}",
                      name_of(embree_isa_table(), isa), name_of(embree_isa_table(), widest_isa()));
   }
   device_ = new_device(isa);
@@ -236,6 +236,7 @@ OwnedScene::OwnedScene(std::shared_ptr<EmbreeDevice> of) : device(std::move(of))
   // With it the builder splits no triangle, and the filter of a shadow ray is asked once for each
   // (Thickness); without it a light could leak, too.
   rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+  if (device->takes_filters) embree::take_filters(scene);
   rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_HIGH);
 }
 

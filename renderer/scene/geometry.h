@@ -48,6 +48,7 @@ class EmbreeDevice {
   void check();
 
   uint32_t bvh_builds = 0;
+  bool takes_filters = false;  // its scenes; set before they are made (Scene::solid_faces)
 
  private:
   static bool count_memory(void* user, ssize_t bytes, bool post);

@@ -6,6 +6,7 @@
 
 #include "renderer/scene/flush_emitters.h"
 #include "renderer/scene/geometry.h"
+#include "renderer/scene/solids.h"
 
 namespace emberline {
 
@@ -158,6 +159,70 @@ bool Scene::intersect(const Ray& ray, CoverageKey coverage_key, SurfaceHit* hit)
   hit->primitive = ray_hit.hit.primID;
   if (flush_) prefer_flush_emitter(ray, coverage_key, hit);
   return true;
+}
+
+namespace {
+
+struct FaceCollector {
+  embree::RayContext ray;  // first, so that the filter can cast back
+  std::span<CrossedFace> out;
+  size_t count;
+  size_t instances;  // of the scene
+
+  // Notes every face and lets the ray go on.
+  static void collect(const RTCFilterFunctionNArguments* arguments) {
+    auto& self = *reinterpret_cast<FaceCollector*>(
+        reinterpret_cast<embree::RayContext*>(arguments->context));
+    const unsigned n = arguments->N;
+    for (unsigned i = 0; i < n; ++i) {
+      if (arguments->valid[i] != -1) continue;
+      arguments->valid[i] = 0;
+      if (self.count == self.out.size()) continue;
+      RTCHitN* const hit = arguments->hit;
+      RTCRayN* const ray = arguments->ray;
+      const uint32_t placed = RTCHitN_instID(hit, n, i, 0);
+      const Vec3f normal(RTCHitN_Ng_x(hit, n, i), RTCHitN_Ng_y(hit, n, i), RTCHitN_Ng_z(hit, n, i));
+      const Vec3f direction(RTCRayN_dir_x(ray, n, i), RTCRayN_dir_y(ray, n, i),
+                            RTCRayN_dir_z(ray, n, i));
+      self.out[self.count++] = {
+          {RTCRayN_tfar(ray, n, i), RTCHitN_u(hit, n, i), RTCHitN_v(hit, n, i),
+           placed < self.instances ? placed : RTCHitN_geomID(hit, n, i), RTCHitN_primID(hit, n, i)},
+          dot(normal, direction) > 0.0f};
+    }
+  }
+};
+
+}  // namespace
+
+size_t Scene::faces_along(const Vec3f& from, const Vec3f& direction, float length, float time,
+                          CoverageKey coverage_key, std::span<CrossedFace> out) const {
+  assert(finite_ray(from, direction));
+  RTCRayHit ray_hit;
+  ray_hit.ray = make_ray(from, direction, length, time);
+  ray_hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  ray_hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  FaceCollector collector{{}, out, 0, instances_.size()};
+  embree::init_context(collector.ray, coverage_key);
+  embree::intersect_filtered(geometry_->top(), collector.ray, ray_hit, FaceCollector::collect);
+  return collector.count;
+}
+
+bool Scene::moves(uint32_t instance) const {
+  const Instance& placed = instances_[instance];
+  return scene_detail::moves(meshes_[placed.mesh], placed);
+}
+
+bool Scene::has_faces_near(uint32_t index, const Imath::Box3f& box) const {
+  const Instance& instance = instances_[index];
+  const Mesh& mesh = meshes_[instance.mesh];
+  for (uint32_t p = 0; p < mesh.triangles.size(); ++p) {
+    Imath::Box3f face;
+    for (const Vec3d& corner : scene_detail::placed_corners(mesh, instance, p)) {
+      face.extendBy(to_float(corner));
+    }
+    if (face.intersects(box)) return true;
+  }
+  return false;
 }
 
 static float transmittance_along(RTCScene scene, RTCRay ray, CoverageKey coverage_key) {

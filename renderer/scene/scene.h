@@ -7,8 +7,12 @@
 // a power of two, which is exact. Callers that show lengths to people divide by scale().
 #pragma once
 
+#include <Imath/ImathBox.h>
+
 #include <cstdint>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -55,6 +59,12 @@ struct SurfaceInteraction {
              position);
 }
 
+// A face that a short way goes through.
+struct CrossedFace {
+  SurfaceHit hit;     // t is along that way
+  bool back = false;  // the way comes from behind: out of a solid
+};
+
 // What a built scene holds. Only materials that a placed mesh has count; only their images are
 // kept.
 struct SceneMemory {
@@ -63,6 +73,8 @@ struct SceneMemory {
   uint64_t texture_bytes = 0;   // resident texels, each image once; environment and its tables
   uint64_t texture_file_bytes = 0;  // texels that lie in a file instead (LoadLimits)
 };
+
+class Solids;
 
 namespace scene_detail {
 
@@ -77,6 +89,13 @@ struct MeshStep {
 // Per instance, when it is there; null: always. Empty if all always are.
 using ShownInstances = std::vector<std::shared_ptr<const ShownTimes>>;
 
+// A mesh as the boundary of a solid, in its own space; see solids.h.
+struct SolidShape {
+  bool closed = false;
+  double volume = 0.0;  // enclosed; of an open mesh meaningless
+  Imath::Box3f bounds;  // over the whole shutter
+};
+
 struct GeometryRecord;  // what the BVH's filter knows of a mesh
 struct OwnedScene;      // an Embree scene
 
@@ -89,9 +108,10 @@ struct MeshArrays {
   std::vector<Vec4f> tangents;
   std::vector<std::vector<Vec2f>> uv_sets;
   std::vector<Vec4f> colors;
-  std::vector<MeshStep> motion;  // empty: it does not deform
-  std::vector<Vec3f> later;      // object space, as LaterPlace has it; empty: as `positions`
-  uint64_t key = 0;              // MeshDescription's
+  std::vector<MeshStep> motion;     // empty: it does not deform
+  std::vector<Vec3f> later;         // object space, as LaterPlace has it; empty: as `positions`
+  std::optional<SolidShape> solid;  // once it has been asked for
+  uint64_t key = 0;                 // MeshDescription's
   bool is_baked = false;
   std::shared_ptr<GeometryRecord> record;  // null without a filter
   std::shared_ptr<const OwnedScene> bvh;   // of an instanced mesh
@@ -163,6 +183,11 @@ class Scene : private EmitterMotion {
   bool behind_flush_emitter(const Vec3f& from, const LightSample& light, float time,
                             CoverageKey coverage_key) const;
 
+  // The faces between `from` and `from` + length * direction, `out`.size() at most, in no order;
+  // returns their number. Of a scene whose device takes filters.
+  size_t faces_along(const Vec3f& from, const Vec3f& direction, float length, float time,
+                     CoverageKey coverage_key, std::span<CrossedFace> out) const;
+
   // Whether coverage keys matter: some material has alpha.
   bool has_coverage() const { return has_coverage_; }
   // Whether some material lets light pass.
@@ -171,6 +196,13 @@ class Scene : private EmitterMotion {
   bool has_dispersion() const { return has_dispersion_; }
   // Whether some of that may be smooth thin walls (Material::is_smooth_wall).
   bool has_smooth_walls() const { return has_smooth_walls_; }
+  bool has_smooth_solids() const { return has_smooth_solids_; }  // Material::is_smooth_solid
+
+  bool moves(uint32_t instance) const;
+  // Whether the bounds of some face of an instance come into the box, at the shutter's opening.
+  bool has_faces_near(uint32_t instance, const Imath::Box3f& box) const;
+  // Null if there are none.
+  const Solids* solids() const { return solids_.get(); }
 
   // Whether something in it moves or changes, so that rays of other times see something else.
   bool moves() const { return moves_; }
@@ -230,6 +262,7 @@ class Scene : private EmitterMotion {
   friend class EmptyPixels;
   friend class SceneBuilder;
   friend class SceneUpdater;
+  friend class Solids;
   Scene();
   // Where emitters that move are.
   const EmitterMotion& emitter_motion() const { return *this; }
@@ -264,9 +297,10 @@ class Scene : private EmitterMotion {
   std::shared_ptr<EnvironmentLight> environment_;  // lights_ holds it too, unless it is black
   std::unique_ptr<LightSampler> lights_;
   std::unique_ptr<scene_detail::FlushEmitters> flush_;  // null without any
+  std::unique_ptr<const Solids> solids_;
   bool has_coverage_ = false;
   bool passes_light_ = false;
-  bool has_smooth_walls_ = false;
+  bool has_smooth_walls_ = false, has_smooth_solids_ = false;
   bool has_dispersion_ = false;
   bool moves_ = false;
   Vec3d origin_ = Vec3d(0.0);

@@ -9,6 +9,7 @@
 #include "renderer/lights/environment_light.h"
 #include "renderer/scene/flush_emitters.h"
 #include "renderer/scene/geometry.h"
+#include "renderer/scene/solids.h"
 
 namespace emberline {
 
@@ -77,7 +78,8 @@ void SceneUpdater::assign_materials() {
   previous_ = std::exchange(scene_.materials_, std::move(materials));
   emission_changed_.assign(scene_.meshes_.size(), false);
   scene_.has_coverage_ = false;
-  scene_.passes_light_ = scene_.has_smooth_walls_ = scene_.has_dispersion_ = false;
+  scene_.passes_light_ = scene_.has_dispersion_ = false;
+  scene_.has_smooth_walls_ = scene_.has_smooth_solids_ = false;
   for (const Instance& instance : scene_.instances_) {
     Mesh& mesh = scene_.meshes_[instance.mesh];
     const MeshDescription& source = description_.meshes[instance.mesh];
@@ -96,8 +98,15 @@ void SceneUpdater::assign_materials() {
     if (mesh.has_coverage) scene_.has_coverage_ = true;
     if (material.passes_light()) scene_.passes_light_ = true;
     if (material.is_smooth_wall()) scene_.has_smooth_walls_ = true;
+    if (material.is_smooth_solid()) scene_.has_smooth_solids_ = true;
     if (material.dispersion() > 0.0f) scene_.has_dispersion_ = true;
   }
+}
+
+void SceneUpdater::find_solids() {
+  scene_.solids_ = scene_.passes_light_ && options_.bvh
+                       ? Solids::find(scene_, description_, progress_)
+                       : nullptr;
 }
 
 bool SceneUpdater::emitters_changed() const {
@@ -212,6 +221,8 @@ PointLight SceneUpdater::place_light(const PunctualLightDescription& source) con
     light.cos_inner = std::cos(source.inner_cone);
     light.cos_outer = std::cos(source.outer_cone);
     light.cones = source.cones;
+    light.range = float(double(source.range) * scene_.scale_);
+    light.range_share = source.range_share;
   }
   return light;
 }
@@ -338,7 +349,7 @@ void SceneUpdater::list_motion() {
        "visibility ({} instances come or go)");
   list(instances([](const Mesh& m, const Instance&) { return m.material->emission_changes(); }),
        "changing emission ({} instances)");
-  list(lights([](const PointLight& l) { return l.share || l.cones || l.shown; }),
+  list(lights([](const PointLight& l) { return l.share || l.cones || l.range_share || l.shown; }),
        "changing light ({} point lights)");
 }
 
@@ -365,6 +376,10 @@ void SceneUpdater::list_features(bool culls, bool masks, bool blends) {
   if (scene_.flush_) {
     features.push_back(
         fmt::format("flush emitters ({} triangles lie in another surface)", scene_.flush_->size()));
+  }
+  if (scene_.solids_ && scene_.solids_->touching_faces() > 0) {
+    features.push_back(fmt::format("touching solids ({} faces lie in another solid's)",
+                                   scene_.solids_->touching_faces()));
   }
   if (culls) features.emplace_back("back-face culling (single-sided materials)");
   if (masks || blends) {

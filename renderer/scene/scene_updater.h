@@ -24,6 +24,8 @@ class SceneUpdater {
   // Compiles the materials and says of every mesh what it has of its own. Throws InputError, and
   // has then changed nothing.
   void assign_materials();
+  // Throws Cancelled.
+  void find_solids();
   // Emitters, lights and environment of those materials, after the BVH. What a scene already has
   // and has not changed stays. Throws InputError for too many emitters.
   void build_lights();

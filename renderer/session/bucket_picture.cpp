@@ -4,7 +4,7 @@
 #include <cassert>
 #include <utility>
 
-#include "renderer/frame/frame_render.h"
+#include "renderer/engine/frame_render.h"
 
 namespace emberline {
 

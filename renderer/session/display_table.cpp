@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "io/image_output.h"
+#include "io/image/output.h"
 
 namespace emberline {
 namespace {

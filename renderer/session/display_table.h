@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "io/display.h"
+#include "io/display/display.h"
 
 namespace emberline {
 

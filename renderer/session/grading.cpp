@@ -6,7 +6,7 @@
 #include <cstring>
 #include <vector>
 
-#include "io/image_output.h"
+#include "io/image/output.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/parallel.h"
 
@@ -18,7 +18,7 @@ constexpr size_t kRows = 8;
 constexpr size_t kPixels = 4096;
 
 DisplaySettings at_exposure(DisplaySettings settings, float exposure) {
-  if (!std::isfinite(exposure)) throw UsageError("--exposure: not a finite number");
+  if (!std::isfinite(exposure)) throw UsageError("`exposure`: not a finite number");
   settings.exposure = exposure;
   return settings;
 }

@@ -3,8 +3,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "io/edits_file.h"
-#include "io/json_reader.h"
+#include "io/json/edits_file.h"
+#include "io/json/reader.h"
 #include "renderer/core/errors.h"
 #include "renderer/session/view_camera.h"
 
@@ -75,7 +75,7 @@ json names_of(const std::vector<Named>& list) {
   return names;
 }
 
-json view_json(const OpenScene& scene, const SceneEdits& edits) {
+json view_json(const ListedScene& scene, const SceneEdits& edits) {
   const CameraDescription camera = edited_camera(edits, scene.outline, scene.camera);
   const CameraEdit edit = edit_of(view_of(camera, scene.center, scene.radius));
   json view = {{"look_from", json_of(*edit.look_from)},
@@ -128,7 +128,7 @@ SceneEdits laid_over(const SceneEdits& edits, SceneEdits before, const SceneDesc
   return before;
 }
 
-json described(const OpenScene& scene, const SceneEdits& edits) {
+json described(const ListedScene& scene, const SceneEdits& edits) {
   const SceneDescription& lists = scene.outline;
   return {{"cameras", names_of(lists.cameras)},       {"lights", names_of(lists.lights)},
           {"materials", names_of(lists.materials)},   {"variants", names_of(lists.variants)},

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "renderer/description/scene_edits.h"
-#include "renderer/session/open_scene.h"
+#include "renderer/session/listed_scene.h"
 #include "renderer/session/shown_picture.h"
 
 namespace emberline {
@@ -19,7 +19,7 @@ SceneEdits merged_edits(const nlohmann::json& changes, const std::string& name,
 // `edits` over `before`, likewise: parts that say nothing stay as they are.
 SceneEdits laid_over(const SceneEdits& edits, SceneEdits before, const SceneDescription& lists);
 
-nlohmann::json described(const OpenScene& scene, const SceneEdits& edits);
+nlohmann::json described(const ListedScene& scene, const SceneEdits& edits);
 // But where it is to be found.
 nlohmann::json described(const ShownPicture& picture);
 

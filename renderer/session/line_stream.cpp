@@ -64,8 +64,7 @@ void LineStream::write(const std::string& line) {
 bool LineStream::congested() const { return out_text_.size() > kMostUnread; }
 
 void LineStream::wait(std::optional<int> milliseconds) {
-  const bool listens = !ended_ && !congested();
-  pollfd ends[] = {{ended_ ? -1 : in_, short(listens ? POLLIN : 0), 0},
+  pollfd ends[] = {{ended_ ? -1 : in_, short(congested() ? POLLRDHUP : POLLIN), 0},
                    {out_, short(out_text_.empty() ? 0 : POLLOUT), 0},
                    {wake_[0], POLLIN, 0}};
   if (::poll(ends, 3, milliseconds.value_or(-1)) < 0) return;  // a signal
@@ -76,12 +75,8 @@ void LineStream::wait(std::optional<int> milliseconds) {
     while (::read(wake_[0], bytes, sizeof bytes) > 0) {
     }
   }
-  if (!ends[0].revents) return;
-  if (listens) {
-    read_some();
-  } else {
-    ended_ = true;  // gone, without having read what it asked for
-  }
+  // Of a writer that is gone, too, although nobody reads: what is left in the pipe ends soon.
+  if (ends[0].revents) read_some();
 }
 
 void LineStream::wake() {
@@ -90,10 +85,12 @@ void LineStream::wake() {
 }
 
 void LineStream::flush() {
-  const auto end = std::chrono::steady_clock::now() + kFlushTime;
+  auto end = std::chrono::steady_clock::now() + kFlushTime;
   while (!out_text_.empty() && std::chrono::steady_clock::now() < end) {
     pollfd out = {out_, POLLOUT, 0};
-    if (::poll(&out, 1, 50) > 0) write_some();
+    if (::poll(&out, 1, 50) <= 0) continue;
+    write_some();
+    end = std::chrono::steady_clock::now() + kFlushTime;
   }
 }
 

@@ -38,7 +38,7 @@ class LineStream {
   void wait(std::optional<int> milliseconds);
   // Any thread: there is news.
   void wake();
-  // Waits until all is written, if that takes no more than a moment.
+  // Waits until all is written, as long as the reader takes some of it now and then.
   void flush();
 
  private:

@@ -23,7 +23,7 @@ struct LoadStatus {
 };
 
 // Immutable. Indices of edits count in its lists.
-struct OpenScene {
+struct ListedScene {
   // As the file has it in the pose that it was opened in: names, lights, materials, cameras,
   // instances. Without vertices; with the light and the material that a file may leave to its
   // reader.

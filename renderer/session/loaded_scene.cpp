@@ -4,12 +4,12 @@
 #include <span>
 #include <utility>
 
-#include "io/input_file.h"
+#include "io/files/input_file.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/core/name_or_index.h"
 #include "renderer/description/framing.h"
-#include "renderer/frame/frame_scene.h"
+#include "renderer/engine/frame_scene.h"
 
 namespace emberline {
 namespace {
@@ -52,7 +52,7 @@ SceneDescription applied(SceneEdits edits, const LoadedScene& scene) {
 // keeps its f-number when the angle changes, and it is saved.
 void move_lens_to_edits(RenderOptions& options, CameraEdit& edit) {
   const bool asked = options.f_stop || options.focus_distance;
-  if (asked && edit.place.empty()) edit.place = "--f-stop";
+  if (asked && edit.place.empty()) edit.place = "`f-stop`";
   if (options.f_stop) edit.f_stop = std::exchange(options.f_stop, std::nullopt);
   if (options.focus_distance) {
     edit.focus_distance = std::exchange(options.focus_distance, std::nullopt);
@@ -74,10 +74,10 @@ void move_time_to_edits(RenderOptions& options, AnimationEdit& edit) {
     edit.fps = options.fps;
   }
   if (options.fps != RenderOptions().fps) edit.fps = options.fps;
-  if (edit.place.empty() && edit != before) edit.place = "--time";
+  if (edit.place.empty() && edit != before) edit.place = "`time`";
 }
 
-void check_animation(const AnimationEdit& edit, const OpenScene& open) {
+void check_animation(const AnimationEdit& edit, const ListedScene& open) {
   if (edit.name.empty() || (edit.name == "all" && !open.animations.empty())) return;
   try {
     find_name_or_index("animation", edit.name, open.animations);
@@ -89,48 +89,33 @@ void check_animation(const AnimationEdit& edit, const OpenScene& open) {
 }  // namespace
 
 CameraDescription LoadedScene::camera(int width, int height) const {
-  if (!open->camera_frames_scene) return posing ? posing->camera : open->camera;
+  if (!open->camera_frames_scene) return view;
   CameraDescription fitted = framing_camera(open->bounds, double(width) / height);
   fitted.fov_y = open->camera.fov_y;
   return fitted;
 }
 
 bool LoadedScene::stands_otherwise(const SceneEdits& wanted) const {
-  return posing && wanted.animation != posing->pose;
+  return scene->can_pose() && wanted.animation != posed;
 }
 
 void LoadedScene::pose(const SceneEdits& wanted) {
   LoadLimits limits;
-  limits.memory = posing->budget;
+  limits.memory = budget;
   LoadProgress progress({}, {}, limits);
-  RenderOptions timed = posing->options;
-  apply_animation(wanted.animation, timed);
-  posing->memory.begin(posing->file);
-  try {
-    SceneDescription posed = posing->file.pose(timed, scene.scene().mesh_keys(), progress);
-    CameraDescription view = choose_camera(posing->options, posed);
-    if (!scene.repose(std::move(posed), wanted, progress)) {
-      posing->memory.fail(posing->file);
-      posing->memory.begin(posing->file);
-      EditableScene whole(posing->file.pose(timed, {}, progress), build, progress);
-      whole.set(wanted);
-      scene = std::move(whole);
-    }
-    posing->camera = std::move(view);
-  } catch (...) {
-    posing->memory.fail(posing->file);
-    throw;
-  }
-  posing->memory.end(posing->file);
-  posing->pose = wanted.animation;
+  ReadScene read = scene->read(options, wanted, progress);
+  CameraDescription now = choose_camera(options, read.description());
+  scene->pose(std::move(read), progress);
+  view = std::move(now);
+  posed = wanted.animation;
   memory.release();
-  memory.add(posing->budget->took(), posing->options.scene);
+  memory.add(budget->took(), options.scene);
 }
 
 namespace {
 
-OpenScene describe(const SceneDescription& description, const RenderOptions& options) {
-  OpenScene open;
+ListedScene describe(const SceneDescription& description, const RenderOptions& options) {
+  ListedScene open;
   open.camera = choose_camera(options, description);
   open.camera_frames_scene = description.cameras.empty() && !options.look_from;
   open.inputs = description.files;
@@ -150,35 +135,28 @@ std::shared_ptr<LoadedScene> load_for_view(RenderOptions options, LoadProgress& 
   const size_t warned = warnings_so_far().size();
   SceneEdits edits = load_edits(options, progress);
   move_time_to_edits(options, edits.animation);
-  RenderOptions timed = options;
-  apply_animation(edits.animation, timed);
-  SceneFile file(timed, progress, true, need_tangents(edits));
-  PosedMemory memory(progress.budget());
-  memory.begin(file);
-  SceneDescription description = file.pose(timed, {}, progress);
-  choose_variant(options, description, edits);
-  move_lens_to_edits(options, edits.camera);
-  auto open = std::make_shared<OpenScene>(describe(description, options));
   // The integrator may be changed for one that shows texture coordinates.
-  const SceneBuildOptions build{.show_backfaces = options.show_backfaces,
-                                .unread_uv = true,
-                                .posable = !open->animations.empty(),
-                                .isa = options.isa};
-  EditableScene scene(std::move(description), build, progress);
-  memory.end(file);
-  open->outline = scene.original();
-  open->features = scene.scene().features();
+  const SceneBuildOptions build{
+      .show_backfaces = options.show_backfaces, .unread_uv = true, .isa = options.isa};
+  ReadScene read(options, std::move(edits), {.build = build, .edits = true, .poses = true},
+                 progress);
+  edits = read.edits();
+  options.variant.clear();
+  move_lens_to_edits(options, edits.camera);
+  auto open = std::make_shared<ListedScene>(describe(read.description(), options));
+  auto loaded = std::make_shared<LoadedScene>();
+  loaded->scene = std::move(read).build(progress);
+  open->outline = loaded->scene->editable().original();
+  open->features = loaded->scene->scene().features();
   const std::vector<std::string> warnings = warnings_so_far();
   open->warnings.assign(warnings.begin() + std::ptrdiff_t(warned), warnings.end());
-  SceneDescription lists = lists_of(open->outline);
-  auto loaded = std::make_shared<LoadedScene>(
-      LoadedScene{std::move(open), std::move(edits), std::move(scene), std::move(lists)});
-  loaded->build = build;
-  if (build.posable) {
-    loaded->posing = std::make_unique<LoadedScene::Posing>(
-        LoadedScene::Posing{std::move(options), std::move(file), progress.budget(),
-                            std::move(memory), loaded->edits.animation, loaded->open->camera});
-  }
+  loaded->edit_lists = lists_of(open->outline);
+  loaded->posed = edits.animation;
+  loaded->view = open->camera;
+  loaded->open = std::move(open);
+  loaded->edits = std::move(edits);
+  loaded->options = std::move(options);
+  loaded->budget = progress.budget();
   check_edits(loaded->edits, *loaded);
   return loaded;
 }
@@ -213,11 +191,8 @@ SceneEdits with_view(const SceneEdits& edits, const RenderOptions& options,
   const CameraDescription& base = scene.open->camera;
   const std::vector<CameraDescription>& cameras = scene.open->outline.cameras;
   if (!options.camera.empty()) {
-    const auto same = std::ranges::find(cameras, options.look_from ? options.camera : base.name,
-                                        &CameraDescription::name);
-    if (same != cameras.end()) {
-      view.camera = EditTarget{same->name, int(same - cameras.begin()), {}};
-    }
+    const std::vector<size_t> fits = cameras_called(options.camera, cameras);
+    if (!fits.empty()) view.camera = EditTarget{cameras[fits[0]].name, int(fits[0]), {}};
   }
   if (options.look_from && !view.look_from) {
     view.look_from = options.look_from;

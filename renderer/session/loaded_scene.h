@@ -4,38 +4,28 @@
 #include <memory>
 
 #include "renderer/core/load_progress.h"
-#include "renderer/frame/scene_file.h"
+#include "renderer/engine/open_scene.h"
 #include "renderer/output/render_options.h"
-#include "renderer/scene/editable_scene.h"
-#include "renderer/session/open_scene.h"
+#include "renderer/session/listed_scene.h"
 
 namespace emberline {
 
 struct LoadedScene {
-  std::shared_ptr<const OpenScene> open;
-  SceneEdits edits;               // of the edits' file; the options' variant, lens and time
-  EditableScene scene;            // the rendering thread's
-  SceneDescription edit_lists;    // what edits count in, and no more: cheap to copy
+  std::shared_ptr<const ListedScene> open;
+  SceneEdits edits;                  // of the edits' file; the options' variant, lens and time
+  SceneDescription edit_lists;       // what edits count in, and no more: cheap to copy
+  std::unique_ptr<OpenScene> scene;  // the rendering thread's, as is all that follows
+  RenderOptions options;             // without animation, time and variant, which are edits
+  AnimationEdit posed;               // that the scene is in,
+  CameraDescription view;            // with the file's view then
+  std::shared_ptr<MemoryBudget> budget;
   MemoryReservation memory = {};  // its share of what the window may take
 
-  // The rendering thread's: what poses it, unless the file has no animations; the pose that it is
-  // in, and the view of that.
-  struct Posing {
-    RenderOptions options;  // without animation and time, which are edits
-    SceneFile file;
-    std::shared_ptr<MemoryBudget> budget;
-    PosedMemory memory;
-    AnimationEdit pose;
-    CameraDescription camera;
-  };
-  std::unique_ptr<Posing> posing = {};
-  SceneBuildOptions build = {};
-
   // The view without edits in a frame of this size: a camera that frames the scene fits itself to
-  // the frame, as the command line's does. The rendering thread's.
+  // the frame, as the command line's does.
   CameraDescription camera(int width, int height) const;
   // Whether edits want another pose than it is in; and puts it into that, with them. Throws what
-  // loading would, and is as it was then. The rendering thread's.
+  // loading would, and is as it was then.
   bool stands_otherwise(const SceneEdits& wanted) const;
   void pose(const SceneEdits& wanted);
 };

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <array>
 
-#include "io/image_output.h"
-#include "renderer/charts/quantity_plane.h"
+#include "io/image/output.h"
 #include "renderer/core/readable.h"
 #include "renderer/drivers/adaptive/refinement_views.h"
+#include "renderer/statistics/quantity_plane.h"
 
 namespace emberline {
 namespace {

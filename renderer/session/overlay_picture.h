@@ -8,11 +8,11 @@
 #include <string_view>
 #include <vector>
 
-#include "renderer/charts/heatmap_quantity.h"
 #include "renderer/drivers/adaptive/refinement_tree.h"
 #include "renderer/film/film.h"
 #include "renderer/session/grading.h"
 #include "renderer/session/view_settings.h"
+#include "renderer/statistics/heatmap_quantity.h"
 
 namespace emberline {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "renderer/drivers/setting_table.h"
+#include "renderer/engine/setting_table.h"
 #include "renderer/session/overlay_picture.h"
 #include "renderer/session/view_denoiser.h"
 

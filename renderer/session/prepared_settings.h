@@ -1,7 +1,7 @@
 // What a session's frames need beside scene and camera, made anew only when the settings change.
 #pragma once
 
-#include "renderer/drivers/frame_plan.h"
+#include "renderer/engine/frame_plan.h"
 #include "renderer/session/view_settings.h"
 
 namespace emberline {

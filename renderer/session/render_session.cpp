@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "io/edits_file.h"
-#include "io/file_register.h"
+#include "io/files/register.h"
+#include "io/json/edits_file.h"
 #include "renderer/core/errors.h"
 #include "renderer/session/picture_files.h"
 #include "renderer/session/scene_loader.h"
@@ -63,7 +63,7 @@ LoadStatus RenderSession::load_status() {
   return status;
 }
 
-std::shared_ptr<const OpenScene> RenderSession::scene() const {
+std::shared_ptr<const ListedScene> RenderSession::scene() const {
   return scene_ ? scene_->open : nullptr;
 }
 

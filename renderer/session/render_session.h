@@ -18,7 +18,7 @@
 
 #include "renderer/core/memory_budget.h"
 #include "renderer/description/scene_edits.h"
-#include "renderer/session/open_scene.h"
+#include "renderer/session/listed_scene.h"
 #include "renderer/session/shown_picture.h"
 #include "renderer/session/view_settings.h"
 
@@ -47,8 +47,8 @@ class RenderSession {
   // nowhere else by themselves, so that edits of one scene never meet another. To be called after
   // each on_change().
   LoadStatus load_status();
-  std::shared_ptr<const OpenScene> scene() const;  // null before the first
-  std::shared_ptr<MemoryBudget> memory() const;    // what all of it may take; null before the first
+  std::shared_ptr<const ListedScene> scene() const;  // null before the first
+  std::shared_ptr<MemoryBudget> memory() const;  // what all of it may take; null before the first
 
   const ViewSettings& settings() const { return settings_; }
   // Takes any combination. One that makes no sense (a sampler of fixed counts with an adaptive

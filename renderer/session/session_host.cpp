@@ -8,14 +8,15 @@
 #include <new>
 #include <utility>
 
-#include "io/json_input.h"
-#include "io/json_reader.h"
+#include "io/json/input.h"
+#include "io/json/reader.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/log.h"
 #include "renderer/core/names.h"
+#include "renderer/core/utf8.h"
 #include "renderer/core/version.h"
-#include "renderer/drivers/setting_table.h"
+#include "renderer/engine/setting_table.h"
 #include "renderer/output/report.h"
 #include "renderer/session/host_values.h"
 #include "renderer/session/overlay_picture.h"
@@ -69,7 +70,9 @@ void SessionHost::run() {
         {"pid", int(::getpid())}});
   try {
     serve();
+    settle();
   } catch (const InputError& error) {
+    settle();
     send({{"event", "error"}, {"text", error.what()}});
     try {
       lines_.flush();
@@ -78,11 +81,23 @@ void SessionHost::run() {
     throw;
   }
   lines_.flush();
+  if (failed_saves_ > 1) {
+    throw RenderError("{} (and {} more that could not be saved)", first_failure_,
+                      failed_saves_ - 1);
+  }
+  if (failed_saves_ > 0) throw RenderError(first_failure_);
+}
+
+// Before the end: waits for files that are being saved, and tells how that went.
+void SessionHost::settle() {
+  for (const Saving& saving : savings_) saving.done.wait();
+  tell_saved();
+  if (opening_) refuse(std::exchange(opening_, std::nullopt)->id, "called off: the session ends");
 }
 
 void SessionHost::serve() {
   while (true) {
-    // What came before its end is heard; it is not much.
+    // What came before its end is heard, whether or not the host still reads; it is not much.
     while (!quit_ && (lines_.ended() || !lines_.congested())) {
       const std::optional<std::string> line = lines_.take();
       if (!line) break;
@@ -113,6 +128,8 @@ void SessionHost::obey(const std::string& text) {
   const Json document = parse_json(text, line);
   if (!document.is_object()) throw InputError(line, "expected an object: a command");
   Json id;
+  const auto verb = document.find("do");
+  const bool saves = verb != document.end() && *verb == "save";
   try {
     const JsonReader root(document, line);
     if (root.has("id")) {
@@ -126,9 +143,9 @@ void SessionHost::obey(const std::string& text) {
     (this->*command.run)(document, line);
     if (command.answered && !id.is_null()) answer(id);
   } catch (const EmberlineError& error) {
-    refuse(id, error.what());
+    refuse(id, error.what(), saves);
   } catch (const std::bad_alloc&) {
-    refuse(id, "not enough memory for this command");
+    refuse(id, "not enough memory for this command", saves);
   }
 }
 
@@ -189,7 +206,7 @@ void SessionHost::change_camera(const Json& command, const std::string& line) {
 void SessionHost::change_edits(const Json& command, const std::string& line) {
   const JsonReader root(command, line);
   root["edits"];
-  const std::shared_ptr<const OpenScene> scene = session_.scene();
+  const std::shared_ptr<const ListedScene> scene = session_.scene();
   if (!scene) throw UsageError("no scene is open");
   session_.set_edits(
       merged_edits(command["edits"], line + ", edits", session_.edits(), scene->outline));
@@ -204,7 +221,10 @@ void SessionHost::next(const Json& command, const std::string& line) {
 void SessionHost::save(const Json& command, const std::string& line) {
   const JsonReader root(command, line);
   const std::string file = text_of_json(command.value("file", Json()), root["file"]);
-  if (savings_.size() >= kMostSavings) throw UsageError("{} files are being saved", kMostSavings);
+  if (savings_.size() >= kMostSavings) {
+    throw UsageError("{} cannot be saved yet: {} files are being saved; wait for an answer",
+                     printable(file), kMostSavings);
+  }
   std::future<void> done;
   if (root.has("of")) {
     const OverlayEntry& overlay =
@@ -231,7 +251,8 @@ void SessionHost::answer(const Json& id, Json more) {
   send(more);
 }
 
-void SessionHost::refuse(const Json& id, const std::string& error) {
+void SessionHost::refuse(const Json& id, const std::string& error, bool of_save) {
+  if (of_save && failed_saves_++ == 0) first_failure_ = error;
   send({{"id", id}, {"ok", false}, {"error", error}});
 }
 
@@ -275,7 +296,7 @@ void SessionHost::tell_loading() {
 
 void SessionHost::finish_opening() {
   const Opening opening = *std::exchange(opening_, std::nullopt);
-  const std::shared_ptr<const OpenScene> scene = session_.scene();
+  const std::shared_ptr<const ListedScene> scene = session_.scene();
   Json more = Json::object();
   if (opening.edited) {
     try {
@@ -318,7 +339,7 @@ void SessionHost::tell_saved() {
       saving->done.get();
       answer(saving->id);
     } catch (const std::exception& error) {
-      refuse(saving->id, error.what());
+      refuse(saving->id, error.what(), true);
     }
     saving = savings_.erase(saving);
   }

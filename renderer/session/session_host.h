@@ -42,7 +42,7 @@ class SessionHost {
   SessionHost& operator=(const SessionHost&) = delete;
 
   // Until the host says "quit". Throws InputError for one that is gone or makes no sense,
-  // RenderError for one that does not listen.
+  // RenderError for one that does not listen, and at the end if a file could not be saved.
   void run();
 
  private:
@@ -60,6 +60,7 @@ class SessionHost {
   };
 
   void serve();
+  void settle();
   void obey(const std::string& line);
   void open(const Json& command, const std::string& line);
   void change_settings(const Json& command, const std::string& line);
@@ -71,7 +72,7 @@ class SessionHost {
   void quit(const Json& command, const std::string& line);
 
   void answer(const Json& id, Json more = Json::object());
-  void refuse(const Json& id, const std::string& error);
+  void refuse(const Json& id, const std::string& error, bool of_save = false);
   void send(const Json& message);
 
   void tell();
@@ -92,6 +93,8 @@ class SessionHost {
   RenderSession session_;
   std::optional<Opening> opening_;
   std::list<Saving> savings_;
+  uint64_t failed_saves_ = 0;
+  std::string first_failure_;
   std::string told_stage_, told_problem_, frame_problem_;
   double told_fraction_ = 0.0;
 

@@ -8,7 +8,7 @@
 
 #include "renderer/core/rect.h"
 #include "renderer/core/vector.h"
-#include "renderer/frame/frame_observer.h"
+#include "renderer/engine/frame_observer.h"
 
 namespace emberline {
 
@@ -58,9 +58,9 @@ struct PixelInspection {
   PixelStop stop = PixelStop::kNone;  // as far as it is known; kGoingOn where more may come
   uint32_t id = 0;                    // 1 + instance; 0: background
   std::string object;                 // its node, or its mesh
-  int material = -1;                  // into OpenScene::outline's materials; -1: nothing hit
+  int material = -1;                  // into ListedScene::outline's materials; -1: nothing hit
   Vec3d position = Vec3d(0.0);        // of the surface hit, world space
-  std::string explanation;            // AdaptiveDriver::explain; of the picked pixel alone
+  std::string explanation;            // FrameDriver::explain; of the picked pixel alone
 };
 
 }  // namespace emberline

@@ -10,7 +10,7 @@
 
 #include "renderer/core/errors.h"
 #include "renderer/core/parallel.h"
-#include "renderer/drivers/bisection_driver.h"
+#include "renderer/drivers/driver_table.h"
 #include "renderer/film/light_group_sums.h"
 #include "renderer/session/overlay_picture.h"
 
@@ -46,13 +46,14 @@ constexpr uint64_t kPictures = 4;
 Camera camera_of(const RenderRequest& request) {
   const LoadedScene& scene = *request.scene;
   const int width = request.settings.render.width, height = request.settings.render.height;
-  const Scene& built = scene.scene.scene();
-  return {edited_camera(request.edits, scene.scene.original(), scene.camera(width, height)),
-          width,
-          height,
-          built.origin(),
-          built.scale(),
-          built.farthest()};
+  const Scene& built = scene.scene->scene();
+  return {
+      edited_camera(request.edits, scene.scene->editable().original(), scene.camera(width, height)),
+      width,
+      height,
+      built.origin(),
+      built.scale(),
+      built.farthest()};
 }
 
 double to_seconds(ViewClock::duration time) { return std::chrono::duration<double>(time).count(); }
@@ -128,7 +129,7 @@ FrameCounters ViewFrame::render_stage(Stage stage, std::optional<FrameRender>& r
   if (const uint64_t film = render->bytes_per_pixel(prepared_.plan.aovs))
     reserve(crop, film + lights);
   Frame frame =
-      prepared_.plan.frame(request_.scene->scene.scene(), camera_, {.groups = groups_.get()});
+      prepared_.plan.frame(request_.scene->scene->scene(), camera_, {.groups = groups_.get()});
   frame.crop = crop;
   frame.samples_per_pixel = samples_per_pixel;
   frame.exact_counts = !main || prepared_.plan.even;
@@ -334,9 +335,8 @@ std::string ViewFrame::draw(const std::shared_ptr<const Grading>& grading, Shown
                           rgba8);
     }
   }
-  if (const AdaptiveDriver* adaptive = shown_adaptive();
-      overlay == ViewOverlay::kTree && adaptive && adaptive->tree()) {
-    draw_tree(*adaptive->tree(), *grading, picture.linear(), crop_.width(), rgba8);
+  if (const RefinementTree* tree = driver_facts().tree; overlay == ViewOverlay::kTree && tree) {
+    draw_tree(*tree, *grading, picture.linear(), crop_.width(), rgba8);
     return "leaves of the refinement tree";
   }
   if (bucket_picture_ && !region_ && !mix_ && picture.denoised.empty()) {
@@ -347,8 +347,8 @@ std::string ViewFrame::draw(const std::shared_ptr<const Grading>& grading, Shown
   return {};
 }
 
-AdaptiveDriver* ViewFrame::shown_adaptive() const {
-  return shown_render_ ? dynamic_cast<AdaptiveDriver*>(shown_render_->driver()) : nullptr;
+DriverFacts ViewFrame::driver_facts() const {
+  return shown_render_ && shown_render_->picture() ? shown_render_->facts() : DriverFacts();
 }
 
 const FilmTile* ViewFrame::region_film() const {
@@ -394,9 +394,7 @@ void ViewFrame::denoise(ShownPicture& picture) {
   const bool possible = ViewDenoiser::has_channels(prepared_.plan.aovs) && stage_ != Stage::kRegion;
   const PixelLattice* lattice = nullptr;
   if (!complete()) {
-    FrameDriver* driver = shown_render_ && !region_ ? shown_render_->driver() : nullptr;
-    const auto* bisection = dynamic_cast<const BisectionDriver*>(driver);
-    lattice = bisection ? bisection->complete_lattice() : nullptr;
+    lattice = region_ ? nullptr : driver_facts().lattice;
   }
   const ShownAs as = shown_as_.load();
   const bool filtered = possible && as.filtered() && (lattice || complete());
@@ -472,14 +470,14 @@ PixelInspection ViewFrame::look_at(int x, int y, bool explained) const {
   result.non_finite = film.non_finite(x, y);
   result.variance = film.variance(x, y);
   result.stop = stop_at(x, y);
-  if (AdaptiveDriver* adaptive = shown_adaptive();
-      explained && adaptive && &film == &readable_->film()) {
-    adaptive->follow(x, y);
-    result.explanation = adaptive->explain(film, x, y);
+  const bool is_shown = shown_render_ && shown_render_->picture() == readable_;
+  if (explained && is_shown && &film == &readable_->film()) {
+    shown_render_->follow(x, y);
+    result.explanation = shown_render_->explain(x, y);
   }
 
-  const Scene& scene = request_.scene->scene.scene();
-  const SceneDescription& outline = request_.scene->scene.original();  // as it is posed
+  const Scene& scene = request_.scene->scene->scene();
+  const SceneDescription& outline = request_.scene->scene->editable().original();  // as it is posed
   const Ray ray = camera_.ray({float(x) + 0.5f, float(y) + 0.5f});
   SurfaceHit hit;
   if (!scene.intersect(ray, {}, &hit)) return result;

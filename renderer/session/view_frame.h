@@ -15,9 +15,9 @@
 #include <string>
 #include <vector>
 
-#include "renderer/drivers/adaptive_driver.h"
-#include "renderer/frame/frame_render.h"
-#include "renderer/process/stop_request.h"
+#include "renderer/drivers/frame_driver.h"
+#include "renderer/engine/frame_render.h"
+#include "renderer/engine/stop_request.h"
 #include "renderer/scene/camera.h"
 #include "renderer/session/bucket_picture.h"
 #include "renderer/session/loaded_scene.h"
@@ -119,7 +119,7 @@ class ViewFrame final : private FrameObserver {
   void denoise(ShownPicture& picture);
   std::string draw(const std::shared_ptr<const Grading>& grading, ShownPicture& picture);
   void resolve_whole(std::span<float> rgba) const;
-  AdaptiveDriver* shown_adaptive() const;  // null: another driver, or none
+  DriverFacts driver_facts() const;
   const FilmTile* region_film() const;
   const FilmTile& film_of(int x, int y) const;  // that a pixel is shown from
   PixelStop stop_at(int x, int y) const;

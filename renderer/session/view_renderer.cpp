@@ -12,7 +12,7 @@
 #include <new>
 #include <utility>
 
-#include "io/image_input.h"
+#include "io/image/input.h"
 #include "renderer/core/errors.h"
 #include "renderer/lights/environment_light.h"
 
@@ -300,7 +300,7 @@ void ViewRenderer::read_environment(RenderRequest& request) {
 // Edits the scene. With light groups, to what can be mixed to be the request's; null without.
 std::shared_ptr<const LightGroups> ViewRenderer::apply_edits(const RenderRequest& request,
                                                              const PreparedSettings& prepared) {
-  EditableScene& scene = request.scene->scene;
+  EditableScene& scene = request.scene->scene->editable();
   if (prepared.light_groups) {
     const SceneEdits baseline = neutral_baseline(request.edits);
     scene.set(baseline);
@@ -331,7 +331,8 @@ void ViewRenderer::render(RenderRequest request) {
     const std::shared_ptr<const LightGroups> groups =
         apply_edits(request, prepared ? *prepared : *prepared_);
     std::optional<LightMix> mix;
-    if (groups && request.scene->scene.edits() != request.edits) mix = groups->mix(request.edits);
+    if (groups && request.scene->scene->editable().edits() != request.edits)
+      mix = groups->mix(request.edits);
     std::shared_ptr<LoadedScene> scene_before = request.scene;  // freed here, if it was the last
     {
       const std::lock_guard lock(mutex_);

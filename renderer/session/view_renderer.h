@@ -15,7 +15,7 @@
 #include <thread>
 #include <vector>
 
-#include "renderer/process/worker_threads.h"
+#include "renderer/engine/worker_threads.h"
 #include "renderer/session/view_frame.h"
 
 namespace emberline {

@@ -10,7 +10,7 @@
 namespace emberline {
 
 // What is drawn instead of, or over, the picture. All but the tree come from channels of the film
-// (renderer/charts/heatmap_quantity.h); why pixels have ended is told while others go on.
+// (renderer/statistics/heatmap_quantity.h); why pixels have ended is told while others go on.
 enum class ViewOverlay : uint8_t { kNone, kSamples, kError, kStop, kTime, kNonFinite, kTree };
 
 // Samples a pixel where RenderOptions::spp says nothing and no threshold ends the frame: the

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "renderer/core/errors.h"
+#include "renderer/core/shortened.h"
 #include "renderer/shading/lobes/anisotropic_ggx.h"
 #include "renderer/shading/lobes/transmission_lobe.h"
 
@@ -54,7 +55,7 @@ Material::Slot Material::add_texture(const TextureRef& ref, bool srgb, const cha
   if (ref.image < 0) return {};
   assert(size_t(ref.image) < scene.images.size() && scene.images[size_t(ref.image)]);
   if (ref.uv_set < 0 || ref.uv_set >= kMaxUvSets) {
-    throw InputError(scene.file, "material \"" + description.name + "\": its " + slot +
+    throw InputError(scene.file, "material \"" + shortened(description.name) + "\": its " + slot +
                                      " uses TEXCOORD_" + std::to_string(ref.uv_set) +
                                      "; sets 0 to " + std::to_string(kMaxUvSets - 1) +
                                      " are supported");
@@ -226,6 +227,15 @@ void Material::compile_interior(const MaterialDescription& d) {
                                          d.attenuation_distance);
   // An infinite index has no colours apart.
   if (has_transmission() && ior_ > 0.0f) dispersion_ = non_negative(d.dispersion);
+}
+
+bool Material::is_clear_solid() const {
+  const bool plain = !base_color_texture_ && !transmission_texture_ &&
+                     !metallic_roughness_texture_ && !specular_texture_ &&
+                     !specular_color_texture_ && !has_layers_;
+  return plain && is_solid() && transmission_ == 1.0f && metallic_ == 0.0f &&
+         base_color_ == Rgb(1.0f) && specular_ == 1.0f && specular_color_ == Rgb(1.0f) &&
+         alpha_mode_ == AlphaMode::kOpaque && !is_emissive_ && !unlit_;
 }
 
 // Exporters often write rgba images that are opaque throughout, and a surface with coverage costs

@@ -125,6 +125,16 @@ class Material {
   // Light passes through, clear or diffuse: faces are seen from behind even if single-sided, and
   // the integrator sets MaterialPoint::bsdf.inside when it is the back that was hit.
   bool passes_light() const { return has_transmission() || has_diffuse_transmission(); }
+  // Light that passes goes through an interior, and not through a thin wall.
+  bool is_solid() const { return !thin_walled_; }
+  // A solid that is smooth and clear at least in places: only rays that it bends come through.
+  bool is_smooth_solid() const {
+    return has_transmission() && is_solid() &&
+           (square(roughness_) < kMirrorAlpha || metallic_roughness_texture_);
+  }
+  // A solid of which nothing but its index and its interior shows: where it bends nothing, its face
+  // is not seen.
+  bool is_clear_solid() const;
   float ior() const { return ior_; }                              // 0: reflects everything
   bool has_transmission() const { return transmission_ > 0.0f; }  // clear
   bool has_diffuse_transmission() const { return layers().diffuse_transmission > 0.0f; }

@@ -4,9 +4,9 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "renderer/charts/colour_map.h"
 #include "renderer/core/byte_image.h"
 #include "renderer/core/rect.h"
+#include "renderer/statistics/colour_map.h"
 
 namespace emberline {
 

@@ -1,4 +1,4 @@
-#include "renderer/charts/chart_axis.h"
+#include "renderer/statistics/chart_axis.h"
 
 #include <fmt/format.h>
 

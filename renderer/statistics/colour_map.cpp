@@ -1,4 +1,4 @@
-#include "renderer/charts/colour_map.h"
+#include "renderer/statistics/colour_map.h"
 
 #include <algorithm>
 #include <cmath>
@@ -64,7 +64,7 @@ Rgb8 interpolate(const Table& table, double value) {
 std::span<const ColourMapEntry> colour_map_table() { return kMaps; }
 
 ColourMap parse_colour_map(std::string_view name) {
-  return find_named(kMaps, "--colors", "colour map", name).map;
+  return find_named(kMaps, "`colors`", "colour map", name).map;
 }
 
 Rgb8 colour_of(ColourMap map, double value) {

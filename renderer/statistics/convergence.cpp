@@ -116,7 +116,7 @@ std::span<const ConvergenceIntegrand> convergence_integrands() { return kIntegra
 
 std::vector<ConvergenceCurve> convergence_curves(const std::string& sampler, uint32_t pixels,
                                                  uint32_t seed) {
-  const SamplerEntry& entry = find_named(sampler_table(), "--samplers", "sampler", sampler);
+  const SamplerEntry& entry = find_named(sampler_table(), "`samplers`", "sampler", sampler);
   const Errors errors = measure(entry, pixels, seed);
   std::vector<ConvergenceCurve> curves;
   for (size_t i = 0; i < kIntegrandCount; ++i) {

@@ -1,4 +1,4 @@
-#include "renderer/charts/heatmap.h"
+#include "renderer/statistics/heatmap.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <vector>
 
-#include "renderer/charts/heatmap_legend.h"
+#include "renderer/statistics/heatmap_legend.h"
 #include "renderer/statistics/row_sums.h"
 
 namespace emberline {

@@ -1,11 +1,11 @@
-#include "renderer/charts/heatmap_legend.h"
+#include "renderer/statistics/heatmap_legend.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 
-#include "renderer/charts/pixel_text.h"
 #include "renderer/core/vector.h"
+#include "renderer/statistics/pixel_text.h"
 
 namespace emberline {
 namespace {

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "renderer/charts/byte_picture.h"
-#include "renderer/charts/colour_map.h"
-#include "renderer/charts/plane.h"
-#include "renderer/charts/value_scale.h"
+#include "renderer/statistics/byte_picture.h"
+#include "renderer/statistics/colour_map.h"
+#include "renderer/statistics/plane.h"
+#include "renderer/statistics/value_scale.h"
 
 namespace emberline {
 

@@ -1,4 +1,4 @@
-#include "renderer/charts/heatmap_quantity.h"
+#include "renderer/statistics/heatmap_quantity.h"
 
 #include <cmath>
 
@@ -86,7 +86,7 @@ const HeatmapQuantity& find_heatmap_quantity(std::string_view name, std::string_
 
 std::span<const Category> stop_categories() {
   const auto category = [](PixelStop stop, const Rgb8& colour) {
-    return Category{float(stop), std::string(pixel_stop_name(stop)), colour};
+    return Category{float(stop), pixel_stop_name(stop), colour};
   };
   static const std::vector<Category> categories = {
       {float(PixelStop::kNone), "no sample", {0, 0, 0}},

@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "renderer/charts/heatmap.h"
 #include "renderer/film/film.h"
+#include "renderer/statistics/heatmap.h"
 
 namespace emberline {
 
@@ -40,7 +40,7 @@ struct HeatmapQuantity {
 std::span<const HeatmapQuantity> heatmap_quantity_table();
 // Throws UsageError, which starts with the option's name.
 const HeatmapQuantity& find_heatmap_quantity(std::string_view name,
-                                             std::string_view option = "--heatmap-of");
+                                             std::string_view option = "`heatmap-of`");
 
 // Why pixels got no more samples; colours of Okabe & Ito 2008, "Color Universal Design", of which
 // no two are equally light.

@@ -1,4 +1,4 @@
-#include "renderer/charts/html_page.h"
+#include "renderer/statistics/html_page.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "renderer/charts/pixel_text.h"
+#include "renderer/statistics/pixel_text.h"
 
 #include <algorithm>
 #include <array>

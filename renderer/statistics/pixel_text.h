@@ -6,7 +6,7 @@
 
 #include <string_view>
 
-#include "renderer/charts/byte_picture.h"
+#include "renderer/statistics/byte_picture.h"
 
 namespace emberline {
 

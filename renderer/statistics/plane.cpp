@@ -1,4 +1,4 @@
-#include "renderer/charts/plane.h"
+#include "renderer/statistics/plane.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "renderer/charts/quantity_plane.h"
+#include "renderer/statistics/quantity_plane.h"
 
 #include <algorithm>
 #include <array>

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "renderer/charts/heatmap_quantity.h"
-#include "renderer/charts/plane.h"
 #include "renderer/core/rect.h"
+#include "renderer/statistics/heatmap_quantity.h"
+#include "renderer/statistics/plane.h"
 
 namespace emberline {
 

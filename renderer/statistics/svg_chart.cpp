@@ -1,4 +1,4 @@
-#include "renderer/charts/svg_chart.h"
+#include "renderer/statistics/svg_chart.h"
 
 #include <fmt/format.h>
 

@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "renderer/charts/chart_axis.h"
-#include "renderer/charts/html_page.h"
+#include "renderer/statistics/chart_axis.h"
+#include "renderer/statistics/html_page.h"
 
 namespace emberline {
 

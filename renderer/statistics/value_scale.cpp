@@ -1,4 +1,4 @@
-#include "renderer/charts/value_scale.h"
+#include "renderer/statistics/value_scale.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "renderer/charts/chart_axis.h"
+#include "renderer/statistics/chart_axis.h"
 #include "renderer/statistics/value_list.h"
 
 namespace emberline {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "renderer/charts/plane.h"
+#include "renderer/statistics/plane.h"
 
 namespace emberline {
 

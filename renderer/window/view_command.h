@@ -1,6 +1,7 @@
 // `emberline view SCENE`: the interactive window.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -20,7 +21,8 @@ struct ViewOptions {
   std::string measure;         // latencies of the edits of a script; then it closes
   std::string measure_script;  // empty: the built-in one
   std::string journal;         // what the window does, a line of JSON each
-  bool forget = false;         // what it remembers is neither read nor written
+  std::function<bool()> stopped = {};  // asked all the time: the window is to close; empty: never
+  bool forget = false;                 // what it remembers is neither read nor written
 };
 
 // Opens the window and returns when it is closed: kExitDone. Throws RenderError where there is no

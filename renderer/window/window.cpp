@@ -14,18 +14,17 @@
 #include <utility>
 #include <vector>
 
-#include "io/file_register.h"
-#include "io/image_output.h"
+#include "io/files/register.h"
+#include "io/image/output.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/output/outputs.h"
-#include "renderer/process/stop_signal.h"
-#include "renderer/window/imgui_input.h"
-#include "renderer/window/measurement.h"
-#include "renderer/window/panels.h"
-#include "renderer/window/picture_input.h"
-#include "renderer/window/picture_view.h"
-#include "renderer/window/theme.h"
+#include "renderer/window/input/imgui_input.h"
+#include "renderer/window/input/picture_input.h"
+#include "renderer/window/panels/panels.h"
+#include "renderer/window/panels/theme.h"
+#include "renderer/window/picture/measurement.h"
+#include "renderer/window/picture/view.h"
 #include "renderer/window/view_command.h"
 #include "renderer/window/workbench.h"
 
@@ -279,7 +278,8 @@ void Window::listen_to_window() {
 }
 
 void Window::run() {
-  while (!glfwWindowShouldClose(window_.get()) && !bench_.quit && !closing_ && !stop_signalled()) {
+  const auto stopped = [this] { return options_.stopped && options_.stopped(); };
+  while (!glfwWindowShouldClose(window_.get()) && !bench_.quit && !closing_ && !stopped()) {
     glfwWaitEventsTimeout(pause());
     const double began = Workbench::now();
     if (input_.flying()) input_.fly(std::min(began - flown_s_, 0.1));
@@ -350,7 +350,7 @@ void Window::draw(double now) {
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
   if (std::exchange(bench_.want_screenshot, false)) take_screenshot(screenshot_file());
   if (std::exchange(wanted_screenshot_, false)) {
-    bench_.check_output("--screenshot", options_.screenshot);
+    bench_.check_output("`screenshot`", options_.screenshot);
     take_screenshot(options_.screenshot);
   }
   glfwSwapBuffers(window_.get());
@@ -458,16 +458,16 @@ void Window::remember() {
 
 int run_view(const ViewOptions& options) {
   if (options.render.working_space != WorkingSpace::kRec709) {
-    throw UsageError("--working-space: the window works in rec709; valid with render");
+    throw UsageError("`working-space`: the window works in rec709; valid with render");
   }
   if (options.render.panorama) {
-    throw UsageError("--panorama: the window looks one way; valid with render");
+    throw UsageError("`panorama`: the window looks one way; valid with render");
   }
   FileRegister files;
-  if (!options.measure.empty()) files.write("--measure", options.measure);
-  if (!options.screenshot.empty()) files.write("--screenshot", options.screenshot);
-  if (!options.journal.empty()) files.write("--journal", options.journal);
-  if (!options.measure_script.empty()) files.read(options.measure_script, "it is --measure-script");
+  if (!options.measure.empty()) files.write("`measure`", options.measure);
+  if (!options.screenshot.empty()) files.write("`screenshot`", options.screenshot);
+  if (!options.journal.empty()) files.write("`journal`", options.journal);
+  if (!options.measure_script.empty()) files.read(options.measure_script, "it is `measure-script`");
   register_inputs(options.render, files);
   Window(options).run();
   return kExitDone;

@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
-#include "io/atomic_file.h"
-#include "io/json_input.h"
-#include "io/json_reader.h"
+#include "io/files/atomic_file.h"
+#include "io/json/input.h"
+#include "io/json/reader.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 

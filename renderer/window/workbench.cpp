@@ -14,7 +14,7 @@
 #include "renderer/core/log.h"
 #include "renderer/core/readable.h"
 #include "renderer/session/overlay_picture.h"
-#include "renderer/window/edit_entries.h"
+#include "renderer/window/panels/edit_entries.h"
 
 namespace emberline {
 namespace {
@@ -69,7 +69,7 @@ void Workbench::fetch_scene() {
     const auto size = std::filesystem::file_size(journal.path(), none);
     if (journal.waits() && (none || size == 0)) journal.begin();
   }
-  std::shared_ptr<const OpenScene> scene = session_.scene();
+  std::shared_ptr<const ListedScene> scene = session_.scene();
   if (scene == scene_) return;
   const bool first = !scene_;
   const bool again = std::exchange(reloading_, false);
@@ -89,7 +89,7 @@ void Workbench::fetch_scene() {
   if (!again) edits_file_ = first ? options_.render.edits : std::string();
   window.remember_scene(load_status_.path);
   if (journal.waits()) {
-    check_output("--journal", journal.path());
+    check_output("`journal`", journal.path());
     journal.begin();
   }
   for (const std::string& warning : scene_->warnings) say(Message::Level::kWarning, warning);

@@ -15,15 +15,15 @@
 #include <string_view>
 #include <vector>
 
-#include "io/display.h"
+#include "io/display/display.h"
 #include "renderer/session/edit_history.h"
 #include "renderer/session/render_session.h"
 #include "renderer/session/view_camera.h"
-#include "renderer/window/edit_latency.h"
-#include "renderer/window/input.h"
-#include "renderer/window/journal.h"
-#include "renderer/window/picture_placement.h"
-#include "renderer/window/time_line.h"
+#include "renderer/window/input/edit_latency.h"
+#include "renderer/window/input/input.h"
+#include "renderer/window/input/journal.h"
+#include "renderer/window/panels/time_line.h"
+#include "renderer/window/picture/placement.h"
 #include "renderer/window/view_command.h"
 #include "renderer/window/window_state.h"
 
@@ -68,7 +68,7 @@ class Workbench {
   void reload();
   // A scene, or an environment or edits for the one that is open: whatever was dropped.
   void open_dropped(const std::string& path);
-  const std::shared_ptr<const OpenScene>& scene() const { return scene_; }
+  const std::shared_ptr<const ListedScene>& scene() const { return scene_; }
   const LoadStatus& load_status() const { return load_status_; }
   const std::shared_ptr<const ShownPicture>& picture() const { return picture_; }
   // B as it is to be shown; null if nothing is kept.
@@ -210,7 +210,7 @@ class Workbench {
   ViewOptions options_;
   RenderSession session_;
   DisplayNames display_names_;
-  std::shared_ptr<const OpenScene> scene_;
+  std::shared_ptr<const ListedScene> scene_;
   std::shared_ptr<const ShownPicture> picture_, noted_, picture_b_;
   std::string noted_dialog_;
   Vec2f noted_corner_ = Vec2f(0.0f);

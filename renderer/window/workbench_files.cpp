@@ -2,8 +2,8 @@
 #include <chrono>
 #include <filesystem>
 
-#include "io/edits_file.h"
-#include "io/file_register.h"
+#include "io/files/register.h"
+#include "io/json/edits_file.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
 #include "renderer/window/workbench.h"

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "bench/bench_frame.h"
+#include "renderer/engine/frame_observer.h"
 
 namespace emberline::bench {
 

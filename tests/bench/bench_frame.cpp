@@ -10,10 +10,12 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/names.h"
 #include "renderer/core/option_values.h"
-#include "renderer/drivers/frame_plan.h"
-#include "renderer/drivers/setting_table.h"
-#include "renderer/frame/frame_scene.h"
+#include "renderer/engine/frame_plan.h"
+#include "renderer/engine/frame_render.h"
+#include "renderer/engine/frame_scene.h"
+#include "renderer/engine/setting_table.h"
 #include "renderer/scene/build_scene.h"
+#include "support/load_scene.h"
 
 namespace emberline::bench {
 namespace {
@@ -87,7 +89,7 @@ BenchFrame::BenchFrame(const RenderOptions& options, const SceneBuildOptions& bu
                        const std::function<void(SceneDescription&)>& change)
     : options_(options) {
   const double start = wall_clock();
-  SceneDescription description = load_scene(options);
+  SceneDescription description = test::load_scene(options);
   const CameraDescription view = choose_camera(options, description);
   if (change) change(description);
   const double loaded = wall_clock();

@@ -12,6 +12,7 @@
 #include "bench/clocks.h"
 #include "renderer/drivers/adaptive/round_planner.h"
 #include "renderer/drivers/driver_table.h"
+#include "renderer/engine/frame_render.h"
 #include "renderer/output/render_options.h"
 #include "renderer/scene/build_scene.h"
 #include "renderer/scene/camera.h"

@@ -35,8 +35,8 @@ EDITS = [
      "    operator uint32_t() const { return 0; }\n"
      "  };\n"
      "  Nothing scatter, shadow;\n"),
-    ("renderer/frame/frame.h", "    camera++;\n", ""),
-    ("renderer/frame/render_worker.cpp",
+    ("renderer/drivers/frame.h", "    camera++;\n", ""),
+    ("renderer/engine/render_worker.cpp",
      "    counters_.max_samples = std::max(counters_.max_samples, addresses_[i].sample + 1);\n", ""),
 ]
 

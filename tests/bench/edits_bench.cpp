@@ -15,9 +15,10 @@
 #include "bench/bench_frame.h"
 #include "bench/frame_benches.h"
 #include "renderer/core/errors.h"
-#include "renderer/frame/frame_scene.h"
+#include "renderer/engine/frame_scene.h"
 #include "renderer/scene/editable_scene.h"
 #include "support/edits.h"
+#include "support/load_scene.h"
 
 namespace emberline::bench {
 namespace {
@@ -52,7 +53,7 @@ std::vector<double> time_edits(EditableScene& scene, size_t count, int repetitio
 
 void time_all_edits(const RenderOptions& options, int repetitions) {
   const double start = wall_clock();
-  const SceneDescription description = load_scene(options);
+  const SceneDescription description = test::load_scene(options);
   fmt::print("{:<28}{:>10.3f} ms\n", "load", 1e3 * (wall_clock() - start));
   std::vector<double> full, editable;
   for (int r = 0; r < repetitions; ++r) {

@@ -18,8 +18,8 @@
 #include "bench/frame_benches.h"
 #include "bench/ray_recorder.h"
 #include "renderer/app/number_option.h"
+#include "renderer/engine/process_usage.h"
 #include "renderer/output/report.h"
-#include "renderer/process/process_usage.h"
 
 namespace emberline::bench {
 namespace {

@@ -18,6 +18,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/description/framing.h"
 #include "renderer/description/scene_edits.h"
+#include "renderer/engine/frame_render.h"
 #include "renderer/scene/light_groups.h"
 #include "support/edits.h"
 

@@ -115,7 +115,7 @@ def pixel_seconds(program, scene, size, spp, repeat, folder):
 
 
 def hilbert_step(k, x, y):
-    """As renderer/frame/bucket_schedule.cpp."""
+    """As renderer/drivers/bucket_schedule.cpp."""
     step = 0
     for bit in reversed(range(k)):
         rx, ry = x >> bit & 1, y >> bit & 1

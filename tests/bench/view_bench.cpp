@@ -18,6 +18,7 @@
 #include "bench/frame_benches.h"
 #include "renderer/app/number_option.h"
 #include "renderer/core/errors.h"
+#include "renderer/engine/frame_observer.h"
 #include "support/edits.h"
 #include "support/session_owner.h"
 
@@ -50,7 +51,7 @@ struct EditKind {
   MakeEdit make;
 };
 
-std::vector<EditKind> edit_kinds(const OpenScene& scene) {
+std::vector<EditKind> edit_kinds(const ListedScene& scene) {
   std::vector<EditKind> kinds;
   kinds.push_back({"camera", [&scene](SceneEdits& edits, int i) {
                      const Mat44d& m = scene.camera.to_world;

@@ -5,6 +5,7 @@
 Prints "passed CASE", or "FAILED: ..." and ends with 1.
 """
 import os
+import struct
 import sys
 import time
 import traceback
@@ -18,7 +19,7 @@ import numpy  # noqa: E402
 
 import blender_scenes as scenes  # noqa: E402
 import emberline_blender  # noqa: E402
-from emberline_blender import command, engine, guard, limits, settings, versions  # noqa: E402
+from emberline_blender import command, engine, exr, guard, limits, settings, versions  # noqa: E402
 
 CASE, FOLDER, EMBERLINE = sys.argv[sys.argv.index("--") + 1 :]
 TOLERANCE = 0.03
@@ -113,11 +114,6 @@ def refusals():
     scenes.build("materials")
     scene.camera = None
     expect("no camera")  # which Blender says itself
-    scenes.build("materials")
-    for placed in list(bpy.data.objects):
-        if placed.type != "CAMERA":
-            bpy.data.objects.remove(placed)
-    expect("there is nothing to render")
     scenes.build("materials")
     scene.render.use_multiview = True
     expect("stereo is not supported")
@@ -275,6 +271,81 @@ def animation():
     check(balls[0][2] > 2 * balls[0][0] and balls[1][0] > 2 * balls[1][2], f"the material stands still ({balls})")
 
 
+def environments():
+    """Files that the command reads itself: an EXR with its colour in a layer, which Blender cannot read; depth alone is refused."""
+    scenes.build("materials")
+    for placed in list(bpy.data.objects):
+        if placed.type != "CAMERA":
+            bpy.data.objects.remove(placed)
+    data, background = scenes.world((0, 0, 0), 1.0)
+    picture = data.node_tree.nodes.new("ShaderNodeTexEnvironment")
+    data.node_tree.links.new(picture.outputs["Color"], background.inputs["Color"])
+    scene = bpy.context.scene
+
+    def use_layers(name, layers):
+        """An EXR of 4x2 pixels; `layers`: channels and their values."""
+        exr.write(file(name), numpy.ones((2, 4, 3)))
+        with open(file(name), "rb") as before:
+            written = before.read()
+        listed = b"".join(c + b"\0" + struct.pack("<iB3xii", 2, 0, 1, 1) for c, _ in layers) + b"\0"
+        at = written.index(b"channels\0chlist\0") + 16
+        (size,) = struct.unpack_from("<i", written, at)
+        rest = written[at + 4 + size : len(written) - 2 * (8 + 8 + 48)]  # up to the table of rows
+        header = written[:at] + struct.pack("<i", len(listed)) + listed + rest
+        line = b"".join(numpy.full(4, value, "<f4").tobytes() for _, value in layers)
+        first, length = len(header) + 16, len(line)
+        lines = [struct.pack("<ii", y, length) + line for y in range(2)]
+        with open(file(name), "wb") as out:
+            out.write(header + struct.pack("<QQ", first, first + 8 + length) + b"".join(lines))
+        picture.image = bpy.data.images.load(file(name))
+
+    use_layers("layered.exr", [(b"Z", 50), (b"sky.B", 0.3), (b"sky.G", 0.2), (b"sky.R", 0.1)])
+    check(limits.of_world(data) == [], f"the layered environment is listed: {limits.of_world(data)}")
+    got = render()[32, 48, :3]
+    check(numpy.abs(got - (0.1, 0.2, 0.3)).max() < 1e-5, f"the layered environment is {got}")
+    use_layers("depth.exr", [(b"Z", 50)])
+    expect("no channels R, G and B, or Y alone; it has Z")
+    os.remove(file("depth.exr"))
+    picture.image = bpy.data.images.load(file("layered.exr"))
+    os.rename(file("layered.exr"), file("elsewhere.exr"))
+    picture.image.reload()
+    check(any("missing" in line for line in limits.of_world(data)), "a missing environment is not listed")
+    check(scene.world == data and render()[..., :3].max() == 0, "a missing environment is not black")
+
+
+def nothing_to_see():
+    """An animation goes on through frames that show nothing but the world: all is hidden, scaled to nothing, or not there."""
+    scenes.build("materials")
+    scene = bpy.context.scene
+    placed = [o for o in scene.objects if o.type in ("MESH", "LIGHT")]
+    scenes.world((0.2, 0.4, 0.6), 0.5)
+    for one in placed:
+        for frame, hidden, size in ((1, False, 1), (2, True, 1), (3, False, 0), (4, False, 1)):
+            one.hide_render, one.scale = hidden, (size, size, size)
+            one.keyframe_insert("hide_render", frame=frame)
+            one.keyframe_insert("scale", frame=frame)
+    scene.frame_start, scene.frame_end = 1, 4
+    for transparent, blurred in ((False, False), (True, False), (False, True)):
+        scene.render.film_transparent, scene.render.use_motion_blur, scene.render.motion_blur_shutter = transparent, blurred, 0.01
+        scene.render.engine, scene.render.filepath = "EMBERLINE", file(f"anim_{transparent}_{blurred}_####")
+        bpy.ops.render.render(animation=True)
+        frames = [scenes.pixels(file(f"anim_{transparent}_{blurred}_{i:04}.exr")) for i in range(1, 5)]
+        wanted = (0, 0, 0, 0) if transparent else (0.1, 0.2, 0.3, 1)
+        check(numpy.abs(frames[1] - wanted).max() < 1e-5, f"a hidden frame is {frames[1][32, 48]}")
+        if not blurred:
+            check(numpy.abs(frames[2] - wanted).max() < 1e-5, f"a frame scaled to nothing is {frames[2][32, 48]}")
+        check(all(numpy.abs(frames[i][30, 12] - wanted).max() > 0.05 for i in (0, 3)), "nothing is shown where something is")
+    scene.render.film_transparent = scene.render.use_motion_blur = False
+    for one in placed:
+        bpy.data.objects.remove(one)
+    check(numpy.abs(render()[..., :3] - (0.1, 0.2, 0.3)).max() < 1e-5, "an empty scene is not its world")
+    empty = bpy.data.objects.new("empty", bpy.data.meshes.new("no faces"))
+    scene.collection.objects.link(empty)
+    check(numpy.abs(render()[..., :3] - (0.1, 0.2, 0.3)).max() < 1e-5, "a mesh without faces is not the world alone")
+    scenes.light("POINT", 60, (0, 0, 2))
+    check(numpy.abs(render()[..., :3] - (0.1, 0.2, 0.3)).max() < 1e-5, "a light alone is not the world alone")
+
+
 def square():
     """A white square of 1 m before black, 4 m wide in the picture, at frame 2."""
     scenes.build("materials")
@@ -290,6 +361,46 @@ def square():
     scene.cycles.pixel_filter_type = "BOX"
     scene.frame_set(2)
     return scenes.add(bpy.ops.mesh.primitive_plane_add, lamp, smooth=False, location=(0, 0, 0), size=1.0)
+
+
+def blackman_harris(x):
+    return 0.35875 + 0.48829 * numpy.cos(numpy.pi * x) + 0.14128 * numpy.cos(2 * numpy.pi * x) + 0.01168 * numpy.cos(3 * numpy.pi * x)
+
+
+def edge(kind, width):
+    """How much of a filter lies on one side of an edge at -3 to 3 pixels from its middle."""
+    profiles = {
+        "BOX": lambda x: numpy.abs(x) < 0.5,
+        "GAUSSIAN": lambda x: numpy.exp(-8 * (x / width) ** 2),
+        "BLACKMAN_HARRIS": lambda x: blackman_harris(x / width) * (numpy.abs(x) < width),
+    }
+    x = (numpy.arange(200000) + 0.5) / 10000 - 10
+    cdf = numpy.cumsum(profiles[kind](x).astype(float))
+    return numpy.interp(numpy.arange(-3, 4), x + 0.5e-4, cdf / cdf[-1])
+
+
+def filters():
+    """An edge through the middles of pixels, and a corner: each filter of Cycles in two widths, beside Cycles and its closed form."""
+    placed = square()
+    scene = bpy.context.scene
+    scene.render.use_motion_blur = False
+    placed.location = (1 / 48, -1 / 48, 0)  # by half a pixel: the upper left corner is in the middle of pixel 36, 20
+    scene.cycles.samples = scene.emberline.samples = 1024
+    for kind, ours in (("BLACKMAN_HARRIS", "blackman-harris"), ("GAUSSIAN", "gaussian"), ("BOX", "box")):
+        for width in (1.5, 2.4):
+            scene.cycles.pixel_filter_type, scene.emberline.pixel_filter = kind, ours
+            scene.cycles.filter_width = scene.emberline.filter_width = width
+            wanted = edge(kind, width)
+            for renderer in ("CYCLES", "EMBERLINE"):
+                picture = scenes.render(renderer, file(f"{kind} {width} {renderer}.exr"))[..., 0]
+                got = picture[26:38, 33:40].mean(0)
+                corner = picture[range(20, 23), range(36, 39)]
+                # Cycles' table of a Blackman-Harris has some more in its tails.
+                check(numpy.abs(got - wanted).max() < 0.01, f"{kind} {width}, {renderer}: {got} where {wanted} is right")
+                check(numpy.abs(corner - wanted[3:6] ** 2).max() < 0.02, f"{kind} {width}, {renderer}: a corner of {corner}")
+                print(f"{kind} {width} {renderer}: corner {corner.round(3)}, edge {got.round(3)}")
+    scene.emberline.pixel_filter, scene.emberline.filter_width = "mitchell", 1.5
+    check(abs(settings.filter_radius(scene.emberline) - 2) < 1e-6, "a Mitchell of another radius than its usual one")
 
 
 def moves(owner, path, low, high, index=-1):
@@ -428,6 +539,184 @@ def long_render():
     engine.EmberlineRenderEngine._watch = told
     bpy.ops.render.render()
     check(not os.path.exists(guard.last_frame()), "a cancelled frame has been kept")
+
+
+def picture_of(image, *sockets, alpha=False, **values):
+    """A square that fills the frame and has an image on sockets of a Principled BSDF; its material."""
+    scenes.build("materials")
+    for placed in list(bpy.data.objects):
+        bpy.data.objects.remove(placed)
+    scenes.world((0, 0, 0), 0.0)
+    scenes.camera((0, 0, 5), (0, 0, 0), type="ORTHO", ortho_scale=1.0)
+    scene = bpy.context.scene
+    scene.cycles.samples = scene.emberline.samples = 64
+    look = scenes.principled("look", **{"colour": (0, 0, 0), "specular": 0.0, "strength": 1.0, **values})
+    tree = look.node_tree
+    node = next(n for n in tree.nodes if n.type == "BSDF_PRINCIPLED")
+    picture = tree.nodes.new("ShaderNodeTexImage")
+    picture.image = image
+    for name in sockets:
+        tree.links.new(picture.outputs["Color"], next(node.inputs[n] for n in (name, name + " Color") if n in node.inputs))
+    if alpha:
+        tree.links.new(picture.outputs["Alpha"], node.inputs["Alpha"])
+    placed = scenes.add(bpy.ops.mesh.primitive_plane_add, look, smooth=False, location=(0, 0, 0), size=4)
+    placed.rotation_euler.x = 0.4  # Cycles' multiple-scattering metals are black where they are looked at upright
+    return look
+
+
+def image_of(space, mode="STRAIGHT", opacity=1.0, floats=False, value=0.502):
+    image = bpy.data.images.new("picture", 8, 8, alpha=True, float_buffer=floats)
+    image.colorspace_settings.name, image.alpha_mode = space, mode
+    pixels = numpy.full((8, 8, 4), value, numpy.float32)
+    pixels[..., 3] = opacity
+    image.pixels.foreach_set(pixels.ravel())
+    image.pack()
+    return image
+
+
+def both(what):
+    """The middle of the frame with Cycles and ours, which are alike."""
+    theirs, ours = (scenes.render(e, file("picture.exr"))[24:40, 40:56, :3].mean((0, 1)) for e in ("CYCLES", "EMBERLINE"))
+    check(numpy.abs(ours - theirs).max() < 0.005 + 0.01 * theirs.max(), f"{what}: {ours} where Cycles has {theirs}")
+    return ours
+
+
+def images_as_marked():
+    """Images in colour spaces that do not suit their use, with each meaning of alpha, as bytes and floats; beside Cycles."""
+    straight = next(n for n in ("Linear", "Linear Rec.709") if n in spaces())
+    for floats in (False, True):
+        for space in ("sRGB", "Non-Color", straight):
+            for mode in ("STRAIGHT", "CHANNEL_PACKED", "NONE"):
+                image = image_of(space, mode, 0.5, floats)
+                picture_of(image, "Emission")
+                both(f"a colour of {'floats' if floats else 'bytes'}, {space}, {mode}")
+    picture_of(image_of("Non-Color"), "Emission")
+    check(abs(both("the issue's")[0] - 0.502) < 0.002, "another value than the stored one")
+    for method in ("OPAQUE", "CLIP", "BLEND"):  # which is EEVEE's
+        for mode, floats in (("STRAIGHT", False), ("NONE", False), ("STRAIGHT", True)):
+            picture_of(image_of("sRGB", mode, 0.5, floats), "Emission", alpha=True).blend_method = method
+            scenes.world((0, 0, 1))
+            both(f"alpha of {'floats' if floats else 'bytes'}, {mode}, {method}")
+        look = picture_of(image_of("sRGB"), "Emission")
+        look.blend_method = method
+        next(n for n in look.node_tree.nodes if n.type == "BSDF_PRINCIPLED").inputs["Alpha"].default_value = 0.3
+        both(f"a value of alpha, {method}")
+    # Colour and values of one image, which want two.
+    for space, floats in (("sRGB", False), ("Non-Color", False), (straight, False), (straight, True)):
+        for sockets in (("Roughness",), ("Base Color", "Roughness")):
+            picture_of(image_of(space, floats=floats), *sockets, metallic=1.0, colour=(0.8, 0.8, 0.8))
+            scenes.world_picture(20, 1.0)
+            both(f"{sockets} of {'floats' if floats else 'bytes'}, {space}")
+    check(all(image.packed_file for image in bpy.data.images if image.name.startswith("picture")), "stand-ins have stayed")
+    # What cannot be converted is listed.
+    other = next(n for n in ("Filmic sRGB", "AgX Base sRGB") if n in spaces())
+    look = picture_of(image_of(other), "Emission")
+    check(any(other in line for line in limits.of_material(look)), "another colour space is not listed")
+
+
+def spaces():
+    return bpy.types.ColorManagedInputColorspaceSettings.bl_rna.properties["name"].enum_items.keys()
+
+
+def written(name, colour):
+    image = image_of("sRGB")
+    image.pixels.foreach_set(numpy.tile(numpy.array((*colour, 1), numpy.float32), 64))
+    image.filepath_raw, image.file_format = file(name), "PNG"
+    image.save()
+    bpy.data.images.remove(image)
+    return file(name)
+
+
+def tiles_and_sequences():
+    """The first tile of a UDIM, with a word; a sequence's frame; what the exporter fails at is named."""
+    for number, colour in ((1001, (0.502, 0, 0)), (1002, (0, 0.502, 0))):
+        written(f"tiles.{number}.png", colour)
+    image = bpy.data.images.load(file("tiles.1001.png"))
+    image.source = "TILED"
+    image.tiles.new(1002)
+    look = picture_of(image, "Emission")
+    got = both("a UDIM's first tile")
+    check(got[0] > 0.2 > 10 * got[1], f"not the first tile: {got}")
+    check(any("2 tiles" in line for line in limits.of_material(look)), "the tiles are not listed")
+    for number, colour in ((1, (0.502, 0, 0)), (2, (0, 0.502, 0))):
+        last = written(f"frame_{number:03}.png", colour)
+    image = bpy.data.images.load(file("frame_001.png"))
+    image.source = "SEQUENCE"
+    look = picture_of(image, "Emission")
+    user = next(n for n in look.node_tree.nodes if n.type == "TEX_IMAGE").image_user
+    user.frame_start, user.frame_duration, user.use_auto_refresh = 5, 2, True
+    for frame in (5, 6, 9):
+        bpy.context.scene.frame_set(frame)
+        both(f"frame {frame} of a sequence")
+    check(limits.of_material(look) == [], f"a sequence that is there is listed: {limits.of_material(look)}")
+    with open(last, "w") as out:
+        out.write("no picture")
+    check(render().shape[:2] == scenes.SIZE[::-1], "a frame that does not decode ends the render")
+    os.remove(last)
+    check(any("missing" in line for line in limits.of_material(look)), "a missing frame is not listed")
+    bpy.context.scene.frame_set(1)
+    look = picture_of(image_of("sRGB"), "Emission")
+
+    def fails(*_):
+        raise RuntimeError("Error: no such luck\nError: not today\n")
+
+    kind = bpy.types.EXPORT_SCENE_OT_gltf
+    execute = kind.execute
+    kind.execute = fails
+    expect(f"exporter failed at the material '{look.name}' of 'Plane': RuntimeError: Error: no such luck; Error: not today")
+    kind.execute = execute
+    check(render().mean() > 0.1, "does not render any more")
+
+
+def apart(collection, placed, **flags):
+    """Moves objects into a collection of its own, with flags in the view layer; its name."""
+    made = bpy.data.collections.new(collection)
+    bpy.context.scene.collection.children.link(made)
+    for one in placed:
+        for before in list(one.users_collection):
+            before.objects.unlink(one)
+        made.objects.link(one)
+    for name, value in flags.items():
+        setattr(bpy.context.view_layer.layer_collection.children[made.name], name, value)
+
+
+def holdouts():
+    """Objects, collections and instancers that are holdouts leave holes, as with Cycles; indirect-only ones are listed."""
+    scene = bpy.context.scene
+
+    def compare_alpha(what, less_than):
+        theirs, ours = (scenes.render(e, file(f"{what} {e}.exr")) for e in ("CYCLES", "EMBERLINE"))
+        worst = numpy.abs(ours[..., 3] - theirs[..., 3])
+        check(abs(ours[..., 3].mean() - theirs[..., 3].mean()) < 0.002 and worst.max() < 0.2, f"{what}: alpha is off by {worst.max()}")
+        check(ours[..., 3].mean() < less_than, f"{what}: nothing is held out")
+        check(numpy.abs(ours[..., :3].mean() / theirs[..., :3].mean() - 1) < TOLERANCE, f"{what}: another brightness")
+
+    for transparent in (True, False):
+        scenes.build("materials")
+        scene.render.film_transparent = transparent
+        balls = {o.active_material.name.split(".")[0]: o for o in scene.objects if o.type == "MESH"}
+        balls["gold"].name = "holdouts"
+        whole = render()[..., 3].mean()
+        apart("held", [balls["red"], balls["lamp"]], holdout=True)
+        balls["plastic"].is_holdout = True
+        compare_alpha(f"a collection, transparent {transparent}", whole - 0.1)
+        layer = bpy.context.view_layer
+        layer.use_pass_cryptomatte_object = True
+        render()
+        layer.use_pass_cryptomatte_object = False
+    scenes.build("focus")
+    scene.camera.data.dof.use_dof = False
+    apart("instancers", [o for o in scene.objects if o.type == "EMPTY"], holdout=True)
+    compare_alpha("instancers", 0.999)
+    scene.render.use_motion_blur = True
+    moves(scene.objects["instance 0"], "location", -1.2, -0.2, 0)
+    compare_alpha("moving instancers", 0.999)
+    scene.render.use_motion_blur = False
+    scenes.build("materials")
+    ball = next(o for o in scene.objects if o.type == "MESH" and o.active_material.name.startswith("red"))
+    check(not any("camera" in line for name, line in limits.of_scene(scene) if name == ball.name), "listed before it is so")
+    apart("unseen", [ball], indirect_only=True)
+    check(any("indirect only" in line for name, line in limits.of_scene(scene) if name == ball.name), "indirect-only is not listed")
 
 
 def missing_library():

@@ -238,8 +238,10 @@ def viewport_changes():
 
     def textured():
         node = next(n for n in bpy.data.materials["floor"].node_tree.nodes if n.type == "BSDF_DIFFUSE")
-        source = node.id_data.nodes.new("ShaderNodeRGB")
-        source.outputs[0].default_value = (0.8, 0.1, 0.1, 1)
+        source = node.id_data.nodes.new("ShaderNodeTexImage")
+        source.image = bpy.data.images.new("red", 4, 4)
+        source.image.pixels.foreach_set(numpy.tile(numpy.array((0.8, 0.1, 0.1, 1), numpy.float32), 16))
+        source.image.colorspace_settings.name = "Non-Color"  # for which the export makes another image
         node.id_data.links.new(source.outputs[0], node.inputs["Color"])
 
     yield from change("nodes", textured, lambda p: not greener(p), {"settings", "open", "camera"}, 1)

@@ -127,7 +127,7 @@ TEST_F(AnimationOption, ABrokenOneIsRefusedWhereItIsAskedFor) {
                  {"scene.glb#/animations/0/samplers/0/interpolation", "CURLY"});
 }
 
-TEST_F(AnimationOption, WhatIsHiddenForNowIsAnEmptyPicture) {
+TEST_F(AnimationOption, WhatIsHiddenForNowLeavesTheEnvironment) {
   GltfBuilder gltf;
   gltf.add_triangle();
   gltf.root["nodes"][0]["extensions"]["KHR_node_visibility"]["visible"] = true;
@@ -137,8 +137,9 @@ TEST_F(AnimationOption, WhatIsHiddenForNowIsAnEmptyPicture) {
   const RunResult hidden =
       render(render_words({"--spp", "4", "--driver", "adaptive", "--time", "0"}));
   EXPECT_NE(hidden.err.find("the animation hides all there is to see"), std::string::npos);
-  const std::vector<float> alpha = read_exr(path("out.exr")).channels.at("A");
-  EXPECT_EQ(alpha, std::vector<float>(alpha.size(), 0.0f));
+  // The plain white one, as where the triangle is seen: a sequence does not flash.
+  const std::vector<float> red = read_exr(path("out.exr")).channels.at("R");
+  EXPECT_EQ(red, std::vector<float>(red.size(), 1.0f));
   // It appears after a quarter of the shutter, and a replay says when its sample is.
   const Words shutter = {"--time", "0.75", "--fps", "1", "--shutter", "0,1"};
   EXPECT_EQ(
@@ -148,6 +149,33 @@ TEST_F(AnimationOption, WhatIsHiddenForNowIsAnEmptyPicture) {
             std::string::npos);
   const RunResult replay = run(render_words(shutter + Words{"--replay", "1,2,3"}));
   EXPECT_NE(replay.out.find("\ntime 0."), std::string::npos) << replay.describe();
+}
+
+// A frame that shows nothing does not end the sequence: it has what is behind.
+TEST_F(AnimationOption, WhatIsScaledToNothingLeavesTheEnvironment) {
+  GltfBuilder gltf;
+  gltf.add_triangle();
+  AnimationBuilder(gltf).move(0, "scale", {0, 1}, "VEC3", {1, 1, 1, 0, 0, 0}, "STEP");
+  use(gltf);
+  const Words frames = {"render", path("scene.glb"), "--size", "8x8",           "--spp",
+                        "4",      "--frames",        "0-1",    "--fps",         "1",
+                        "--sun",  "60,30",           "-o",     path("f.#.exr"), "--animation",
+                        "0"};
+  const RunResult result = run(frames);
+  ASSERT_EQ(result.exit_code, 0) << result.describe();
+  EXPECT_NE(result.err.find("1 objects scaled to nothing"), std::string::npos) << result.describe();
+  // The triangle covers the middle of the first frame and nothing of the second.
+  use(GltfBuilder());
+  const RunResult empty = run({"render", path("scene.glb"), "--size", "8x8", "--spp", "4", "--sun",
+                               "60,30", "-o", path("empty.exr")});
+  ASSERT_EQ(empty.exit_code, 0) << empty.describe();
+  EXPECT_NE(empty.err.find("there is nothing to see"), std::string::npos) << empty.describe();
+  for (const std::string& file : {path("f.1.exr"), path("empty.exr")}) {
+    const ExrPicture sky = read_exr(file);
+    EXPECT_EQ(sky.channels.at("A"), std::vector<float>(64, 1.0f));
+    EXPECT_GT(*std::ranges::min_element(sky.channels.at("B")), 0.0f);
+  }
+  EXPECT_NE(read_exr(path("f.0.exr")).channels.at("B"), read_exr(path("f.1.exr")).channels.at("B"));
 }
 
 }  // namespace

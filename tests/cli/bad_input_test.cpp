@@ -54,11 +54,6 @@ const std::vector<Damage>& damages() {
          g.root["extensionsUsed"] = {"KHR_made_up_lights"};
        }},
       {"no_geometry", {}, [](GltfBuilder& g) { g.root["meshes"] = nlohmann::json::array(); }},
-      {"empty_scene",
-       {},
-       [](GltfBuilder& g) {
-         g.root = {{"asset", {{"version", "2.0"}}}};
-       }},
       {"wrong_version", {"version"}, [](GltfBuilder& g) { g.root["asset"]["version"] = "1.0"; }},
       {"no_asset", {"asset"}, [](GltfBuilder& g) { g.root.erase("asset"); }},
       {"wrong_type", {}, [](GltfBuilder& g) { g.root["nodes"] = "none"; }},
@@ -140,6 +135,36 @@ TEST_F(BadInput, AHundredWarningsAreShown) {
   EXPECT_GE(read_json("r.json")["warnings"].size(), 150u);
 }
 
+TEST_F(BadInput, NamesOfMegabytesAreShortened) {
+  const std::string name(3'000'000, 'n');
+  const auto expect_short = [&](const Words& words, int code, const std::string& part) {
+    const RunResult result = run(words);
+    EXPECT_EQ(result.exit_code, code) << result.err.substr(0, 500);
+    EXPECT_LT(result.err.size(), 1500u);
+    EXPECT_NE(result.err.find(part), std::string::npos) << result.err.substr(0, 500);
+  };
+  for (const std::string& text : {"{\"" + name + "\": 1}", "{\"sampler\": \"" + name + "\"}",
+                                  "{\"spp\": \"" + name + "\"}"}) {
+    write("settings.json", text);
+    expect_short(render_words({"--settings", path("settings.json")}), 3, "settings.json#/");
+  }
+  write("settings.json", "{\"camera\": \"" + name + "\"}");
+  expect_short(render_words({"--settings", path("settings.json")}), 2, "0 'main'");
+  for (const std::string& text :
+       {"\"" + name + "\": 1", "\"materials\": [{\"name\": \"" + name + "\"}]",
+        "\"lights\": [{\"kind\": \"" + name + "\"}]"}) {
+    write("edits.json", "{\"emberline_edits\": 1, " + text + "}");
+    expect_short(render_words({"--edits", path("edits.json")}), 3, "edits.json#/");
+  }
+  // A scene's own, in the list of what there is.
+  GltfBuilder gltf = lamp_scene();
+  gltf.root["cameras"][0]["name"] = name;
+  const std::string named = gltf.write_gltf(path("named.gltf"));
+  expect_short({"render", named, "-o", path("a.png"), "--camera", "none"}, 2, "nnn...'");
+  expect_short({"render", named, "-o", path("a.png"), "--camera", name.substr(0, 99'999)}, 2,
+               "nnn...'");
+}
+
 TEST_F(BadInput, FilesThatAreNoScene) {
   const std::vector<uint8_t> glb = lamp_scene().glb();
   const auto shortened = [&](size_t size) {
@@ -191,8 +216,8 @@ TEST_F(BadInput, WhatCanBeRepairedIsCountedAndRendered) {
   gltf.add_mesh_node(gltf.add_mesh(
       {{"attributes",
         {{"POSITION", gltf.add_accessor<float>("VEC3", {1, 1, 1, 2, 2, 2, 3, 3, 3})}}}}));
-  const int flat = gltf.push("nodes", {{"mesh", 0}, {"scale", {0, 1, 1}}});
-  gltf.add_to_scene(flat);
+  const int line = gltf.push("nodes", {{"mesh", 0}, {"scale", {0, 0, 1}}});
+  gltf.add_to_scene(line);
   gltf.write_glb(path("scene.glb"));
   const RunResult result = render(render_words({"--report", path("r.json")}));
   const auto numerics = read_json("r.json")["numerics"];

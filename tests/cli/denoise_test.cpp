@@ -316,5 +316,22 @@ TEST_F(Denoise, DamagedFilesAreOneLine) {
   expect_failure(later + Words{"--memory-limit", "1000"}, 3, {"out.exr"});
 }
 
+// Light far brighter than white that has no noise: the expected error is a number in the log and in
+// the file, and samples that go where it is largest keep to the budget.
+TEST_F(Denoise, BrightLightHasAnExpectedError) {
+  const Words bright = {"--sun",    "30,0",      "--env-strength", "1e5",      "--driver",
+                        "adaptive", "--denoise", "--allocation",   "denoised", "--spp",
+                        "64"};
+  const RunResult result = render(words(bright));
+  EXPECT_EQ(result.err.find("nan"), std::string::npos) << result.describe();
+  const ExrPicture out = read_exr(path("out.exr"));
+  double samples = 0;
+  for (const float count : out.channels.at("samples")) samples += double(count);
+  EXPECT_LE(samples / double(out.channels.at("samples").size()), 64.8);
+  for (const float error : out.channels.at("denoised.error")) {
+    ASSERT_TRUE(error >= 0 && error <= 0.5f) << error;
+  }
+}
+
 }  // namespace
 }  // namespace emberline::test

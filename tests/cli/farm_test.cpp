@@ -89,7 +89,8 @@ TEST_F(Farm, ScriptsSurviveAnyName) {
   int number = 0;
   for (const std::string& name :
        {std::string("plain"), std::string("it's \"quoted\" $HOME `id` $(id)"),
-        std::string("two\nlines and 100% \\n"), std::string("-o *; ? [a]")}) {
+        std::string("two\nlines and 100% \\n"), std::string("-o *; ? [a]"),
+        std::string("ends in two\n\n")}) {
     SCOPED_TRACE(name);
     const std::string folder = path(name);
     fs::create_directory(folder);
@@ -120,6 +121,139 @@ TEST_F(Farm, ScriptsSurviveAnyName) {
       EXPECT_EQ(first_difference(read_exr(folder + "/shot.0000.exr"), read_exr(single)), "");
       fs::remove(folder + "/shot.0000.exr");
     }
+  }
+}
+
+// A newline that the script loses would make the report's name the scene's.
+TEST_F(Farm, AReportKeepsTheNewlinesAtTheEndOfItsName) {
+  const std::string report = scene() + "\n";
+  submit({"--report", report});
+  render_parts({"1/3", "2/3", "3/3"});
+  const std::string before = text_of(scene());
+  ASSERT_EQ(shell("sh '" + path("out.exr.farm/merge.sh") + "' >'" + path("log") + "' 2>&1"), 0)
+      << text_of(path("log"));
+  EXPECT_EQ(text_of(scene()), before);
+  EXPECT_EQ(text_of(report).substr(0, 1), "{");
+}
+
+// Jobs that job.json cannot name could not be cancelled.
+TEST_F(Farm, NamesThatAreNotUtf8AreRefusedBeforeAnyJob) {
+  fs::copy_file(scene(), path("caf\xe9.glb"));
+  Words odd_scene = farm(path("out.exr"));
+  odd_scene[1] = path("caf\xe9.glb");
+  for (const Words& words : {odd_scene, odd_scene + Words{"--print"}, farm(path("o\xff.exr")),
+                             farm(path("out.exr"), {"--report", path("r\xff.json")}),
+                             farm(path("out.exr"), {"--heatmap", path("h\xff.png")}),
+                             farm(path("out.exr"), {"--env", path("e\xff.hdr")}),
+                             farm(path("out.exr"), {"--camera", "c\xff"})}) {
+    expect_failure(words, 2, {"not UTF-8"}, with_slurm_);
+  }
+  EXPECT_FALSE(fs::exists(path("bin/sbatch.words")));
+  EXPECT_FALSE(fs::exists(path("out.exr.farm")));
+}
+
+TEST_F(Farm, WhatIsSubmittedCanBeCancelled) {
+  // The folder takes no more files once the array is submitted.
+  tool("sbatch",
+       "[ \"$1\" = --version ] && exit 0\necho x >>\"$TOOLS/jobs\"\n"
+       "rm \"$JOB/job.json\" && mkdir -p \"$JOB/job.json/full\"\nwc -l <\"$TOOLS/jobs\"\n");
+  with_slurm_.environment["JOB"] = path("out.exr.farm");
+  const RunResult full = run(farm(path("out.exr")), with_slurm_);
+  EXPECT_EQ(full.exit_code, 1) << full.describe();
+  EXPECT_NE(full.err.find("job.json"), std::string::npos) << full.describe();
+  EXPECT_EQ(text_of(path("bin/scancel.words")), "1\n");
+  // The command ends between the two jobs.
+  fs::remove_all(path("out.exr.farm"));
+  tool("sbatch",
+       "[ \"$1\" = --version ] && exit 0\necho x >>\"$TOOLS/jobs\"\n"
+       "[ $(wc -l <\"$TOOLS/jobs\") = 3 ] && kill -9 $PPID\nwc -l <\"$TOOLS/jobs\"\n");
+  run(farm(path("out.exr")), with_slurm_);
+  fs::remove(path("bin/scancel.words"));
+  render({"farm", "cancel", path("out.exr")}, with_slurm_);
+  EXPECT_EQ(text_of(path("bin/scancel.words")), "2\n");
+}
+
+// A folder that another user prepared must not make the jobs write elsewhere.
+TEST_F(Farm, LinksInAPreparedFolderAreRefused) {
+  submit();
+  write("bin/queue", "");
+  fs::remove(path("bin/sbatch.words"));
+  fs::create_directory(path("elsewhere"));
+  write("elsewhere/mine", "mine");
+  const std::string folder = path("out.exr.farm/");
+  for (const std::string name : {"logs", "progress", "logs/part-2.log", "logs/merge.log",
+                                 "progress/part-1.json", "merge.json", "part.sh"}) {
+    SCOPED_TRACE(name);
+    const bool is_folder = name.find_first_of("/.") == std::string::npos;
+    const bool there = fs::exists(folder + name);
+    if (there) fs::rename(folder + name, path("aside"));
+    fs::create_symlink(path(is_folder ? "elsewhere" : "elsewhere/mine"), folder + name);
+    for (const Words& words : {farm(path("out.exr")), farm(path("out.exr"), {"--print"}),
+                               Words{"farm", "retry", path("out.exr")}}) {
+      expect_failure(words, 2, {name, "symbolic link"}, with_slurm_);
+    }
+    fs::remove(folder + name);
+    if (there) fs::rename(path("aside"), folder + name);
+  }
+  EXPECT_EQ(text_of(path("elsewhere/mine")), "mine");
+  EXPECT_EQ(std::distance(fs::directory_iterator(path("elsewhere")), {}), 1);
+  EXPECT_FALSE(fs::exists(path("bin/sbatch.words")));
+}
+
+class StagedFarm : public Farm {
+ protected:
+  StagedFarm() {
+    fs::create_directory(path("scratch"));
+    submit({"--stage"});
+  }
+  // Renders the first part anew and returns what it says.
+  std::string part() {
+    fs::remove(path("out.exr.part-1-of-3.checkpoint"));
+    EXPECT_EQ(shell("TMPDIR='" + path("scratch") + "' sh '" + path("out.exr.farm/part.sh") +
+                    "' 1 >'" + path("log") + "' 2>&1"),
+              0)
+        << text_of(path("log"));
+    return text_of(path("log"));
+  }
+  std::string stage() const { return fs::directory_iterator(path("scratch"))->path().string(); }
+  static constexpr const char* kShared = "it is read where it is";
+};
+
+TEST_F(StagedFarm, ALinkIsNotRead) {
+  EXPECT_EQ(part().find(kShared), std::string::npos);
+  const std::string checkpoint = text_of(path("out.exr.part-1-of-3.checkpoint"));
+  EXPECT_EQ(part().find(kShared), std::string::npos) << "the copy is there, and used again";
+  EXPECT_NE(checkpoint.find(stage()), std::string::npos);
+  // It leads to a folder of the same owner, with another scene of the same size.
+  const std::string name = stage();
+  fs::rename(name, path("other"));
+  fs::create_directory_symlink(path("other"), name);
+  EXPECT_NE(part().find(kShared), std::string::npos);
+  EXPECT_EQ(text_of(path("out.exr.part-1-of-3.checkpoint")).find(name), std::string::npos);
+  EXPECT_TRUE(fs::is_symlink(name));
+  // A link to nothing: no copy is made through it.
+  fs::remove(name);
+  fs::create_directory_symlink(path("nothing"), name);
+  EXPECT_NE(part().find(kShared), std::string::npos);
+  EXPECT_FALSE(fs::exists(path("nothing")));
+}
+
+TEST_F(StagedFarm, AFolderThatOthersMayChangeIsNotRead) {
+  part();
+  fs::permissions(path("scratch"), fs::perms(0777));
+  EXPECT_NE(part().find(kShared), std::string::npos);
+  fs::permissions(path("scratch"), fs::perms(01777));
+  EXPECT_EQ(part().find(kShared), std::string::npos);
+}
+
+TEST_F(StagedFarm, ALostOrCutFileIsReadFromTheSharedScene) {
+  part();
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(stage())) {
+    if (!entry.is_regular_file()) continue;
+    fs::resize_file(entry.path(), 7);
+    EXPECT_NE(part().find(kShared), std::string::npos);
+    fs::remove(entry.path());
+    EXPECT_NE(part().find(kShared), std::string::npos);
   }
 }
 
@@ -315,6 +449,31 @@ TEST_F(FarmedRender, TellsHowFarItIs) {
   EXPECT_EQ(kept.exit_code, 0) << kept.describe();
   EXPECT_NE(kept.err.find("the frame goes on without it"), std::string::npos) << kept.err;
   expect_failure(render_words({"--progress-file", scene()}), 2, {"--progress-file"});
+}
+
+// As --resume does; of a frame without tiles it is refused by name, and nothing is left beside it.
+// In depth: tests/farm/extend.py.
+TEST_F(FarmedRender, ExtendRendersADamagedBucketAnew) {
+  const Words frame = {"--size", "24x24", "--bucket-size", "8", "--resumable"};
+  const std::string kept = path("out.exr.checkpoint");
+  const auto damage = [&] {
+    auto bytes = read_bytes(kept);
+    bytes[bytes.size() - 60] = char(bytes[bytes.size() - 60] ^ 1);  // the last tile, or block
+    write_bytes(kept, bytes);
+  };
+  render(render_words(frame + Words{"--spp", "8", "-o", path("whole.exr")}));
+  render(render_words(frame + Words{"--spp", "2"}));
+  damage();
+  const RunResult extended = run({"extend", path("out.exr"), "--spp", "8"});
+  EXPECT_EQ(extended.exit_code, 0) << extended.describe();
+  EXPECT_NE(extended.err.find(kept + ": the checkpoint is damaged; the tiles that are lost are"),
+            std::string::npos)
+      << extended.err;
+  EXPECT_EQ(first_difference(read_exr(path("whole.exr")), read_exr(path("out.exr"))), "");
+  EXPECT_FALSE(fs::exists(kept + ".next"));
+  render(render_words(frame + Words{"--spp", "2", "--driver", "bisection"}));
+  damage();
+  expect_failure({"extend", path("out.exr"), "--spp", "8", "-q"}, 3, {kept, "damaged"});
 }
 
 TEST_F(FarmedRender, TakesItsLimitsFromTheJob) {

@@ -145,6 +145,98 @@ TEST_F(Limits, WhatIsReservedIsWhatIsTaken) {
   }
 }
 
+// A frame that is stopped before each pixel has a sample is handed on as it is shown, its layers
+// and lights, too: just when it is to be saved.
+TEST_F(Limits, AFrameStoppedInItsFirstPassCountsWhatItTakes) {
+  if (kSanitized) GTEST_SKIP() << "a sanitizer's own memory is many times ours";
+  const Words layers = {"--aov", "direct,indirect,emission,transmission,reflection,environment"};
+  const Figures none = figures(scene(), {"--size", "16x16"});
+  for (const Words& more : {Words{}, layers, Words{"--light-groups"},
+                            layers + Words{"--light-groups"}, layers + Words{"--resumable"}}) {
+    const Figures f = figures(
+        scene(),
+        Words{"--size", "1000x800", "--driver", "bisection", "--time-limit", "0.001"} + more);
+    EXPECT_LT(f.peak - none.peak, 1.05 * (f.reserved - none.reserved) + 8e6);
+    EXPECT_LT(f.reserved - none.reserved, 1.6 * (f.peak - none.peak) + 8e6);
+  }
+}
+
+// The ids of --cryptomatte are most of a tile's channels, and the encoder of DWA is a library.
+TEST_F(Limits, AFrameWithMattesCountsWhatItTakes) {
+  if (kSanitized) GTEST_SKIP() << "a sanitizer's own memory is many times ours";
+  const Words mattes = {"--cryptomatte", "object,material,asset", "--cryptomatte-levels", "32"};
+  const Figures none = figures(scene(), {"--size", "16x16"});
+  const Words stopped = {"--driver", "bisection", "--spp", "4096", "--time-limit", "0.3"};
+  for (const Words& more :
+       {mattes + stopped + Words{"--bucket-size", "128"}, mattes + stopped + Words{"--denoise"},
+        mattes + Words{"--denoise"}, stopped + Words{"--exr-compression", "dwab"},
+        Words{"--exr-compression", "dwab"},
+        mattes + stopped + Words{"--exr-parts", "layers", "--exr-compression", "dwab"}}) {
+    SCOPED_TRACE(more.back());
+    const Figures f = figures(scene(), Words{"--size", "500x400"} + more);
+    EXPECT_LT(f.peak - none.peak, f.reserved - none.reserved + 8e6);
+    EXPECT_LT(f.reserved - none.reserved, 1.6 * (f.peak - none.peak) + 8e6);
+  }
+}
+
+// With the halves for a denoiser a tile has each light three times when it is written.
+TEST_F(Limits, ATileWithLightsByHalvesCountsWhatItTakes) {
+  if (kSanitized) GTEST_SKIP() << "a sanitizer's own memory is many times ours";
+  GltfBuilder gltf = lamp_scene();
+  for (int i = 0; i < 60; ++i) {
+    const int shines = gltf.push(
+        "materials", {{"name", "lamp " + std::to_string(i)}, {"emissiveFactor", {0.1, 0.1, 0.1}}});
+    add_quad(gltf, {-1.5f + 0.05f * float(i), 0.2f, -1}, {0.04f, 0, 0}, {0, 0.1f, 0}, shines);
+  }
+  const std::string lamps = gltf.write_glb(path("lamps.glb"));
+  const Words lights = {"--light-groups", "--aov", "denoising"};
+  const Figures none = figures(lamps, lights + Words{"--size", "16x16"});
+  const Figures f =
+      figures(lamps, lights + Words{"--size", "192x96", "--bucket-size", "96", "--spp", "1"});
+  EXPECT_LT(f.peak - none.peak, f.reserved - none.reserved + 8e6);
+  EXPECT_LT(f.reserved - none.reserved, 2.2 * (f.peak - none.peak) + 8e6);
+}
+
+// Each thread of `merge` has the ids and lights in its films and in what it writes, and the encoder
+// of DWA is a library here, too.
+TEST_F(Limits, AMergeCountsMattesAndLights) {
+  if (kSanitized) GTEST_SKIP() << "a sanitizer's own memory is many times ours";
+  const auto merged = [&](const Words& frame) {
+    Words merge = {"merge", "-o", path("out.exr"), "--threads", "2", "--report", path("r.json")};
+    for (const std::string range : {"0-1", "1-2"}) {
+      render(Words{"render", scene(), "-o", path("out.exr"), "--sample-range", range} + frame);
+      merge.push_back(path("out.exr.samples-" + range + ".checkpoint"));
+    }
+    render(merge);
+    const nlohmann::json memory = read_json("r.json")["memory"];
+    return Figures{memory["most_reserved_bytes"], memory["peak_rss_bytes"], 0};
+  };
+  const Words large = {"--size", "256x128", "--bucket-size", "128"};
+  const Words mattes = {"--cryptomatte", "object,material,asset", "--cryptomatte-levels", "32"};
+  const Words lights = {"--light-groups", "--aov", "denoising"};
+  const Words lossy = {"--exr-compression", "dwab"};
+  const Figures none = merged({"--size", "16x16", "--bucket-size", "8"});
+  for (const Words& more : {mattes, lights, lossy}) {
+    SCOPED_TRACE(more.front());
+    const Figures f = merged(large + more);
+    EXPECT_LT(f.peak - none.peak, f.reserved - none.reserved + 8e6);
+    EXPECT_LT(f.reserved - none.reserved, 2.2 * (f.peak - none.peak) + 8e6);
+  }
+}
+
+// Millions of buckets: their lists count.
+TEST_F(Limits, ListsOfBucketsCount) {
+  const Words frame = {"render", scene(),         "-o", path("out.exr"), "--spp",
+                       "1",      "--bucket-size", "1"};
+  expect_failure(frame + Words{"--size", "4096x4096", "--memory-limit", "400M"}, 2,
+                 {"--bucket-size", "16777216 buckets", "--memory-limit"});
+  if (kSanitized) GTEST_SKIP() << "a sanitizer's own memory is many times ours";
+  const Figures none = figures(scene(), {"--size", "16x16"});
+  const Figures f =
+      figures(scene(), {"--size", "2048x1024", "--bucket-size", "1", "--time-limit", "0.001"});
+  EXPECT_LT(f.peak - none.peak, f.reserved - none.reserved + 8e6);
+}
+
 TEST_F(Limits, AFrameThatIsTooLargeIsRefusedBeforeTheLoad) {
   for (const Words& more : {Words{"-o", path("a.png")}, Words{"--driver", "bisection"},
                             Words{"--driver", "adaptive"}, Words{"--heatmap", path("h.png")}}) {

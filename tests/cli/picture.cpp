@@ -24,6 +24,7 @@ ExrPicture read_exr(const std::string& path) {
   ExrPicture picture;
   picture.data = half_open(header.dataWindow());
   picture.display = half_open(header.displayWindow());
+  if (header.hasTileDescription()) picture.tile_size = int(header.tileDescription().xSize);
   for (auto i = header.begin(); i != header.end(); ++i) {
     if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&i.attribute())) {
       picture.attributes[i.name()] = text->value();

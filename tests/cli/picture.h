@@ -17,6 +17,7 @@ struct ExrPicture {
   std::map<std::string, std::vector<float>> channels;  // rows of the data window from the top
   std::map<std::string, std::string> types;            // "float", "half", "uint"
   std::map<std::string, std::string> attributes;       // the string ones
+  int tile_size = 0;                                   // 0: in rows
 
   float at(const std::string& channel, int x, int y) const {
     return channels.at(channel)[size_t(y - data.y0) * size_t(data.width()) + size_t(x - data.x0)];

@@ -20,6 +20,7 @@ struct RunOptions {
   uint64_t file_size_limit = 0;     // RLIMIT_FSIZE in bytes; 0: none
   uint64_t data_limit = 0;          // RLIMIT_DATA in bytes; 0: none
   uint64_t process_limit = 0;       // RLIMIT_NPROC, as a user of its own; needs root; 0: none
+  int processors = 0;               // > 0: it may use the first so many of this process's
   int terminal_columns = 0;         // > 0: stderr is a terminal of this width
   std::vector<int> closed = {};     // descriptors of the standard streams that are closed
   int ignored_signal = 0;           // one that is ignored from the start, as nohup does

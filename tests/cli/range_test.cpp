@@ -226,6 +226,88 @@ TEST_F(Range, WhatIsWrongWithAllFramesIsSaidOnce) {
   expect_failure(render_words({"--skip-existing", "--part", "1/2"}), 2, {"--skip-existing"});
 }
 
+TEST_F(Range, AFolderThatIsMissingIsSaidOnce) {
+  const auto lines = [&](const Words& more) {
+    const RunResult result = run(range_words(Words{"--frames", "1-3", "-q"} + more));
+    EXPECT_EQ(result.exit_code, 1) << result.err;
+    EXPECT_NE(result.err.find("nodir does not exist"), std::string::npos) << result.err;
+    return std::ranges::count(result.err, '\n');
+  };
+  for (const char* option : {"--report", "--checkpoint", "--heatmap", "-o"}) {
+    const std::string suffix = option == std::string("--report") ? ".json" : ".exr";
+    EXPECT_EQ(lines({option, path("nodir/b.##") + suffix}), 1) << option;
+  }
+  EXPECT_EQ(lines({"--save-settings", path("nodir/s.json")}), 1);
+  EXPECT_EQ(lines({"--driver", "adaptive", "--snapshots", path("nodir/##")}), 1);
+  EXPECT_EQ(lines({"--driver", "adaptive", "--tree", path("nodir/##.json")}), 1);
+  EXPECT_FALSE(fs::exists(path("a.01.exr")));
+  // A folder of one frame alone fails that frame alone.
+  fs::create_directory(path("f1"));
+  const RunResult result = run(range_words({"--frames", "1-2", "-o", path("f#/c.exr")}));
+  EXPECT_NE(result.err.find("frame 2: cannot write"), std::string::npos) << result.err;
+  EXPECT_TRUE(fs::exists(path("f1/c.exr")));
+}
+
+// Whichever frame writes them, and whatever was there before.
+TEST_F(Range, NamesOfAllFramesAreCheckedBeforeAnythingIsWritten) {
+  GltfBuilder textured = lamp_scene();
+  textured.push("images", {{"uri", "a.3.png"}});
+  textured.push("textures", {{"source", 0}});
+  textured.root["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}};
+  render(render_words({"-o", path("a.3.png"), "-o", path("light.exr")}));
+  textured.write_gltf(path("t.gltf"), "t.bin");
+  const Words frame = {"render", path("t.gltf"), "--size", "8x8",    "--spp",
+                       "1",      "--frames",     "1-3",    "--quiet"};
+  const Words outputs = {"-o", path("a.#.exr")};
+  write("edits.json", "{}");
+  fs::create_directory(path("other"));
+  fs::create_symlink("a.2.exr", path("link.json"));
+  fs::create_symlink("other", path("same"));
+  for (const char* name : {"a.2.exr", "r.2.json", "a.2.exr.checkpoint", "notes.2"}) {
+    write(name, "what was there");
+  }
+  const auto refused = [&](const Words& more, const Words& parts) {
+    expect_failure(frame + more, 2, parts);
+  };
+  for (const char* option : {"--save-settings", "--progress-file", "--range-report"}) {
+    refused(outputs + Words{option, path("a.2.exr")}, {"-o", "a.2.exr", option, "written twice"});
+    refused(outputs + Words{option, path("link.json")}, {"-o", "a.2.exr", option});
+    refused(outputs + Words{option, path("r.2.json"), "--report", path("r.#.json")},
+            {"--report", "r.2.json", option, "written twice"});
+    refused(outputs + Words{option, path("a.2.exr.checkpoint"), "--resume"},
+            {"--checkpoint", option, "written twice"});
+    refused(outputs + Words{option, path("s.2/refinement.gif"), "--driver", "bisection",
+                            "--snapshots", path("s.#")},
+            {"s.2", option, "written twice"});
+    refused(outputs + Words{option, path("a.3.png")}, {option, "the scene reads"});
+    refused(outputs + Words{option, path("t.bin")}, {option, "the scene reads"});
+    refused(outputs + Words{option, path("edits.json"), "--edits", path("edits.json")},
+            {option, "--edits"});
+  }
+  refused({"-o", path("a.#.png")}, {"-o", "a.3.png", "the scene reads"});
+  refused(outputs + Words{"--env", path("a.2.exr")}, {"-o", "--env"});
+  refused(outputs + Words{"--reference", path("a.2.exr"), "--driver", "bisection", "--snapshots",
+                          path("s.#")},
+          {"-o", "--reference"});
+  refused(outputs + Words{"--reference", path("a.0#.exr"), "-o", path("a.03.exr.#.exr"), "-o",
+                          path("a.0#.exr"), "--driver", "bisection", "--snapshots", path("s.#")},
+          {"--reference"});
+  refused({"-o", path("other/a.#.exr"), "--heatmap", path("same/a.#.exr")}, {"written twice"});
+  refused(outputs + Words{"--checkpoint", path("notes.#")}, {"notes.2", "not a checkpoint"});
+  // The same of one frame that is not in a range.
+  expect_failure(
+      {"render", path("t.gltf"), "-o", path("out.exr"), "--progress-file", path("a.3.png")}, 2,
+      {"--progress-file", "the scene reads"});
+  for (const char* name : {"a.2.exr", "r.2.json", "a.2.exr.checkpoint", "notes.2"}) {
+    EXPECT_EQ(fs::file_size(path(name)), 14u) << name;
+  }
+  // Those that are no output's are written, and a progress file is replaced when the scene is read.
+  write("p.json", "an older file");
+  render(frame + outputs +
+         Words{"--progress-file", path("p.json"), "--range-report", path("a.4.exr")});
+  EXPECT_EQ(read_json("p.json")["state"], "done");
+}
+
 TEST_F(Range, WhatIsThereIsSkipped) {
   const Words words =
       turn({"--report", path("r.#.json"), "--skip-existing", "--range-report", path("range.json")});
@@ -247,6 +329,43 @@ TEST_F(Range, WhatIsThereIsSkipped) {
   const Words one = render_words({"--skip-existing"});
   render(one);
   EXPECT_NE(render(one).err.find("skipped"), std::string::npos);
+}
+
+// By a full disk or a copy that was broken off.
+TEST_F(Range, WhatWasCutShortIsRenderedAgain) {
+  const Words alone = render_words({"--driver", "adaptive", "--spp", "4", "--skip-existing"});
+  const auto expect_again = [&](const Words& words, const std::string& name,
+                                std::initializer_list<double> shares) {
+    ASSERT_NE(render(words).err.find("skipped"), std::string::npos) << name;
+    for (const double share : shares) {
+      const uintmax_t size = fs::file_size(path(name));
+      const auto cut = share <= 1 ? uintmax_t(share * double(size - 1)) : uintmax_t(share);
+      fs::resize_file(path(name), cut);
+      const RunResult result = render(words);
+      EXPECT_EQ(result.err.find("skipped"), std::string::npos) << name << " cut to " << cut;
+      // Not to the byte: files hold times and dates.
+      EXPECT_NEAR(double(fs::file_size(path(name))), double(size), 64.0 + 0.05 * double(size))
+          << name;
+    }
+  };
+  Words words = alone;
+  Words names = {"out.exr", "layers.exr", "a.png", "a.jpg",  "h.png",
+                 "h.exr",   "t.json",     "t.png", "r.json", "r.html"};
+  for (const std::string& name : names) {
+    const Words option = {name[0] == 'h'   ? "--heatmap"
+                          : name[0] == 't' ? "--tree"
+                          : name[0] == 'r' ? "--report"
+                                           : "-o"};
+    if (name != "out.exr") words = words + option + Words{path(name)};
+  }
+  render(words);
+  for (const std::string& name : names) expect_again(words, name, {0, 60, 0.5, 1});
+
+  const Words shots = alone + Words{"--snapshots", path("shots"), "--snapshot-at", "first"};
+  fs::remove(path("out.exr"));
+  render(shots);
+  expect_again(shots, "shots/refinement.gif", {0.5, 1});
+  expect_again(shots, "shots/000_first.png", {1});
 }
 
 TEST_F(Range, AnInterruptWritesTheFrameAndSaysWhatIsLeft) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <thread>
 
 #include "cli/command_test.h"
@@ -134,6 +135,51 @@ TEST_F(Render, ThreadsAndBucketsDoNotShow) {
   EXPECT_NE(first_difference(reference, read_exr(path("out.exr"))), "");
 }
 
+// A film of the whole frame is not handed on pixel by pixel, whichever way its tiles go: straight
+// into the file, through the scratch file for the denoiser, or from checkpoints.
+TEST_F(Render, AFrameOfOneFilmComesInTilesOfSixteenPixelsOrMore) {
+  for (const char* driver : {"bisection", "adaptive"}) {
+    const Words frame = {"--size", "50x34", "--spp", "4", "--driver", driver, "--resumable"};
+    const auto picture = [&](const char* bucket_size, const Words& more) {
+      const Words words = frame + more + Words{"--bucket-size", bucket_size};
+      std::filesystem::remove(path("out.exr.checkpoint"));
+      render(render_words(words));
+      return read_exr(path("out.exr"));
+    };
+    for (const Words& more : {Words{}, Words{"--aov", "denoising"}, Words{"--denoise"},
+                              Words{"--light-groups", "--crop", "7,5,49,34"}}) {
+      SCOPED_TRACE(driver + (more.empty() ? "" : more.front()));
+      const ExrPicture whole = picture("64", more);
+      EXPECT_EQ(whole.tile_size, 64);
+      for (const auto& [bucket_size, tile_size] :
+           {std::pair("1", 16), std::pair("5", 20), std::pair("15", 30), std::pair("17", 17)}) {
+        const ExrPicture seen = picture(bucket_size, more);
+        EXPECT_EQ(seen.tile_size, tile_size) << bucket_size;
+        EXPECT_EQ(first_difference(whole, seen), "") << bucket_size;
+      }
+    }
+    std::vector<ExrPicture> merged, extended;
+    for (const char* bucket_size : {"64", "1"}) {
+      picture(bucket_size, {});
+      render({"extend", path("out.exr"), "--spp", "8"});
+      extended.push_back(read_exr(path("out.exr")));
+      for (const char* seed : {"1", "2"}) {
+        picture(bucket_size, {"--seed", seed});
+        std::filesystem::rename(path("out.exr.checkpoint"), path(seed));
+      }
+      render({"merge", path("1"), path("2"), "-o", path("merged.exr")});
+      merged.push_back(read_exr(path("merged.exr")));
+    }
+    EXPECT_EQ(extended[1].tile_size, 16);
+    EXPECT_EQ(first_difference(extended[0], extended[1]), "");
+    EXPECT_EQ(merged[1].tile_size, 16);
+    EXPECT_EQ(first_difference(merged[0], merged[1]), "");
+  }
+  // Buckets are finished one by one.
+  render(render_words({"--bucket-size", "5"}));
+  EXPECT_EQ(read_exr(path("out.exr")).tile_size, 5);
+}
+
 // The bits of "(0x1.8p-3 0x... 0x...)" behind "radiance".
 std::vector<float> replayed_radiance(const std::string& text) {
   const size_t at = text.find('(', text.find("\nradiance "));
@@ -223,6 +269,17 @@ TEST_F(Render, ARubbishOcioConfigIsNamed) {
   // Nothing needs it when only linear pixels are written; empty counts as unset.
   render(render_words(), {.environment = {{"OCIO", "rubbish.ocio"}}});
   render(render_words({"-o", path("a.png")}), {.environment = {{"OCIO", ""}}});
+}
+
+// taskset -c 0: without --threads one for each processor that is left.
+TEST_F(Render, ThreadsAreAsManyAsTheProcessorsThatItMayUse) {
+  const Words report = {"--report", path("r.json")};
+  render(render_words(report), {.processors = 1});
+  EXPECT_EQ(read_json("r.json")["settings"]["threads"], 1);
+  render(render_words(report), {.environment = {{"SLURM_CPUS_PER_TASK", "4000"}}, .processors = 1});
+  EXPECT_EQ(read_json("r.json")["settings"]["threads"], 1);
+  render(render_words(report + Words{"--threads", "2"}), {.processors = 1});
+  EXPECT_EQ(read_json("r.json")["settings"]["threads"], 2);
 }
 
 // TBB would end the process from within a thread that starts another in vain.

@@ -52,6 +52,9 @@ TEST_F(Report, HasEveryKeyOfTheDesign) {
       {"/memory/texture_file_bytes", Type::number_unsigned},
       {"/memory/film_bytes", Type::number_unsigned},
       {"/numerics/non_finite_samples", Type::number_unsigned},
+      {"/optics/rays_ended_at_panes", Type::number_unsigned},
+      {"/optics/solids_forgotten", Type::number_unsigned},
+      {"/optics/light_samples_blocked_by_glass", Type::null},  // no such light
       {"/error/estimator", Type::string},
       {"/error/estimate", Type::null},  // uniform sampling makes none
       {"/warnings", Type::array},

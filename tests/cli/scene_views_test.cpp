@@ -3,6 +3,7 @@
 #include <numeric>
 
 #include "cli/command_test.h"
+#include "support/animated_gltf.h"
 
 namespace emberline::test {
 namespace {
@@ -116,6 +117,54 @@ TEST_F(Views, CamerasAreChosenByNameOrIndex) {
   EXPECT_NE(first_difference(first, picture(render_words({"--fov-y", "20"}))), "");
 }
 
+TEST_F(Views, CamerasAreChosenByTheirNodesToo) {
+  GltfBuilder gltf = lamp_scene();
+  gltf.push("cameras",
+            {{"name", "Camera"},
+             {"type", "orthographic"},
+             {"orthographic", {{"xmag", 4}, {"ymag", 2}, {"znear", 0.01}, {"zfar", 100}}}});
+  float x = 0;
+  const double h = std::sqrt(0.5);  // they look down
+  for (const char* name : {"Wide", "Tele", "main"}) {
+    gltf.add_to_scene(gltf.push(
+        "nodes",
+        {{"camera", 1}, {"name", name}, {"rotation", {-h, 0, 0, h}}, {"translation", {x, 5, 0}}}));
+    x += 1.5f;
+  }
+  gltf.write_glb(path("scene.glb"));
+  const auto fits = [&] { return result_.err.find("fits several: "); };
+  const ExrPicture wide = picture(render_words({"--camera", "Wide"}));
+  EXPECT_EQ(fits(), std::string::npos) << result_.err;
+  // It has a hint about the frame's shape, as perspective cameras have.
+  EXPECT_NE(
+      result_.err.find("camera 'Camera' was made for 2 : 1, the frame has 1 : 1; --size 32x16"),
+      std::string::npos)
+      << result_.err;
+  EXPECT_EQ(first_difference(wide, picture(render_words({"--camera", "1"}))), "");
+  const ExrPicture tele = picture(render_words({"--camera", "Tele"}));
+  EXPECT_NE(first_difference(wide, tele), "");
+  EXPECT_EQ(first_difference(wide, picture(render_words({"--camera", "Camera"}))), "");
+  EXPECT_NE(
+      result_.err.find("--camera: 'Camera' fits several: 1 'Camera' (node 'Wide'), 2 'Camera' "
+                       "(node 'Tele'), 3 'Camera' (node 'main'); 1 is taken"),
+      std::string::npos)
+      << result_.err;
+  // A camera's own name comes before that of another's node.
+  picture(render_words({"--camera", "main"}));
+  EXPECT_NE(result_.err.find("fits several: 0 'main', 3 'Camera' (node 'main'); 0 is taken"),
+            std::string::npos)
+      << result_.err;
+  expect_failure(render_words({"--camera", "Zoom"}), 2, {"0 'main'", "2 'Camera' (node 'Tele')"});
+  write("shot.json", R"({"emberline_edits": 1, "camera": {"file_camera": {"name": "Tele"}}})");
+  EXPECT_EQ(first_difference(tele, picture(render_words({"--edits", path("shot.json")}))), "");
+  const RunResult info = run({"info", path("scene.glb")});
+  EXPECT_NE(info.out.find("camera 'Camera' orthographic, node 'Tele'\n"), std::string::npos)
+      << info.out;
+  EXPECT_NE(info.out.find("approximated\n  clip planes of cameras (not clipped)\n"),
+            std::string::npos)
+      << info.out;
+}
+
 TEST_F(Views, ABrokenCameraIsRefusedWhereItIsChosen) {
   GltfBuilder gltf = lamp_scene();
   const nlohmann::json flat = {{"yfov", 0.0}, {"znear", 0.1}};
@@ -190,6 +239,92 @@ TEST_F(Views, AnOrthographicCameraKeepsSizes) {
       }
     }
   }
+}
+
+// An octahedron with the normals of a ball, far from its own origin and flattened in many ways, in
+// a light that comes from 60 degrees: half of it from all of the picture.
+class FlatThings : public Views {
+ protected:
+  FlatThings() {
+    std::vector<float> positions, normals;
+    std::vector<uint16_t> indices;
+    for (const float side : {1.0f, -1.0f}) {
+      for (int axis = 0; axis < 3; ++axis) {
+        for (int c = 0; c < 3; ++c) {
+          normals.push_back(c == axis ? side : 0.0f);
+          positions.push_back(3 * normals.back() + (c == 2 ? 7.0f : 0.0f));
+        }
+      }
+    }
+    for (uint16_t face = 0; face < 8; ++face) {
+      const auto x = uint16_t(face & 1 ? 3 : 0), y = uint16_t(face & 2 ? 4 : 1),
+                 z = uint16_t(face & 4 ? 5 : 2);
+      const bool mirrored = ((face & 1) + (face >> 1 & 1) + (face >> 2)) % 2 == 1;
+      for (const uint16_t v : {x, mirrored ? z : y, mirrored ? y : z}) indices.push_back(v);
+    }
+    gltf_.push("materials",
+               {{"pbrMetallicRoughness", {{"metallicFactor", 0}}},
+                {"extensions", {{"KHR_materials_specular", {{"specularFactor", 0}}}}}});
+    gltf_.add_mesh({{"attributes",
+                     {{"POSITION", gltf_.add_accessor<float>("VEC3", positions)},
+                      {"NORMAL", gltf_.add_accessor<float>("VEC3", normals)}}},
+                    {"indices", gltf_.add_accessor<uint16_t>("SCALAR", indices)},
+                    {"material", 0}});
+    gltf_.root["extensions"]["KHR_lights_punctual"]["lights"] = {
+        {{"type", "directional"}, {"intensity", 3.14159265358979}}};
+    gltf_.add_to_scene(
+        gltf_.push("nodes", {{"rotation", {-0.5, 0, 0, std::sqrt(0.75)}},
+                             {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}}));
+    gltf_.push("cameras",
+               {{"type", "orthographic"},
+                {"orthographic", {{"xmag", 1}, {"ymag", 1}, {"znear", 0}, {"zfar", 99}}}});
+    gltf_.add_to_scene(gltf_.push("nodes", {{"camera", 0}, {"translation", {0, 0, 20}}}));
+  }
+  void add(const GltfBuilder::json& node) { gltf_.add_to_scene(gltf_.push("nodes", node)); }
+  void expect_half(const Words& more = {}) {
+    gltf_.write_glb(path("scene.glb"));
+    const ExrPicture seen = picture(render_words(Words{"--spp", "4", "--max-depth", "3"} + more));
+    EXPECT_EQ(result_.err.find("left out"), std::string::npos) << result_.err;
+    for (const float value : seen.channels.at("G")) ASSERT_NEAR(value, 0.5f, 1e-5f);
+    for (const float value : seen.channels.at("A")) ASSERT_EQ(value, 1.0f);
+  }
+
+  GltfBuilder gltf_;
+};
+
+TEST_F(FlatThings, AreSeenAtRest) {
+  const GltfBuilder without = gltf_;
+  add({{"mesh", 0}, {"scale", {1, 1, 0}}});
+  expect_half();
+  add({{"mesh", 0}, {"scale", {-1, 1, 0}}, {"translation", {0, 0, -1}}});  // as an instance
+  expect_half();
+  gltf_ = without;
+  const int child = gltf_.push("nodes", {{"mesh", 0}, {"rotation", {0.2, 0.4, 0.4, 0.8}}});
+  add({{"children", {child}}, {"scale", {2, 2, 0}}, {"translation", {-4, -2, 0}}});
+  add({{"children", {gltf_.push("nodes", {{"mesh", 0}})}}, {"scale", {9, 9, 0}}});
+  expect_half();
+  gltf_ = without;
+  add({{"mesh", 0},
+       {"extensions",
+        {{"EXT_mesh_gpu_instancing",
+          {{"attributes",
+            {{"SCALE", gltf_.add_accessor<float>("VEC3", {1, 1, 0, 2, 2, 0})},
+             {"TRANSLATION", gltf_.add_accessor<float>("VEC3", {0, 0, 0, 0, 0, -1})}}}}}}}});
+  expect_half();
+}
+
+TEST_F(FlatThings, AreSeenInMotion) {
+  add({{"mesh", 0}});
+  AnimationBuilder(gltf_).move(2, "scale", {0, 1, 2, 3}, "VEC3",
+                               {1, 1, 0, 1, 1, 0, 1, 1, 1, 0, 0, 0});
+  expect_half({"--time", "0.5"});
+  expect_half({"--time", "0", "--fps", "1", "--shutter", "0,1"});
+  expect_half({"--time", "0.5", "--aov", "velocity"});
+  // It is flat for a half of this shutter, and then grows: all that is certain is that it is seen.
+  gltf_.write_glb(path("scene.glb"));
+  const ExrPicture grows =
+      picture(render_words({"--spp", "16", "--time", "0.5", "--fps", "1", "--shutter", "0,1"}));
+  for (const float value : grows.channels.at("A")) ASSERT_EQ(value, 1.0f);
 }
 
 TEST_F(Views, AnOrthographicCameraCanBeSeenFromElsewhere) {

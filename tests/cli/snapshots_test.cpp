@@ -65,8 +65,8 @@ TEST_F(Snapshots, TheAnimationHasAFrameForEach) {
 
 // Times, samples and fractions, in whatever order they are given; the last is the frame itself.
 TEST_F(Snapshots, MomentsOfEveryKind) {
-  render(progressive(
-      {"--spp", "8", "--snapshot-at", "8spp,2.5%,0.000001s,first", "--snapshot-format", "exr"}));
+  render(progressive({"--spp", "8", "--snapshot-at", "8spp,2.5%,0.000001s,first",
+                      "--snapshot-format", "exr", "--bucket-size", "1"}));
   EXPECT_EQ(shots().size(), 9u);
   const nlohmann::json list = read_json("r.json")["snapshots"];
   ASSERT_EQ(list.size(), 4u);
@@ -75,6 +75,7 @@ TEST_F(Snapshots, MomentsOfEveryKind) {
   EXPECT_EQ(list[3]["file"], "003_0008spp.png");
   const ExrPicture last = read_exr(path("shots/003_0008spp.exr"));
   const ExrPicture frame = read_exr(path("out.exr"));
+  EXPECT_EQ(last.tile_size, 16);
   for (const char* channel : {"R", "G", "B", "A"}) {
     EXPECT_EQ(last.channels.at(channel), frame.channels.at(channel)) << channel;
   }

@@ -37,6 +37,33 @@ class Stop : public CommandTest {
   }
 };
 
+// The rendering is done, its picture is not: what is not denoised yet is written as it is, and the
+// checkpoint has all samples.
+TEST_F(Stop, AmidTheDenoisingPass) {
+  const Words frame = {"render",    scene(),     "-o",      path("out.exr"), "--size",
+                       "640x480",   "--spp",     "16",      "--max-depth",   "1",
+                       "--denoise", "--verbose", "--resume"};
+  Process process(frame, {.folder = folder_.path()});
+  ASSERT_TRUE(process.wait_for_error("denoising", 60 * kSlower)) << process.error_so_far();
+  process.send(SIGTERM);
+  const double sent = seconds();
+  const RunResult result = process.wait();
+  EXPECT_EQ(result.exit_code, 130) << result.describe();
+  EXPECT_LT(seconds() - sent, 5.0 * kSlower);
+  EXPECT_NE(result.err.find("denoising was stopped"), std::string::npos) << result.err;
+  const ExrPicture picture = read_exr(path("out.exr"));
+  EXPECT_EQ(state_of(picture).first, "false");
+  const std::vector<float>& raw = picture.channels.at("R");
+  EXPECT_EQ(picture.channels.at("denoised.R").back(), raw.back());
+  EXPECT_EQ(picture.channels.at("denoised.error").back(), 0.5f);
+  const RunResult again = run(frame);
+  EXPECT_EQ(again.exit_code, 0) << again.describe();
+  const ExrPicture whole = read_exr(path("out.exr"));
+  EXPECT_EQ(state_of(whole).first, "true");
+  EXPECT_EQ(whole.channels.at("R"), raw);
+  EXPECT_LT(whole.channels.at("denoised.error").back(), 0.5f);
+}
+
 TEST_F(Stop, WhatThereIsIsWrittenWithItsTrueCounts) {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGXCPU}) {
     SCOPED_TRACE(signal);

@@ -8,6 +8,7 @@ namespace {
 
 using nlohmann::json;
 using test::expect_input_error;
+using test::expect_warning;
 using test::GltfBuilder;
 using test::MemoryLimit;
 using test::TempFolder;
@@ -108,21 +109,34 @@ TEST_F(Absurd, SharedDataDoesNotMultiply) {
 }
 
 TEST_F(Absurd, NothingToRender) {
+  const std::string words = "the picture shows the environment alone";
   test::write_text(folder_ / "a.gltf", R"({"asset":{"version":"2.0"}})");
-  expect_input_error(folder_ / "a.gltf", {"no geometry to render"});
+  expect_warning(folder_ / "a.gltf", {"there is nothing to see; " + words});
   const std::pair<const char*, json> changes[] = {
       {"/scenes/0/nodes", json::array()},
       {"/nodes/0/mesh", nullptr},
       {"/meshes/0/primitives", json::array()},
       {"/nodes/0/scale", {0, 0, 0}},
+      {"/nodes/0/extensions/KHR_node_visibility/visible", false},
       {"/meshes/0/primitives/0/attributes", json::object()}};
   for (const auto& [pointer, value] : changes) {
     GltfBuilder gltf = gltf_;
     const json::json_pointer place(pointer);
     gltf.root[place] = value;
     if (value.is_null()) gltf.root[place.parent_pointer()].erase(place.back());
-    expect_input_error(gltf, {"no geometry to render"});
+    EXPECT_TRUE(expect_warning(gltf, {words}).instances.empty()) << pointer;
   }
+  // Joints may scale to nothing, too.
+  GltfBuilder skinned = gltf_;
+  const int joint = skinned.push("nodes", {{"scale", {0, 0, 0}}});
+  skinned.add_to_scene(joint);
+  skinned.push("skins", {{"joints", {joint}}});
+  skinned.root["nodes"][0]["skin"] = 0;
+  skinned.primitive()["attributes"]["JOINTS_0"] =
+      skinned.add_accessor<uint8_t>("VEC4", std::vector<uint8_t>(12, 0));
+  skinned.primitive()["attributes"]["WEIGHTS_0"] =
+      skinned.add_accessor<float>("VEC4", {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0});
+  EXPECT_TRUE(expect_warning(skinned, {words}).instances.empty());
 }
 
 TEST_F(Absurd, PointsAndLinesAreNamedAndCounted) {
@@ -158,6 +172,10 @@ TEST_F(Absurd, OnlyBadTriangles) {
                                                         0, 0, 0, 1, 1, 1, 2, 2, 2})}}}};
   expect_error({"no geometry to render", "1 triangles without area",
                 "1 triangles with a NaN or infinite vertex"});
+  // Beside a good mesh that is scaled to nothing for now, they do not stop an animation.
+  const int good = gltf_.add_triangle();
+  gltf_.root["nodes"][size_t(good)]["scale"] = {0, 0, 0};
+  expect_warning(gltf_, {"1 objects scaled to nothing"});
 }
 
 TEST_F(Absurd, HierarchiesOfAnyDepth) {

@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-#include "io/gltf.h"
+#include "io/gltf/gltf_file.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "support/gltf_builder.h"

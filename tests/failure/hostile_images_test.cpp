@@ -9,8 +9,8 @@
 #include <limits>
 #include <thread>
 
-#include "io/encoded_image.h"
-#include "io/image_input.h"
+#include "io/image/encoded_image.h"
+#include "io/image/input.h"
 #include "renderer/core/errors.h"
 #include "support/metadata_images.h"
 
@@ -126,7 +126,7 @@ TEST(HostileImages, ACutJpegIsRefusedOrNamed) {
   EXPECT_GT(taken, 10);
   ByteList cut = jpeg;
   cut.resize(jpeg.size() / 2);
-  EXPECT_SAYS(decode_message(cut), "cut short; --lenient");
+  EXPECT_SAYS(decode_message(cut), "cut short; lenient");
 }
 
 // "#?RADIANCE", a size, and nothing: gigabytes were taken for it.
@@ -158,7 +158,7 @@ TEST(HostileImages, SizesAreHeldAgainstTheBudget) {
       "webp", ImageSpec(1024, 1024, 4, TypeDesc::UINT8), ByteList(size_t(1) << 22, 9));
   ASSERT_LT(webp.size(), 10000u);
   const std::string message = message_of([&] { decode_image(webp, "place", false, progress); });
-  EXPECT_SAYS(message, "--memory-limit");
+  EXPECT_SAYS(message, "memory-limit raises");
   EXPECT_EQ(budget->reserved(), 0u);
 }
 
@@ -316,7 +316,8 @@ TEST(HostileImages, TilesAreHeldAgainstTheBudgetAndTheImage) {
     for (const uint32_t side : {4097u, 13000u, 32768u, 0x7ffffff0u}) {
       EXPECT_SAYS(message(side, {}), "larger than it is");
     }
-    EXPECT_SAYS(message(4096, {.memory = budget, .timeout_s = {}, .scene = {}}), "--memory-limit");
+    EXPECT_SAYS(message(4096, {.memory = budget, .timeout_s = {}, .scene = {}}),
+                "memory-limit raises");
     EXPECT_EQ(budget->reserved(), 0u);
   }
 }
@@ -334,7 +335,7 @@ TEST(HostileImages, RowsThatAreCodedTogetherAreHeldAgainstTheBudget) {
     return message_of([&] { read_float_image(path, LoadProgress({}, {}, limits)); });
   };
   EXPECT_EQ(read({}), "no error");
-  EXPECT_SAYS(read({.memory = budget, .timeout_s = {}, .scene = {}}), "--memory-limit");
+  EXPECT_SAYS(read({.memory = budget, .timeout_s = {}, .scene = {}}), "memory-limit raises");
 }
 
 // Components that come one after the other leave no choice but to keep all coefficients.

@@ -3,7 +3,7 @@
 
 #include <random>
 
-#include "io/image_input.h"
+#include "io/image/input.h"
 #include "renderer/core/errors.h"
 #include "support/ktx2_files.h"
 

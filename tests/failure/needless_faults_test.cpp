@@ -257,6 +257,103 @@ TEST_F(NeedlessFault, VariantsOfMaterialsThatAreNotThere) {
   refused({"#/materials/1/alphaMode: unknown"}, {.variants = true});
 }
 
+// The default of each number that is out of its range, and the rest of the extension.
+TEST_F(NeedlessFault, NumbersOutOfRangeInOptionalExtensions) {
+  gltf_.push("materials", json::object());
+  gltf_.primitive()["material"] = 0;
+  json& extensions = gltf_.root["materials"][0]["extensions"];
+  extensions = {{"KHR_materials_emissive_strength", {{"emissiveStrength", 3e38}}},
+                {"KHR_materials_iridescence", {{"iridescenceIor", 0}, {"iridescenceFactor", 1}}},
+                {"KHR_materials_clearcoat",
+                 {{"clearcoatFactor", 0.5}, {"clearcoatTexture", {{"index", 9}}}}}};
+  gltf_.root["materials"][0]["emissiveFactor"] = {2, 2, 2};
+  const std::string place = "#/materials/0/extensions/KHR_materials_";
+  const MaterialDescription material =
+      warned({place + "emissive_strength/emissiveStrength: the emission is too large"})
+          .materials[0];
+  EXPECT_EQ(material.emission, Rgb(2.0f));
+  EXPECT_EQ(material.iridescence, 1.0f);
+  EXPECT_EQ(material.iridescence_ior, 1.3f);
+  EXPECT_EQ(material.clearcoat, 0.5f);
+  warned({place + "iridescence/iridescenceIor: expected an index of refraction", "left out"});
+  warned({place + "clearcoat/clearcoatTexture/index: index 9 is out of range", "left out"});
+  require_extension("KHR_materials_iridescence");
+  refused({place + "iridescence/iridescenceIor: expected an index of refraction"});
+  gltf_.root.erase("extensionsRequired");
+  extensions.erase("KHR_materials_iridescence");
+
+  json& light = gltf_.root["extensions"]["KHR_lights_punctual"]["lights"][0];
+  light = {{"type", "spot"}, {"intensity", 5}, {"spot", {{"innerConeAngle", -1}}}};
+  gltf_.add_to_scene(
+      gltf_.push("nodes", {{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}}));
+  const std::string lamp = "#/extensions/KHR_lights_punctual/lights/0";
+  for (const double range : {0.0, -1.0, 1e40}) {
+    light["range"] = range;
+    const SceneDescription scene = warned({lamp + "/range: the number"});
+    ASSERT_EQ(scene.lights.size(), 1u);
+    EXPECT_EQ(scene.lights[0].range, std::numeric_limits<float>::infinity());
+    EXPECT_EQ(scene.lights[0].inner_cone, 0.0f);
+    EXPECT_EQ(scene.lights[0].intensity, Rgb(5.0f));
+  }
+  light.erase("range");
+  for (const double outer : {9.0, 1e30, 3.14}) {
+    light["spot"] = {{"innerConeAngle", 0.1}, {"outerConeAngle", outer}};
+    EXPECT_FLOAT_EQ(warned({lamp + "/spot/outerConeAngle: the number"}).lights[0].outer_cone,
+                    0.7853982f);
+  }
+  light["spot"] = {{"innerConeAngle", 2}, {"outerConeAngle", 1.2}};
+  EXPECT_NEAR(warned({lamp + "/spot/innerConeAngle: the number 2"}).lights[0].inner_cone, 1.2f,
+              1e-4f);
+  light["color"] = {1, -1, 1};
+  EXPECT_EQ(warned({lamp + "/color/1: expected a number from 0"}).lights[0].intensity,
+            Rgb(5, 0, 5));
+  light["spot"] = {{"innerConeAngle", 0.1}, {"outerConeAngle", 0}};
+  EXPECT_FLOAT_EQ(warned({lamp + "/spot/outerConeAngle: the number"}).lights[0].outer_cone,
+                  0.7853982f);
+}
+
+// Members that no picture needs, and null, which is no value.
+TEST_F(NeedlessFault, NullStandsForAMemberThatIsNotThere) {
+  gltf_.push("cameras", {{"type", "perspective"},
+                         {"perspective", {{"yfov", 0.5}, {"znear", 0.1}, {"aspectRatio", 2}}}});
+  gltf_.push("cameras", {{"type", "orthographic"},
+                         {"orthographic", {{"xmag", 1}, {"ymag", 2}, {"znear", 0}, {"zfar", 1}}}});
+  for (const int camera : {0, 1}) gltf_.add_to_scene(gltf_.push("nodes", {{"camera", camera}}));
+  const auto expect_usable = [&](const std::string& place) {
+    const SceneDescription scene = warned({"#" + place + ": expected ", "found null", "left out"});
+    ASSERT_EQ(scene.cameras.size(), 2u);
+    EXPECT_FALSE(scene.cameras[0].fault || scene.cameras[1].fault) << place;
+    EXPECT_EQ(scene.cameras[0].fov_y, 0.5);
+    EXPECT_EQ(scene.cameras[1].y_mag, 2.0);
+  };
+  const json whole = gltf_.root;
+  for (const char* place :
+       {"/cameras/0/perspective/zfar", "/cameras/0/perspective/znear",
+        "/cameras/0/perspective/aspectRatio", "/cameras/1/orthographic/znear",
+        "/cameras/1/orthographic/zfar", "/cameras/0/name", "/nodes/0/scale", "/nodes/0/children",
+        "/meshes/0/primitives/0/material", "/meshes/0/primitives/0/mode", "/meshes/0/weights"}) {
+    gltf_.root[json::json_pointer(place)] = nullptr;
+    expect_usable(place);
+    gltf_.root = whole;
+  }
+  for (const json& xmag : {json(nullptr), json(0), json(1e40)}) {
+    gltf_.root["cameras"][1]["orthographic"]["xmag"] = xmag;
+    const CameraDescription camera = warned({"#/cameras/1/orthographic/xmag: "}).cameras.at(1);
+    EXPECT_FALSE(camera.fault || camera.aspect) << xmag;
+    EXPECT_EQ(camera.y_mag, 2.0);
+  }
+  gltf_.root = whole;
+  gltf_.root["cameras"][1]["orthographic"].erase("zfar");
+  const SceneDescription scene =
+      warned({"#/cameras/1/orthographic: the required member \"zfar\" is missing"});
+  EXPECT_FALSE(scene.cameras.at(1).fault);
+  // What the camera needs it does not do without.
+  gltf_.root["cameras"][1]["orthographic"]["ymag"] = nullptr;
+  EXPECT_TRUE(load_gltf(gltf_.write_glb(folder_ / "a.glb"), {}).cameras.at(1).fault);
+  gltf_.root["nodes"] = nullptr;
+  refused({"#/nodes: expected an array, found null"});
+}
+
 TEST_F(NeedlessFault, TextureTransforms) {
   test::add_texture(gltf_, test::small_png());
   gltf_.push("materials", {{"emissiveTexture", {{"index", 0}}}});
@@ -297,6 +394,16 @@ TEST_F(NeedlessFault, InstancesAreNeeded) {
   refused({"#/nodes/0/extensions/EXT_mesh_gpu_instancing/attributes/_ID: index 99"});
   node()["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {{"TRANSLATION", 0}, {"_ID", 99}};
   EXPECT_EQ(warned({"EXT_mesh_gpu_instancing/attributes/_ID: index 99"}).instances.size(), 3u);
+}
+
+TEST_F(NeedlessFault, NullInstancesAreNone) {
+  json& extension = node()["extensions"]["EXT_mesh_gpu_instancing"];
+  for (const json& value : {json(nullptr), json{{"attributes", nullptr}}}) {
+    extension = value;
+    EXPECT_EQ(warned({"EXT_mesh_gpu_instancing", "found null"}).instances.size(), 1u);
+  }
+  require_extension("EXT_mesh_gpu_instancing");
+  refused({"EXT_mesh_gpu_instancing", "found null"});
 }
 
 TEST_F(NeedlessFault, ExtensionsThatAreAnEmptyList) {
@@ -404,7 +511,8 @@ TEST_F(NeedlessFault, AreCounted) {
       warned({"#/cameras/0/type: expected a string, found 0; it is not used (and 99999 more"});
   EXPECT_LT(double(std::clock() - start) / CLOCKS_PER_SEC, 10.0 * test::kSlower);
   EXPECT_EQ(scene.coverage.ignored.size(), 4u);  // and that there are animations
-  EXPECT_NE(test::refusal(gltf_, uint64_t(64) << 20).find("--memory-limit"), std::string::npos);
+  EXPECT_NE(test::refusal(gltf_, uint64_t(64) << 20).find("memory-limit raises"),
+            std::string::npos);
 }
 
 }  // namespace

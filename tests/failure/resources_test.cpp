@@ -5,8 +5,9 @@
 #include <unistd.h>
 
 #include "failure/bad_input.h"
-#include "io/gltf.h"
-#include "io/input_file.h"
+#include "io/files/input_file.h"
+#include "io/gltf/gltf_file.h"
+#include "io/gltf/scene_files.h"
 #include "support/process_memory.h"
 
 namespace emberline {
@@ -39,10 +40,58 @@ TEST_F(Resources, OutsideTheFolderAreRefused) {
   for (const char* uri : {"../outside.bin", "%2e%2e/outside.bin", "..%2Foutside.bin",
                           "x/../../outside.bin", "../../../../../../../../etc/passwd"}) {
     expect_input_error(scene(uri),
-                       {"#/buffers/0/uri", "leads out of the scene's folder", "--resource-root"});
+                       {"#/buffers/0/uri", "leads out of the scene's folder", "resource-root"});
   }
   expect_input_error(scene("/etc/passwd"), {"#/buffers/0/uri", "absolute path"});
   expect_input_error(scene("file:///etc/passwd"), {"#/buffers/0/uri", "not relative"});
+}
+
+// Writers that do not escape what they should, and those of other systems.
+TEST_F(Resources, NamesAreFoundAsTheyStand) {
+  fs::create_directories(folder_ / "scenes/sub dir");
+  const std::pair<const char*, const char*> names[] = {{"example 10%.bin", "example 10%.bin"},
+                                                       {"a%20b.bin", "a%20b.bin"},
+                                                       {"%zz%2.bin", "%zz%2.bin"},
+                                                       {"a%20b 5%25.bin", "a b 5%.bin"},
+                                                       {"a%20b 10%.bin", "a b 10%.bin"},
+                                                       {"a\\b.bin", "a\\b.bin"},
+                                                       {"sub dir\\b.bin", "sub dir/b.bin"},
+                                                       {".\\sub%20dir\\b.bin", "sub dir/b.bin"},
+                                                       {"sub dir%5Cb%.bin", "sub dir%5Cb%.bin"},
+                                                       {"sub%20dir%5Cb.bin", "sub dir/b.bin"}};
+  for (const auto& [uri, file] : names) {
+    const std::string path = scene(uri);
+    const std::string target = folder_ / ("scenes/" + std::string(file));
+    fs::rename(folder_ / "outside.bin", target);
+    EXPECT_EQ(load_gltf(path, {}).meshes.size(), 1u) << uri;
+    EXPECT_EQ(scene_files(path).back(), fs::path(target)) << uri;
+    fs::remove(target);
+  }
+  // The escaped name comes first, the literal one before that with "/".
+  const auto vertices = [&](const std::string& path) {
+    return load_gltf(path, {}).meshes.at(0).positions.at(1).x;
+  };
+  const auto expect_first = [&](const char* uri, const std::string& first,
+                                const std::string& other) {
+    const std::string path = scene(uri);
+    fs::copy_file(folder_ / "outside.bin", folder_ / ("scenes/" + first));
+    const std::vector<float> zeros(20, 0.5f);
+    test::write_bytes(folder_ / ("scenes/" + other), zeros.data(), 80);
+    EXPECT_EQ(vertices(path), 1.0f) << uri;
+    fs::remove(folder_ / ("scenes/" + first));
+    fs::remove(folder_ / ("scenes/" + other));
+  };
+  expect_first("c%20d.bin", "c d.bin", "c%20d.bin");
+  expect_first("sub dir\\c.bin", "sub dir\\c.bin", "sub dir/c.bin");
+  // Nothing of it leads out.
+  for (const char* uri : {"..\\outside.bin", "%2e%2e\\outside.bin", "..%5Coutside.bin",
+                          "sub dir\\..\\..\\outside.bin"}) {
+    expect_input_error(scene(uri), {"#/buffers/0/uri", "leads out of the scene's folder"});
+  }
+  expect_input_error(scene("\\etc\\passwd"), {"#/buffers/0/uri", "absolute path"});
+  expect_input_error(scene("C:\\a.bin"), {"#/buffers/0/uri", "not relative"});
+  expect_input_error(scene("gone 10%.bin"), {"#/buffers/0/uri", "malformed % escape"});
+  expect_input_error(scene("sub\\gone.bin"), {"#/buffers/0/uri", "file not found"});
 }
 
 TEST_F(Resources, LinksAreFollowedBeforeTheyAreJudged) {

@@ -9,6 +9,7 @@ import random
 import sys
 import time
 
+import records
 from farm import CHANNELS, EXIT_DONE, EXIT_INPUT, EXIT_STOPPED, EXIT_USAGE, Farm, Process, contents, pixels, report_of, \
     signal
 
@@ -148,9 +149,45 @@ def refused(farm):
     farm.check(run.code == EXIT_DONE, "moved scene", f"should go on with the scene that is named: {run}")
 
 
+def damaged(farm):
+    """Of a frame in tiles the tiles that are lost are rendered anew, as --resume does; one film is refused, by name. In
+    the packed bytes, whose checksum tells; in a state whose checksum is right; and at the end, cut short."""
+    zstd = records.zstd_of(farm.program)
+    for name, way in WAYS.items():
+        settings = [*FRAME, *CHANNELS, *way]
+        by_tiles = name != "bisection" and name != "light groups"
+        for kind in ("bit", "state", "cut"):
+            case = f"{name} {kind}"
+            if not farm.wanted(case) or (kind == "state" and not zstd):
+                continue
+            expected, _ = farm.reference([*settings, "--spp", "8"])
+            folder = farm.folder(case)
+            first_frame(farm, folder, case, [*settings, "--spp", "3"])
+            file = folder / "out.exr.checkpoint"
+            data = bytearray(file.read_bytes())
+            head, found = records.parsed_file(bytes(data), zstd)
+            record = found[1] if by_tiles else found[0]
+            if kind == "bit":
+                data[record.at + records.RECORD_START + record.packed_size // 2] ^= 16
+            elif kind == "cut":
+                data = data[:-len(found[-1].packed or b"x") // 2]
+            else:
+                state = b"\xff" * 64 + record.data[64:]
+                again = records.Record(record.kind, record.number, state)
+                data = records.packed_file(head, [again if old is record else old for old in found])
+            file.write_bytes(bytes(data))
+            before = contents(folder)
+            run = extend(farm, folder, "--spp", "8", *([] if by_tiles else ["--quiet"])).wait()
+            if not by_tiles:
+                farm.check_refused(run, folder, before, case, {EXIT_INPUT}, ["out.exr.checkpoint: "])
+                continue
+            farm.check("out.exr.checkpoint: " in run.err and "rendered anew" in run.err, case, f"says nothing: {run}")
+            farm.check_done(run, folder, expected, case, FILES)
+
+
 def main():
     farm = Farm(__doc__)
-    for test in (at_once, interrupted, adaptive, refused):
+    for test in (at_once, interrupted, adaptive, damaged, refused):
         test(farm)
     farm.done()
 

@@ -151,6 +151,13 @@ def refused(farm):
     farm.check(len(head["light layers"]) > 0, case, "no light groups")
     head["light layers"].pop()
     (folder / lights).write_bytes(packed_file(json.dumps(head), records))
+    # Some kilobytes that tell of millions of buckets.
+    head, records = parsed_file((folder / parts[0]).read_bytes())
+    head = json.loads(head)
+    for where in ("settings", "schedule"):
+        head[where].update({key: value for key, value in (("size", "4096x4096"), ("bucket-size", "1"))
+                            if key in head[where]})
+    (folder / "forged").write_bytes(packed_file(json.dumps(head), records))
     before = contents(folder)
     part = "part-1-of-3.checkpoint"
     for name, files, code, words in (
@@ -161,6 +168,7 @@ def refused(farm):
         ("depth", [*parts[1:], f"depth.exr.{part}"], EXIT_INPUT, ["--max-depth"]),
         ("range", ["range.exr.samples-2-4.checkpoint"], EXIT_INPUT, ["samples 0 to 1"]),
         ("picture", ["picture.exr"], EXIT_INPUT, ["not a checkpoint"]),
+        ("lists", ["forged", "--memory-limit", "100M"], EXIT_INPUT, ["forged", "--memory-limit"]),
         ("missing", [*parts, "missing"], EXIT_INPUT, ["missing"]),
         ("damaged", [parts[0], "damaged", parts[2]], EXIT_INPUT, ["damaged"]),
         ("cut", [parts[0], "cut", parts[2]], EXIT_INPUT, ["lack"]),

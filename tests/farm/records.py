@@ -1,5 +1,5 @@
-"""Checkpoint files, read and written without the program's own code: io/record_file.h has the format,
-io/fingerprint.cpp and renderer/core/hash.h the checksum. Packed bytes are read through libzstd, which the
+"""Checkpoint files, read and written without the program's own code: io/files/record_file.h has the format,
+io/files/fingerprint.cpp and renderer/core/hash.h the checksum. Packed bytes are read through libzstd, which the
 program is linked to; written as zstd frames of raw blocks, by hand."""
 
 import ctypes

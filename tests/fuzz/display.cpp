@@ -1,6 +1,6 @@
 // The names that --display, --view and --look give, and the config that $OCIO names: four lines,
 // display, view, look and exposure, then the config; nothing there: the built-in one.
-#include "io/display.h"
+#include "io/display/display.h"
 
 #include <cstdlib>
 #include <sstream>

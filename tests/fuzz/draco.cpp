@@ -1,7 +1,7 @@
 // The buffer view of a Draco primitive. The last four bytes say what the primitive asks for: the
 // components of its position, normal and first UV set, and a scale of the indices announced.
+#include "io/gltf/geometry/draco.h"
 #include "fuzz/fuzz.h"
-#include "io/gltf_draco.h"
 
 using namespace emberline;
 

@@ -1,6 +1,6 @@
 // Edits (--edits). The environment that they may name is the file itself.
 #include "fuzz/fuzz.h"
-#include "io/edits_file.h"
+#include "io/json/edits_file.h"
 
 using namespace emberline;
 

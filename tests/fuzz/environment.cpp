@@ -1,6 +1,6 @@
 // An environment map (--env, and the edits' "file").
 #include "fuzz/fuzz.h"
-#include "io/image_input.h"
+#include "io/image/input.h"
 #include "support/sound_scene.h"
 
 using namespace emberline;

@@ -1,6 +1,6 @@
 // A frame as `compare`, `heatmap` and --reference read it.
 #include "fuzz/fuzz.h"
-#include "io/image_input.h"
+#include "io/image/input.h"
 
 using namespace emberline;
 

@@ -1,6 +1,6 @@
 // A scene, .gltf or .glb (json_mutator.h keeps the frame of the latter whole). The one file that it
 // can refer to is itself.
-#include "io/gltf.h"
+#include "io/gltf/gltf_file.h"
 
 #include "fuzz/fuzz.h"
 #include "support/sound_scene.h"

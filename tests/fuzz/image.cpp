@@ -1,5 +1,5 @@
 // A texture, embedded or beside the scene: PNG, JPEG, WebP, EXR, HDR, KTX 2.
-#include "io/image_input.h"
+#include "io/image/input.h"
 
 #include "fuzz/fuzz.h"
 #include "support/sound_scene.h"

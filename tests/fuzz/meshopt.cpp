@@ -1,7 +1,7 @@
 // A compressed buffer view. The last eight bytes are its description: mode, filter, stride - 1,
 // none, count (little-endian).
+#include "io/gltf/document/meshopt.h"
 #include "fuzz/fuzz.h"
-#include "io/gltf_meshopt.h"
 
 using namespace emberline;
 

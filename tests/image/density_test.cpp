@@ -13,8 +13,9 @@
 #include <array>
 #include <cmath>
 
-#include "renderer/frame/frame_scene.h"
+#include "renderer/engine/frame_scene.h"
 #include "renderer/scene/build_scene.h"
+#include "support/load_scene.h"
 #include "support/render.h"
 
 namespace emberline {

@@ -9,8 +9,10 @@
 #include <limits>
 
 #include "renderer/drivers/adaptive_driver.h"
-#include "renderer/frame/bucket_schedule.h"
-#include "renderer/frame/render_worker.h"
+#include "renderer/drivers/bucket_schedule.h"
+#include "renderer/drivers/driver_table.h"
+#include "renderer/engine/frame_render.h"
+#include "renderer/engine/render_worker.h"
 #include "support/busy_scene.h"
 #include "support/render.h"
 #include "support/stop_after.h"

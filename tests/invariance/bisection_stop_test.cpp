@@ -6,7 +6,8 @@
 #include <chrono>
 #include <thread>
 
-#include "renderer/frame/frame_render.h"
+#include "renderer/drivers/driver_table.h"
+#include "renderer/engine/frame_render.h"
 #include "support/render.h"
 #include "support/sanitized.h"
 #include "support/scenes.h"

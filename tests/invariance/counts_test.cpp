@@ -7,7 +7,8 @@
 #include <atomic>
 #include <cstdint>
 
-#include "renderer/frame/render_worker.h"
+#include "renderer/engine/frame_observer.h"
+#include "renderer/engine/render_worker.h"
 #include "renderer/scene/embree_api.h"
 #include "support/busy_scene.h"
 #include "support/edited_scene.h"

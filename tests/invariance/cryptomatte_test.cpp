@@ -11,6 +11,8 @@
 
 #include "renderer/core/errors.h"
 #include "renderer/core/murmur3.h"
+#include "renderer/drivers/driver_table.h"
+#include "renderer/engine/frame_render.h"
 #include "renderer/scene/cryptomatte_ids.h"
 #include "support/render.h"
 #include "support/scenes.h"

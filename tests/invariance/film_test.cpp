@@ -1,12 +1,17 @@
 // What the film promises: exact sums, honest counts, no NaN.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <stop_token>
 
 #include "renderer/core/errors.h"
+#include "renderer/drivers/driver_table.h"
+#include "renderer/engine/frame_render.h"
 #include "renderer/film/film.h"
+#include "support/chi_square.h"
 #include "support/render.h"
 #include "support/scenes.h"
 
@@ -167,6 +172,64 @@ TEST(Film, VelocityIsThatOfSurfaces) {
     EXPECT_EQ(out[6], -4.0f) << first_film;
     EXPECT_EQ(out[12], 8.0f) << first_film;
   }
+}
+
+// Law 4 of a film that comes from a file: any sums that are taken for sums are written as numbers.
+// Sums beyond float, which no sample has, beyond double when they are added, and next to 0.
+TEST(Film, SumsThatSomebodyElseWroteAreWrittenAsNumbers) {
+  const AovSet aovs = AovSet::parse(
+      "variance,albedo,N,Z,P,UV,velocity,clamped,direct,indirect,emission,transmission,reflection,"
+      "environment,shadow,denoising,id,time,stop,non_finite");
+  const FilmExtras extras = {
+      .squares = true, .rays = true, .sample_variance = true, .light_groups = 2};
+  FilmTile film(aovs, extras);
+  film.reset({0, 0, 2, 1});
+  const SeenSurface seen = {Rgb(0.5f), Vec3f(0.0f, 0.0f, 1.0f), 1.0f, 1.0f};
+  for (int i = 0; i < 4; ++i) film.add(0, 0, i & 1, 1.0f, moving(true, 1, 2), &seen);
+  std::vector<std::byte> state;
+  Archive saving(state);
+  film.archive(saving);
+  saving.end();
+  int accepted = 0;
+  for (uint64_t round = 0; round < 20000; ++round) {
+    test::TestRandom random(round, 0);
+    std::vector<std::byte> bytes = state;
+    for (int k = 0; k < 3; ++k) {
+      const double wide = std::array{1e300, -1e300, 1.7e308, -1.7e308, 1e-310}[random.bits() % 5];
+      const float narrow = std::array{3e38f, -3e38f, 1e-38f}[random.bits() % 3];
+      const bool is_wide = random.bits() % 2 == 0;
+      const size_t size = is_wide ? sizeof wide : sizeof narrow;
+      const size_t place = random.bits() % (bytes.size() / size) * size;
+      std::memcpy(&bytes[place], is_wide ? static_cast<const void*>(&wide) : &narrow, size);
+    }
+    FilmTile loaded(aovs, extras);
+    loaded.reset({0, 0, 2, 1});
+    try {
+      Archive loading{std::span<const std::byte>(bytes)};
+      loaded.archive(loading);
+      loading.end();
+    } catch (const InputError&) {
+      continue;
+    }
+    ++accepted;
+    FilmTile twice(aovs, extras);
+    twice.reset({0, 0, 2, 1});
+    for (int k = 0; k < 2; ++k) twice.add_film(loaded);
+    for (const FilmTile* tile : {&loaded, &twice}) {
+      std::vector<float> out;
+      tile->resolve(out);
+      for (size_t i = 0; i < out.size(); ++i) {
+        ASSERT_TRUE(std::isfinite(out[i]))
+            << "round " << round << ": " << film_channel_names(aovs)[i % (out.size() / 2)];
+      }
+      for (int group = 0; group < 2; ++group) {
+        ASSERT_TRUE(is_finite(tile->light_groups().mean(0, group))) << round;
+      }
+      const FilmTile::Surface surface = tile->surface(0, 0);
+      ASSERT_TRUE(std::isfinite(surface.albedo[0]) && std::isfinite(surface.nearness)) << round;
+    }
+  }
+  EXPECT_GT(accepted, 5000);
 }
 
 TEST(Film, UnknownChannelListsTheValidOnes) {

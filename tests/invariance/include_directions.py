@@ -15,19 +15,16 @@ BELOW = {
     "renderer/scene": ["renderer/shading", "renderer/lights", "renderer/film", "samplers"],
     "integrators": ["renderer/scene"],
     "io": ["renderer/description", "renderer/film"],
-    "renderer/process": ["io"],
-    "renderer/frame": ["integrators", "io"],
-    "renderer/drivers": ["renderer/frame", "renderer/reconstruction"],
-    "renderer/statistics": ["samplers"],
-    "renderer/charts": ["renderer/statistics", "renderer/film"],
-    "renderer/output": ["renderer/drivers", "renderer/charts", "renderer/process"],
-    "renderer/study": ["renderer/output"],
-    "renderer/farm": ["renderer/output"],
+    "renderer/drivers": ["integrators", "renderer/reconstruction"],
+    "renderer/engine": ["renderer/drivers", "io"],
+    "renderer/statistics": ["renderer/film", "samplers"],
+    "renderer/output": ["renderer/engine", "renderer/statistics"],
+    "renderer/statistics/study": ["renderer/output"],
     "renderer/session": ["renderer/output"],
     "renderer/window": ["renderer/session"],
-    "renderer/library": ["renderer/drivers", "renderer/process", "renderer/statistics"],
-    "renderer/python": ["renderer/library"],
-    "renderer/app": ["renderer/study", "renderer/farm", "renderer/window"],
+    "renderer/api": ["renderer/engine", "renderer/statistics"],
+    "renderer/api/python": ["renderer/api"],
+    "renderer/app": ["renderer/statistics/study", "renderer/window"],
 }
 
 
@@ -45,8 +42,8 @@ GENERATED = "renderer/core/version.h"
 
 def is_inside(folder, included):
     """Python stands on what other programs have of Emberline, and on no more."""
-    ours = (folder + "/", "renderer/library/emberline.h")
-    return folder == "renderer/python" and not included.startswith(ours)
+    ours = (folder + "/", "renderer/api/emberline.h")
+    return folder == "renderer/api/python" and not included.startswith(ours)
 
 
 def folder_of(path):
@@ -73,7 +70,7 @@ def main(root):
             elif target is not None and (target not in ALLOWED[folder] or is_inside(folder, included)):
                 failures.append(f"{name}: {folder} may not include {included}")
     for folder in BELOW:
-        if not any((root / folder).glob("*.h")):
+        if not any((root / folder).rglob("*.h")):
             failures.append(f"{folder}: no headers; is it still there?")
     print("\n".join(failures) or f"{checked} files, every include goes the right way")
     return 1 if failures or checked == 0 else 0

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "renderer/drivers/driver_table.h"
+#include "renderer/engine/frame_render.h"
 #include "renderer/film/light_mix.h"
 #include "support/grouped_scene.h"
 #include "support/lit_scenes.h"

@@ -7,6 +7,8 @@
 
 #include <algorithm>
 
+#include "renderer/drivers/driver_table.h"
+#include "renderer/engine/frame_render.h"
 #include "renderer/scene/light_groups.h"
 #include "support/busy_scene.h"
 #include "support/edited_scene.h"

@@ -9,7 +9,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "io/image_library.h"
+#include "io/image/library.h"
+#include "renderer/drivers/driver_table.h"
+#include "renderer/engine/frame_render.h"
 #include "renderer/output/outputs.h"
 #include "support/process_memory.h"
 #include "support/render.h"

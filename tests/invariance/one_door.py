@@ -1,10 +1,10 @@
-"""Fails when a file is opened elsewhere than in io/input_file.cpp (to read) or io/atomic_file.cpp (to
+"""Fails when a file is opened elsewhere than in io/files/input_file.cpp (to read) or io/files/atomic_file.cpp (to
 write): what is checked there, is checked for every file."""
 import pathlib
 import re
 import sys
 
-DOORS = {"io/input_file.cpp", "io/atomic_file.cpp"}
+DOORS = {"io/files/input_file.cpp", "io/files/atomic_file.cpp"}
 # Ways to a file by its name: C++ streams, C, the system, and the libraries that we use.
 OPENS = re.compile(
     r"\b(?:std::)?[io]?fstream\b"
@@ -19,11 +19,11 @@ OPENS = re.compile(
 ALLOWED = {
     # A config of OpenColorIO names further files (LUTs), which only it can find. The config itself is
     # looked at through InputFile first.
-    "io/display.cpp": ["CreateFromFile"],
+    "io/display/display.cpp": ["CreateFromFile"],
     # For tinygltf's header, whose functions on files are not called.
-    "io/tiny_gltf_build.cpp": ["fstream"],
+    "io/gltf/document/tiny_gltf_build.cpp": ["fstream"],
     # /dev/null for standard streams that are closed, before anything else is opened.
-    "renderer/process/standard_output.cpp": ["::open("],
+    "renderer/app/standard_output.cpp": ["::open("],
 }
 COMMENT = re.compile(r"//.*$")
 

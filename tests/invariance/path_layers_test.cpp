@@ -7,6 +7,8 @@
 #include <cmath>
 
 #include "renderer/core/errors.h"
+#include "renderer/drivers/driver_table.h"
+#include "renderer/engine/frame_render.h"
 #include "renderer/film/light_group_values.h"
 #include "support/busy_scene.h"
 #include "support/grouped_scene.h"

@@ -6,10 +6,10 @@
 #include <string>
 
 #include "renderer/core/errors.h"
-#include "renderer/frame/frame_scene.h"
-#include "renderer/frame/scene_file.h"
-#include "renderer/scene/editable_scene.h"
+#include "renderer/engine/frame_scene.h"
+#include "renderer/engine/open_scene.h"
 #include "support/animated_stage.h"
+#include "support/load_scene.h"
 #include "support/render.h"
 
 namespace emberline {
@@ -66,38 +66,35 @@ class Repose : public testing::TestWithParam<const char*> {
   const std::string file_;
 };
 
-// A file and its scene, as a session has them.
+// An open scene, as a session has one.
 class PosedScene {
  public:
-  explicit PosedScene(const FrameSettings& s)
-      : file_(s, LoadProgress::unwatched(), true, false), scene_(first(s), {.posable = true}) {}
+  explicit PosedScene(const FrameSettings& s, LoadProgress& progress = LoadProgress::unwatched())
+      : progress_(progress) {
+    ReadScene read(s, {}, {.edits = true, .poses = true}, progress);
+    camera_ = read.description().cameras.at(0);
+    scene_ = std::move(read).build(progress);
+  }
 
   void pose(const FrameSettings& s, const SceneEdits& edits = {}) {
-    SceneDescription posed = file_.pose(s, scene_.scene().mesh_keys(), LoadProgress::unwatched());
-    const CameraDescription camera = posed.cameras.at(0);
-    reposed_ = scene_.repose(std::move(posed), edits);
-    if (!reposed_) {
-      scene_ = EditableScene(file_.pose(s, {}, LoadProgress::unwatched()), {.posable = true});
-      scene_.set(edits);
-    }
+    ReadScene read = this->read(s, edits);
+    const CameraDescription camera = read.description().cameras.at(0);
+    pose(std::move(read));
     camera_ = camera;
   }
-  EditableScene& edited() { return scene_; }
-  const Scene& scene() const { return scene_.scene(); }
+  ReadScene read(const FrameSettings& s, const SceneEdits& edits = {}) {
+    return scene_->read(s, edits, progress_);
+  }
+  void pose(ReadScene read) { reposed_ = scene_->pose(std::move(read), progress_); }
+  EditableScene& edited() { return scene_->editable(); }
+  const Scene& scene() const { return scene_->scene(); }
   const CameraDescription& camera() const { return camera_; }
   bool reposed() const { return reposed_; }
-  SceneFile& file() { return file_; }
 
  private:
-  SceneDescription first(const FrameSettings& s) {
-    SceneDescription description = file_.pose(s, {}, LoadProgress::unwatched());
-    camera_ = description.cameras.at(0);
-    return description;
-  }
-
+  LoadProgress& progress_;
   CameraDescription camera_;
-  SceneFile file_;
-  EditableScene scene_;
+  std::unique_ptr<OpenScene> scene_;
   bool reposed_ = false;
 };
 
@@ -245,29 +242,28 @@ TEST_F(Repose, WhereverMemoryEndsTheOldOneStays) {
   limits.memory = std::make_shared<MemoryBudget>(uint64_t(1) << 40);
   MemoryBudget& budget = *limits.memory;
   LoadProgress progress({}, {}, limits);
-  SceneFile file(s(0), progress, true, false);
-  PosedMemory memory(limits.memory);
-  EditableScene posed(file.pose(s(0), {}, progress), {.posable = true}, progress);
-  const CameraDescription camera = file.pose(s(0), {}, progress).cameras.at(0);
-  const RenderedImage before = picture(posed.scene(), camera);
+  PosedScene posed(s(0), progress);
+  const RenderedImage before = picture(posed.scene(), posed.camera());
+  { const ReadScene noted = posed.read(s(0.8), edits); }  // the file keeps what it found, once
+  const uint64_t reserved = budget.reserved();
   int failures = 0;
   for (uint64_t left = 1;; left += left / 4 + 1) {
-    memory.begin(file);
-    SceneDescription pose = file.pose(s(0.8), posed.scene().mesh_keys(), progress);
+    ReadScene pose = posed.read(s(0.8), edits);
     const MemoryReservation others(limits.memory, MemoryPart::kFilm,
                                    budget.limit() - budget.reserved() - left, "others");
     try {
-      ASSERT_TRUE(posed.repose(std::move(pose), edits, progress));
+      posed.pose(std::move(pose));
+      EXPECT_TRUE(posed.reposed());
       break;
     } catch (const InputError&) {
-      memory.fail(file);
-      expect_same_bits(picture(posed.scene(), camera), before,
+      expect_same_bits(picture(posed.scene(), posed.camera()), before,
                        std::to_string(left) + " bytes left");
+      EXPECT_EQ(budget.reserved() - others.bytes(), reserved) << left;
       ++failures;
     }
   }
   EXPECT_GT(failures, 10);
-  EXPECT_NE(picture(posed.scene(), camera).values, before.values);
+  EXPECT_NE(picture(posed.scene(), posed.camera()).values, before.values);
 }
 
 TEST_F(Repose, AHundredPosesTakeNoMoreMemoryThanOne) {
@@ -277,17 +273,10 @@ TEST_F(Repose, AHundredPosesTakeNoMoreMemoryThanOne) {
   const auto s = [this](double time, bool shutter = false) {
     return at("all that moves", {time, shutter});
   };
-  SceneFile file(s(0), progress, false, false);
-  PosedMemory memory(limits.memory);
-  const SceneBuildOptions build{.editable = true, .posable = true};
-  memory.begin(file);
-  std::unique_ptr<Scene> scene = build_scene(file.pose(s(0.8), {}, progress), build, progress);
-  memory.end(file);
+  std::unique_ptr<OpenScene> scene =
+      ReadScene(s(0.8), {}, {.poses = true}, progress).build(progress);
   const auto pose = [&](double time, bool shutter) {
-    memory.begin(file);
-    ASSERT_TRUE(repose_scene(scene, file.pose(s(time, shutter), scene->mesh_keys(), progress),
-                             build, progress));
-    memory.end(file);
+    EXPECT_TRUE(scene->pose(scene->read(s(time, shutter), {}, progress), progress));
   };
   pose(0.0, false);
   pose(0.8, false);
@@ -296,12 +285,28 @@ TEST_F(Repose, AHundredPosesTakeNoMoreMemoryThanOne) {
   pose(0.8, false);
   EXPECT_EQ(limits.memory->reserved(), once);
   for (int i = 0; i < 100; ++i) {
-    memory.begin(file);
-    EXPECT_THROW(file.pose(settings(file_, "nothing", {0.0}), {}, progress), UsageError);
-    memory.fail(file);
+    EXPECT_THROW(scene->read(settings(file_, "nothing", {0.0}), {}, progress), UsageError);
   }
   pose(0.8, false);
   EXPECT_NEAR(double(limits.memory->reserved()), double(once), 0.01 * double(once));
+  scene.reset();
+  EXPECT_EQ(limits.memory->reserved(), 0u);
+}
+
+TEST_F(Repose, WhatIsReadAndNotBuiltIsGivenBack) {
+  LoadLimits limits;
+  limits.memory = std::make_shared<MemoryBudget>(uint64_t(1) << 40);
+  LoadProgress progress({}, {}, limits);
+  FrameSettings s = at("all that moves", {0.8});
+  s.environment = std::string(EMBERLINE_SCENES) + "/dusk.hdr";
+  for (const bool poses : {false, true}) {
+    { const ReadScene read(s, {}, {.poses = poses}, progress); }
+    EXPECT_EQ(limits.memory->reserved(), 0u) << poses;
+    s.catchers = "no such node";
+    EXPECT_THROW(ReadScene(s, {}, {.poses = poses}, progress).build(progress), UsageError);
+    EXPECT_EQ(limits.memory->reserved(), 0u) << poses;
+    s.catchers.clear();
+  }
 }
 
 // Far from the origin, where the space is not the world's.

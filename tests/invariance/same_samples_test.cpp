@@ -7,8 +7,8 @@
 #include <cstring>
 
 #include "renderer/drivers/bisection_schedule.h"
-#include "renderer/frame/bucket_schedule.h"
-#include "renderer/frame/render_worker.h"
+#include "renderer/drivers/bucket_schedule.h"
+#include "renderer/engine/render_worker.h"
 #include "support/busy_scene.h"
 #include "support/moving_scenes.h"
 #include "support/render.h"

@@ -15,7 +15,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/hash.h"
 #include "renderer/drivers/adaptive_driver.h"
-#include "renderer/frame/bucket_schedule.h"
+#include "renderer/drivers/bucket_schedule.h"
 #include "support/busy_scene.h"
 #include "support/render.h"
 

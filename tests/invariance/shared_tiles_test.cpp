@@ -9,6 +9,8 @@
 #include <set>
 #include <thread>
 
+#include "renderer/drivers/driver_table.h"
+#include "renderer/engine/frame_render.h"
 #include "support/busy_scene.h"
 #include "support/render.h"
 

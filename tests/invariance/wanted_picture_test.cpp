@@ -3,6 +3,8 @@
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
+#include "renderer/drivers/driver_table.h"
+#include "renderer/engine/frame_render.h"
 #include "support/render.h"
 #include "support/scenes.h"
 

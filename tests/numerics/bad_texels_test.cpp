@@ -2,7 +2,7 @@
 #include <cstring>
 
 #include "closed_form.h"
-#include "io/image_input.h"
+#include "io/image/input.h"
 #include "support/encoded_images.h"
 #include "support/scenes.h"
 

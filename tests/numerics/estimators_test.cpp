@@ -5,7 +5,7 @@
 #include <array>
 
 #include "closed_form.h"
-#include "io/gltf.h"
+#include "io/gltf/gltf_file.h"
 #include "naive_path_tracer.h"
 #include "renderer/core/moments.h"
 #include "support/lit_scenes.h"

@@ -369,15 +369,14 @@ TEST(SurfaceRoles, AreOfNodesAndWhatIsBelowThem) {
   EXPECT_EQ(roles("set", "leaf"), "cchh");
   EXPECT_EQ(roles("leaf", "a\\, b \\\\"), "-hcc");
   EXPECT_EQ(roles("1,,4", ""), "c--c") << "by number; nothing between commas";
-  EXPECT_EQ(
-      message_of(scene, "flor", ""),
-      "--catcher: no node 'flor'; the nearest names are 'floor', 'leaf', 'set', 'a\\, b \\\\'");
+  EXPECT_EQ(message_of(scene, "flor", ""),
+            "catcher: no node 'flor'; the nearest names are 'floor', 'leaf', 'set', 'a\\, b \\\\'");
   EXPECT_EQ(message_of(scene, "floor", "floor"),
-            "--holdout: the node 'floor' is a catcher already; leave it out of one of the two");
-  EXPECT_EQ(message_of(scene, "", "lamp").substr(0, 68),
-            "--holdout: the node 'lamp' has no mesh, nor has one below it; the ne");
+            "holdout: the node 'floor' is a catcher already; leave it out of one of the two");
+  EXPECT_EQ(message_of(scene, "", "lamp").substr(0, 66),
+            "holdout: the node 'lamp' has no mesh, nor has one below it; the ne");
   EXPECT_EQ(message_of({}, "x", ""),
-            "--catcher: no node 'x'; the file has no nodes with a mesh and a name");
+            "catcher: no node 'x'; the file has no nodes with a mesh and a name");
 }
 
 }  // namespace

@@ -46,6 +46,24 @@ TEST(PunctualLight, PointFromNearAndFar) {
     }
 }
 
+// Inverse square within the range, nothing beyond.
+TEST(PunctualLight, Range) {
+  for (const double d : {.01, 1.0, 1e6})
+    for (const double share : {.999, 1.001}) {
+      Receiver r;
+      r.half_size = .2 * d;
+      r.camera_height = .001 * d;
+      r.view_half_size = 1e-6 * d;
+      const RenderSettings s = direct_light_settings(16);
+      PunctualLightDescription light =
+          lamp(PunctualType::kPoint, {0, d, 0}, {0, -1, 0.1}, float(3 * d * d));
+      light.range = float(d / share);
+      const double exact = share < 1 ? 3 : 0;
+      expect_case({"10", "point at " + shown(share) + " of its range, " + shown(d)},
+                  measured_irradiance(lit(light, r, s), exact, exact * 1.1e-5), replay(s));
+    }
+}
+
 // The flux through a closed box is 4 pi I, wherever the light stands in it: the sum over six walls
 // of area times mean irradiance. The spread over seeds is the standard error: a wall's pixels have
 // different expected values.

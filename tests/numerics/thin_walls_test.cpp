@@ -353,5 +353,36 @@ TEST(ThinWalls, TakeATwentiethOfTheVariance) {
   EXPECT_LT(20 * square(both.standard_error), square(alone.standard_error));
 }
 
+// A floor under a solid slab gets nothing from a lamp above it, and all light samples of the floor
+// are counted as blocked. A scene without solid glass counts nothing.
+TEST(SolidGlass, LightSamplesThatItBlocksAreCounted) {
+  for (const bool solid : {true, false}) {
+    SceneBuilderForTests b;
+    b.add_box({-9, .5f, -9}, {9, .6f, 9}, b.add_material(glass(1.5f, 0, solid)));
+    b.add_floor(5, 0, b.add_material(lambert(Rgb(1.0f))));
+    b.add_point_light({0, 2, 0}, Rgb(4.0f));
+    RenderSettings s;
+    s.spp = 64;
+    const OpticsCounters counted =
+        render(*b.build(), perspective({1, .3, 0}, {0, 0, 0}, 20), s).counters.optics;
+    EXPECT_EQ(counted.point_light_samples > 100u, solid);
+    EXPECT_EQ(counted.blocked_share(), solid ? 1.0 : 0.0);
+  }
+}
+
+// An opaque lid blocks them, not the glass.
+TEST(SolidGlass, WhatOtherThingsBlockIsNotCounted) {
+  SceneBuilderForTests b;
+  b.add_box({-9, .5f, -9}, {9, .6f, 9}, b.add_material(glass(1.5f, 0)));
+  const int chalk = b.add_material(lambert(Rgb(1.0f)));
+  b.add_floor(5, 0, chalk);
+  b.add_box({-9, 1, -9}, {9, 1.1f, 9}, chalk);
+  b.add_point_light({0, 2, 0}, Rgb(4.0f));
+  const OpticsCounters counted =
+      render(*b.build(), perspective({1, .3, 0}, {0, 0, 0}, 20), RenderSettings()).counters.optics;
+  EXPECT_GT(counted.point_light_samples, 0u);
+  EXPECT_EQ(counted.blocked_by_glass, 0u);
+}
+
 }  // namespace
 }  // namespace emberline

@@ -1,16 +1,170 @@
 """What is wrong is said in one line, by the right type; nothing is taken for what it is not."""
+import functools
+import itertools
 import json
 import logging
 import os
 import unittest
+from unittest import mock
 
 import numpy as np
 
 import emberline
-from support import BOX, ROOT, SMALL, Test
+from support import BOX, ROOT, SMALL, Test, python
+
+
+# Everything that a class offers, of an object that was never built, in a process that may crash.
+UNMADE = """
+import copy, pickle, sys, types
+import emberline
+kind = getattr(emberline, sys.argv[1])
+made = "before its __init__() has run"
+tried = 0
+for name, member in vars(kind).items():
+    if name in ("__init__", "__doc__", "__module__", "__weakref__", "__reduce__", "__reduce_ex__", "help"):
+        continue
+    for arguments in ((), ("spp",), ("spp", 1)):
+        unmade = kind.__new__(kind)
+        try:
+            value = getattr(unmade, name)
+            value(*arguments) if callable(value) else None
+        except TypeError as error:
+            assert made in str(error) or "incompatible function arguments" in str(error), (name, error)
+            tried += made in str(error)
+        else:
+            assert False, name
+unmade = kind.__new__(kind)
+for protocol in range(pickle.HIGHEST_PROTOCOL + 1):
+    for call in (lambda: pickle.dumps(unmade, protocol), lambda: unmade.__reduce_ex__(protocol), unmade.__reduce__):
+        try:
+            call()
+        except TypeError as error:
+            assert "cannot pickle" in str(error), error
+        else:
+            assert False, protocol
+print(tried)
+"""
+
+
+class Unmade(Test):
+    """Objects whose __init__ has not run, and what only says that it is one of ours."""
+
+    def test_nothing_can_be_asked_of_them(self):
+        for name in ("Settings", "Scene", "Progress", "Picture", "Comparison"):
+            with self.subTest(name):
+                process = python(UNMADE, name)
+                out, err = process.communicate(timeout=100)
+                self.assertEqual((process.returncode, err), (0, ""))
+                self.assertGreater(int(out), 2)
+
+    def test_nothing_takes_them(self):
+        unmade = {kind: kind.__new__(kind) for kind in (emberline.Settings, emberline.Scene, emberline.Picture)}
+        scene, picture = unmade[emberline.Scene], unmade[emberline.Picture]
+        settings = unmade[emberline.Settings]
+        for call in (
+            lambda: emberline.render(scene),
+            lambda: emberline.render(self.box, settings),
+            lambda: emberline.Settings(settings),
+            lambda: emberline.Scene(BOX, settings),
+            lambda: emberline.write("a.exr", picture),
+            lambda: emberline.compare(picture, picture),
+            lambda: emberline.flip(picture, picture),
+            lambda: self.box.edit({}, environment=picture),
+        ):
+            with self.says(TypeError, "before its __init__() has run"):
+                call()
+        with self.says(TypeError, "a Mock"):
+            emberline.compare(mock.Mock(spec=emberline.Picture), np.zeros((2, 2, 3), "float32"))
+
+    def test_subclasses_that_use_themselves_too_early(self):
+        class Early(emberline.Scene):
+            def __init__(self):
+                self.size = self.settings["size"]
+                super().__init__(BOX)
+
+        class Presets(emberline.Settings):
+            def __init__(self):
+                self["spp"] = 3
+
+        class Both(emberline.Settings, emberline.Scene):
+            def __init__(self):
+                emberline.Settings.__init__(self, spp=3)
+                self.lights
+
+        for kind in (Early, Presets, Both):
+            with self.says(TypeError, "before its __init__() has run"):
+                kind()
+
+        class Late(emberline.Scene):
+            def __init__(self):
+                super().__init__(BOX, **SMALL)
+                self.spp = self.settings["spp"]
+
+        self.assertEqual(Late().spp, "4")
 
 
 class WrongInput(Test):
+    def test_values_that_hold_themselves(self):
+        loop = []
+        loop.append(loop)
+        deep = []
+        for _ in range(100000):
+            deep = [deep]
+
+        class Item:
+            ndim = 0
+
+            def item(self):
+                return self
+
+        for value in (loop, [loop], (1, loop), np.array([loop, 1], dtype=object), deep, [[1, 2], 3]):
+            with self.says(TypeError, "look-at: an array of one dimension"):
+                emberline.Settings(look_at=value)
+        with self.assertRaises(RecursionError):
+            emberline.Settings(spp=Item())
+        with self.says(ValueError, "Circular"):
+            self.box.edit({"lights": loop})
+        with self.says(TypeError, "channels: a list"):
+            emberline.write("a.exr", np.zeros((2, 2, 1), "float32"), channels=loop)
+
+    def test_bools_sets_and_control_characters(self):
+        picture = np.zeros((2, 2, 3), "float32")
+        for names in ({"R", "G", "B"}, frozenset("RGB")):
+            with self.says(TypeError, "channels: a ", "in an order"):
+                emberline.write("a.exr", picture, channels=names)
+        for name in ("R\n", "R\x7f", "\tR"):
+            with self.says(ValueError, "channels", "control characters"):
+                emberline.write("a.exr", picture, channels=[name, "G", "B"])
+        for name in ("threads", "load_timeout", "memory_limit"):
+            with self.says(TypeError, name):
+                emberline.Scene(BOX, **{name: True})
+
+    def test_what_the_machine_gives(self):
+        """The command's ranges, and one line for another type."""
+        scene = functools.partial(emberline.Scene, BOX)
+        render = functools.partial(emberline.render, self.box)
+        read = functools.partial(emberline.read, ROOT / "scenes/dusk.hdr")
+        for threads in (-1, 4097, 1 << 40):
+            for call in (scene, render):
+                with self.says(emberline.UsageError, f"threads: {threads}"):
+                    call(threads=threads)
+        for seconds in (-1, 0, 0.0009, 1e10, float("nan"), float("inf")):
+            for call in (scene, read):
+                with self.says(emberline.UsageError, "load_timeout", "0.001 to 1000000000"):
+                    call(load_timeout=seconds)
+        for size in (-1, 0):
+            for call in (scene, read):
+                with self.says(emberline.UsageError, "memory", str(size)):
+                    call(memory_limit=size)
+        for wrong, name in ((2.0, "threads"), ("2", "threads"), ("1G", "memory_limit"), (1.5, "memory_limit"),
+                            ("1", "load_timeout"), ([], "load_timeout")):
+            with self.says(TypeError, name):
+                scene(**{name: wrong})
+        with self.says(ValueError, "threads"):
+            scene(threads=1 << 100)
+        render(threads=np.int32(2))
+        scene(threads=4096, load_timeout=np.float32(60), memory_limit=np.int64(1 << 32))
+
     def test_one_hierarchy(self):
         for kind in (emberline.UsageError, emberline.InputError, emberline.RenderError):
             self.assertEqual(kind.__bases__, (emberline.Error,))
@@ -20,7 +174,7 @@ class WrongInput(Test):
     def test_settings(self):
         with self.says(emberline.UsageError, "did you mean 'spp'"):
             emberline.Settings(sppp=1)
-        with self.says(emberline.UsageError, "--spp", "'0'"):
+        with self.says(emberline.UsageError, "spp", "'0'"):
             emberline.render(self.box, spp=0)
         with self.says(emberline.UsageError, "did you mean 'sobol'"):
             emberline.render(self.box, sampler="sobel")
@@ -38,7 +192,7 @@ class WrongInput(Test):
             emberline.render(self.box, threads=-1)
         with self.says(emberline.UsageError, "the command alone"):
             emberline.render(self.box, denoise=True)
-        with self.says(emberline.UsageError, "working-space: the command alone"):
+        with self.says(emberline.UsageError, "working_space: the command alone"):
             emberline.Scene(BOX, working_space="acescg")
         with self.says(emberline.UsageError, "cryptomatte: the command alone"):
             emberline.Scene(BOX, cryptomatte="object")
@@ -65,7 +219,7 @@ class WrongInput(Test):
         (folder / "broken.gltf").write_text(json.dumps(broken))
         with self.says(emberline.InputError, "broken.gltf#/meshes/0/primitives/0"):
             emberline.Scene(folder / "broken.gltf")
-        with self.says(emberline.InputError, "--memory-limit"):
+        with self.says(emberline.InputError, "memory_limit raises it"):
             emberline.Scene(BOX, memory_limit=1000)
         with self.says(emberline.InputError, "README.md"):
             emberline.read(ROOT / "README.md")
@@ -148,6 +302,11 @@ class WrongInput(Test):
             (rgb, ValueError, "names of 3", {"channels": ["a"]}),
             (rgb, emberline.UsageError, "two channels a", {"channels": ["a", "a", "b"]}),
             (rgb, emberline.UsageError, "without a proper name", {"channels": ["a", "", "b"]}),
+            (rgb, ValueError, "names of 3", {"channels": itertools.repeat("a")}),
+            (rgb, TypeError, "channels: a int", {"channels": [1, 2, 3]}),
+            (rgb, TypeError, "channels: a bytes", {"channels": [b"a", b"b", b"c"]}),
+            (rgb, ValueError, "is no text", {"channels": ["a\udcff", "b", "c"]}),
+            (rgb, emberline.UsageError, "proper name", {"channels": ["a" * 256, "b", "c"]}),
             (rgb[0, 0], ValueError, "(3,)", {}),
             (rgb[:0], ValueError, "(0, 24, 3)", {}),
             ("picture", TypeError, "a str", {}),
@@ -160,6 +319,9 @@ class WrongInput(Test):
         ):
             with self.subTest(text), self.says(kind, text):
                 emberline.write(out, wrong, **more)
+        many = np.zeros((1, 1, 4097), "float32")
+        with self.says(emberline.UsageError, "more than 4096 channels"):
+            emberline.write(out, many, channels=map(str, range(4097)))
         with self.says(emberline.UsageError, "no channel R"):
             emberline.write(folder / "a.png", rgb[..., 0])
         self.assertEqual(os.listdir(folder), [])

@@ -68,6 +68,54 @@ class Pictures(Test):
             for layer in ("RGB", "A", "N", "samples"):
                 np.testing.assert_array_equal(picture[layer], command[layer])
 
+    def command(self, scene, layers, *options):
+        """What the command renders of it, SMALL."""
+        file = self.folder() / "a.exr"
+        common = ["--size", "24x16", "--spp", "4", "--max-depth", "3", "--quiet"]
+        subprocess.run([EMBERLINE, "render", scene, "-o", file, *common, *options], check=True)
+        picture = emberline.read(file)
+        return {layer: picture[layer] for layer in layers}
+
+    def test_poses(self):
+        blade = SCENES / "moving_blade.glb"
+        layers = ("RGB", "Z", "velocity")
+        scene = emberline.Scene(blade, animated=True, aov="Z,velocity", time=0.3, **SMALL)
+        edit = {"lights": [{"kind": "material", "name": "window", "on": False}]}
+        seen = []
+        for when in ({"time": 0.02}, {"time": 0.3, "shutter": (0, 0.5)}, {"time": 0.02}):
+            scene.pose(**when)
+            options = [f"--{name}={','.join(map(str, v)) if isinstance(v, tuple) else v}" for name, v in when.items()]
+            command = self.command(blade, layers, "--aov", "Z,velocity", *options)
+            picture = emberline.render(scene)
+            for layer in layers:
+                np.testing.assert_array_equal(picture[layer], command[layer])
+            scene.edit(edit)
+            dark = emberline.render(scene)["RGB"]
+            scene.pose(**when)  # the edits stay
+            np.testing.assert_array_equal(emberline.render(scene)["RGB"], dark)
+            scene.edit({})
+            seen.append(picture["RGB"])
+        self.assertFalse(np.array_equal(seen[0], seen[1]))
+        for wrong in ({"time": "soon"}, {"animation": "none"}, {"time": 0.1, "frame": 2}):
+            with self.says(emberline.UsageError, *list(wrong)[:1]):
+                scene.pose(**wrong)
+        np.testing.assert_array_equal(emberline.render(scene)["RGB"], seen[2])
+        for still in (emberline.Scene(blade, **SMALL), emberline.Scene(BOX, animated=True, **SMALL)):
+            with self.says(emberline.UsageError, "pose"):
+                still.pose(time=1)
+
+    def test_catchers_and_holdouts(self):
+        settings = {"catcher": "floor", "holdout": "tall block", "transparent": True}
+        layers = ("RGB", "A", "shadow")
+        command = self.command(BOX, layers, "--catcher", "floor", "--holdout", "tall block", "--transparent")
+        scene = emberline.Scene(BOX, **SMALL, **settings)
+        picture = emberline.render(scene)
+        for layer in layers:
+            np.testing.assert_array_equal(picture[layer], command[layer])
+        self.assertEqual(picture["A"].min(), 0)
+        with self.says(emberline.UsageError, "holdout", "loaded with another value"):
+            emberline.render(scene, holdout="short block")
+
     def test_edits(self):
         scene = emberline.Scene(BOX, **SMALL)
         whole = emberline.render(scene)["RGB"]

@@ -13,7 +13,7 @@ import emberline
 ROOT = Path(__file__).resolve().parents[2]
 SCENES = ROOT / "scenes"
 BOX = SCENES / "cornell_box.glb"
-EXAMPLES = ROOT / "renderer/python/examples"
+EXAMPLES = ROOT / "renderer/api/python/examples"
 SMALL = {"size": (24, 16), "spp": 4, "max_depth": 3}
 
 logging.getLogger("emberline").addHandler(logging.NullHandler())

@@ -198,6 +198,68 @@ sys.exit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
         _, err = process.communicate(timeout=100)
         self.assertEqual((process.returncode, err), (0, ""))
 
+    def test_a_process_forked_amid_a_render_ends(self):
+        code = """
+import gc, os, sys, threading, time
+import emberline
+file, what = sys.argv[1:]
+scene = emberline.Scene(file, size=(64, 48))
+def child():
+    if what == "exit":
+        sys.exit(7)
+    if what == "forget":
+        globals().pop("scene")
+        gc.collect()
+        sys.exit(7)
+    try:
+        emberline.read(file) if what == "read" else scene.edit({}) if what == "edit" else emberline.render(scene)
+    except emberline.Error:
+        sys.exit(7)
+def wait(pid):
+    patience = time.monotonic() + 20
+    while time.monotonic() < patience:
+        found, status = os.waitpid(pid, os.WNOHANG)
+        if found:
+            return os.waitstatus_to_exitcode(status)
+        time.sleep(0.01)
+    os.kill(pid, 9)
+    return "it hangs"
+ended = threading.Event()
+forked = []
+def progress(now):
+    if what == "callback" and len(forked) < 5:
+        pid = os.fork()
+        if pid == 0:
+            return sys.exit(7) if len(forked) % 2 else None
+        forked.append(wait(pid))
+    return not ended.is_set()
+parent = os.getpid()
+def work():
+    try:
+        emberline.render(scene, driver="bisection", spp=1 << 24, progress=progress)
+    except (emberline.RenderError, SystemExit):
+        os._exit(7 if os.getpid() != parent else 1)
+thread = threading.Thread(target=work)
+thread.start()
+time.sleep(0.2)
+while what != "callback" and len(forked) < 5:
+    pid = os.fork()
+    if pid == 0:
+        child()
+        os._exit(1)
+    forked.append(wait(pid))
+while len(forked) < 5:
+    time.sleep(0.01)
+ended.set()
+thread.join()
+print(forked)
+"""
+        for what in ("exit", "forget", "read", "edit", "render", "callback"):
+            with self.subTest(what):
+                process = python(code, BOX, what)
+                out, err = process.communicate(timeout=150)
+                self.assertEqual((process.returncode, out, err), (0, "[7, 7, 7, 7, 7]\n", ""))
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -3,6 +3,7 @@
     session_test.py PROGRAM SCENES EXAMPLE [TEST...]
 """
 import contextlib
+import fcntl
 import json
 import math
 import mmap
@@ -333,6 +334,80 @@ class Ends(SessionTest):
         host, _ = self.opened("--spp", "100000")
         self.assertTrue(host.ask("quit")["ok"])
         self.assertEqual(host.end()[0::2], (0, []))
+
+    def saving(self, *files):
+        """Lines that save to these, and quit."""
+        lines = [{"do": "save", "id": f"save {file}", "file": os.path.join(self.folder.name, file)} for file in files]
+        return b"".join(json.dumps(line).encode() + b"\n" for line in [*lines, {"do": "quit", "id": "quit"}])
+
+    def test_saves_before_quit_are_told(self):
+        """All at once, as a script does: each file is answered for, and one that failed is in the exit code."""
+        for files, code, complaint in (
+            (["a.exr", "b.png", "c.json"], 0, None),
+            (["d.exr", "no/e.exr", "f.png"], 1, "no/e.exr"),
+            (["g.gif"], 1, "g.gif"),
+            (["no/h.json", "no/i.png"], 1, "(and 1 more that could not be saved)"),
+        ):
+            with self.subTest(files):
+                host, _ = self.opened()
+                host.finished()
+                exit_code, said, complaints = host.end(self.saving(*files))
+                answers = {message["id"]: message["ok"] for message in said if "ok" in message}
+                written = [file for file in files if os.path.exists(os.path.join(self.folder.name, file))]
+                self.assertEqual(answers, {"quit": True, **{f"save {file}": file in written for file in files}})
+                self.assertEqual((exit_code, len(complaints)), (code, 1 if complaint else 0), complaints)
+                self.assertEqual(len(written), len(files) if code == 0 else 2 if "d.exr" in files else 0)
+                if complaint:
+                    self.assertIn(complaint, complaints[0])
+
+    def test_a_save_that_is_refused_counts_as_failed(self):
+        host = self.host()
+        exit_code, said, complaints = host.end(self.saving("a.exr"))
+        self.assertEqual((exit_code, len(complaints)), (1, 1), complaints)
+        self.assertIn("no picture", complaints[0])
+        host = self.host()
+        exit_code, said, complaints = host.end(b'{"id":{},"do":"save","file":"q.exr"}\n{"do": "quit"}\n')
+        self.assertEqual((exit_code, len(complaints)), (1, 1), complaints)
+        host = self.host()
+        command = json.dumps({"id": 1, "do": "open", "scene": SCENE}).encode() + b"\n"
+        exit_code, said, _ = host.end(command + b'{"do": "quit"}\n')
+        self.assertEqual(exit_code, 0)
+        self.assertEqual([message["id"] for message in said if "ok" in message], [1])
+
+    def test_saves_before_the_end_without_quit(self):
+        host, _ = self.opened()
+        host.finished()
+        exit_code, said, complaints = host.end(self.saving("a.exr", "no/b.exr").replace(b"quit", b"cancel"))
+        self.assertEqual((exit_code, len(complaints)), (3, 1), complaints)
+        self.assertEqual({m["id"]: m["ok"] for m in said if "ok" in m and "save" in m["id"]},
+                         {"save a.exr": True, "save no/b.exr": False})
+
+    def test_what_a_writer_leaves_in_the_pipe_is_carried_out(self):
+        """It closes while its answers are unread and the session has stopped listening."""
+        for file, code in (("a.exr", 0), ("no/b.exr", 1)):
+            with self.subTest(file):
+                host, _ = self.opened()
+                host.finished()
+                fcntl.fcntl(host.process.stdin, fcntl.F_SETPIPE_SZ, 1 << 20)
+                line = b'{"id": "' + b"x" * 900 + b'", "do": "cancel"}\n'
+                host.send(800 * line + self.saving(file))
+                time.sleep(0.3)
+                self.assertIsNone(host.process.poll())
+                host.process.stdin.close()
+                self.assertTrue(wait_until(lambda: host.process.poll() is not None))
+                self.assertEqual(host.process.returncode, code)
+                self.assertEqual(os.path.exists(os.path.join(self.folder.name, file)), code == 0)
+
+    def test_a_slow_reader_gets_all(self):
+        host, _ = self.opened()
+        host.finished()
+        host.send(100 * (b'{"id": "' + b"x" * 900 + b'", "do": "cancel"}\n') + self.saving("no/a.exr"))
+        said = b""
+        while chunk := os.read(host.process.stdout.fileno(), 4096):
+            said += chunk
+            time.sleep(0.1)
+        self.assertTrue(b'"id":"save no/a.exr","ok":false' in said)
+        self.assertEqual(host.process.wait(), 1)
 
     def test_nonsense(self):
         said = self.ends(b"nonsense\n", 3, "line 1")

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "io/gltf.h"
+#include "io/gltf/gltf_file.h"
 #include "support/gltf_builder.h"
 
 namespace emberline::test {

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "renderer/charts/colour_map.h"
+#include "renderer/statistics/colour_map.h"
 
 namespace emberline::test {
 

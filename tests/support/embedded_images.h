@@ -1,7 +1,7 @@
 // Images in scenes, made by our own writer.
 #pragma once
 
-#include "io/image_output.h"
+#include "io/image/output.h"
 #include "support/gltf_builder.h"
 
 namespace emberline::test {

@@ -3,7 +3,7 @@
 
 #include <string_view>
 
-#include "renderer/charts/pixel_text.h"
+#include "renderer/statistics/pixel_text.h"
 
 namespace emberline::test {
 

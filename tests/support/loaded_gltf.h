@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "io/gltf.h"
+#include "io/gltf/gltf_file.h"
 #include "renderer/core/errors.h"
 #include "support/gltf_builder.h"
 

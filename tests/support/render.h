@@ -14,8 +14,9 @@
 #include <string>
 #include <vector>
 
-#include "renderer/drivers/frame_plan.h"
-#include "renderer/frame/frame_render.h"
+#include "renderer/drivers/driver_table.h"
+#include "renderer/engine/frame_plan.h"
+#include "renderer/engine/frame_render.h"
 
 namespace emberline::test {
 

@@ -77,6 +77,23 @@ class SceneBuilderForTests {
     }
   }
 
+  // A closed box.
+  static MeshDescription box(const Vec3f& low, const Vec3f& high, int material) {
+    MeshDescription mesh;
+    mesh.name = "box";
+    mesh.material = material;
+    for (int i = 0; i < 8; ++i) {
+      mesh.positions.emplace_back((i & 1 ? high : low).x, (i & 2 ? high : low).y,
+                                  (i & 4 ? high : low).z);
+    }
+    mesh.triangles = {{0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}, {0, 1, 5}, {0, 5, 4},
+                      {2, 6, 7}, {2, 7, 3}, {0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}};
+    return mesh;
+  }
+  void add_box(const Vec3f& low, const Vec3f& high, int material) {
+    place(add_mesh(box(low, high, material)));
+  }
+
   // A latitude-longitude sphere with flat faces of `rings` x 2 rings; inside out if `inward`.
   static MeshDescription sphere(float radius, int rings, int material, bool inward = false,
                                 bool smooth = false) {
@@ -157,10 +174,9 @@ inline Mat44d translation(double x, double y, double z) {
   return m;
 }
 
-inline Mat44d scaling(double s) {
-  Mat44d m;
-  for (int i = 0; i < 3; ++i) m[i][i] = s;
-  return m;
+inline Mat44d scaling(double x, double y, double z) {
+  return {x, 0, 0, 0, 0, y, 0, 0, 0, 0, z, 0, 0, 0, 0, 1};
 }
+inline Mat44d scaling(double s) { return scaling(s, s, s); }
 
 }  // namespace emberline::test

@@ -8,6 +8,7 @@
 #include <stop_token>
 #include <vector>
 
+#include "renderer/engine/frame_observer.h"
 #include "support/render.h"
 
 namespace emberline::test {

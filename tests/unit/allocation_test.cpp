@@ -209,6 +209,39 @@ TEST(ShareSamples, HugeRangesOfRates) {
   }
 }
 
+// Rates grow with a frame's light; the shares do not.
+TEST(ShareSamples, AFactorOfAllRatesChangesNothing) {
+  Problem p = random_problem(3100, 777, 6.0);
+  for (const auto share : {&share_samples, &share_steps}) {
+    std::vector<float> reference, counts;
+    share(p.rates, p.bounds, p.total, &reference);
+    for (int exponent = -20; exponent <= 20; ++exponent) {
+      std::vector<float> rates = p.rates;
+      for (float& rate : rates) rate = std::ldexp(rate, exponent);
+      share(rates, p.bounds, p.total, &counts);
+      for (size_t i = 0; i < counts.size(); ++i) {
+        ASSERT_NEAR(counts[i], reference[i], 1e-3f * reference[i]) << exponent;
+      }
+    }
+  }
+}
+
+// A rate that is no number gives its pixel the least, and the others what there is.
+TEST(ShareSamples, RatesThatAreNoNumbers) {
+  for (const auto share : {&share_samples, &share_steps}) {
+    for (const float rate : {std::nanf(""), -std::nanf("")}) {
+      const std::vector<float> rates = {1.0f, rate, 3.0f, rate};
+      const std::vector<SampleBounds> bounds(4, {8, 4096});
+      std::vector<float> counts;
+      share(rates, bounds, 1000.0, &counts);
+      EXPECT_EQ(counts[1], 8.0f);
+      EXPECT_EQ(counts[3], 8.0f);
+      EXPECT_LE(sum_of(counts), 1001.0);
+      EXPECT_GE(sum_of(counts), 650.0);
+    }
+  }
+}
+
 TEST(ShareSamples, AnyThreads) {
   const Problem p = random_problem(4000, 100'003, 6.0);
   const std::vector<float> reference = solve(p);

@@ -1,5 +1,5 @@
 // Files that appear whole or not at all.
-#include "io/atomic_file.h"
+#include "io/files/atomic_file.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

@@ -160,8 +160,8 @@ TEST(BlueNoiseSampler, OtherCountsAreRefused) {
     FAIL() << "accepted 48 samples";
   } catch (const UsageError& error) {
     const std::string text = error.what();
-    EXPECT_EQ(text.find("--spp: 48 is not a power of two"), 0u) << text;
-    EXPECT_NE(text.find("--sampler blue_noise"), std::string::npos) << text;
+    EXPECT_EQ(text.find("spp: 48 is not a power of two"), 0u) << text;
+    EXPECT_NE(text.find("sampler blue_noise"), std::string::npos) << text;
     EXPECT_NE(text.find("32 and 64"), std::string::npos) << text;
   }
   for (uint32_t count = 1; count <= 1u << 24; count *= 2) EXPECT_NO_THROW(blue_noise(count, 9, 9));

@@ -1,5 +1,5 @@
 // Axes: round ticks inside the range, for any values.
-#include "renderer/charts/chart_axis.h"
+#include "renderer/statistics/chart_axis.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Colour maps against the published tables, and what they promise to those who read them.
-#include "renderer/charts/colour_map.h"
+#include "renderer/statistics/colour_map.h"
 
 #include <gtest/gtest.h>
 

@@ -7,9 +7,9 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "io/exr_writer.h"
-#include "io/image_input.h"
-#include "io/image_output.h"
+#include "io/exr/writer.h"
+#include "io/image/input.h"
+#include "io/image/output.h"
 #include "renderer/core/errors.h"
 #include "unit/output_folder.h"
 

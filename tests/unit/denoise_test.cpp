@@ -243,6 +243,66 @@ TEST(Denoise, NoNumberOutOfNonNumbers) {
   }
 }
 
+// Exposure, strength and units of a scene are a factor: the picture is that factor's, and the error
+// is a number, as small as the picture is dark and no more than a display shows.
+TEST(Denoise, AFramesScaleMakesNoNumberANonNumber) {
+  const SyntheticHalves plain = some_picture();
+  const DenoisedPicture reference = denoise(plain.input());
+  for (int exponent = -20; exponent <= 20; ++exponent) {
+    SCOPED_TRACE(exponent);
+    const float scale = std::ldexp(1.0f, exponent);
+    SyntheticHalves halves = some_picture();
+    for (size_t s = 0; s < 2; ++s) {
+      for (float& value : halves.colour(s)) value *= scale;
+    }
+    const DenoisedPicture out = denoise(halves.input());
+    double square = 0.0, of_reference = 0.0;
+    for (size_t i = 0; i < out.error.size(); ++i) {
+      ASSERT_TRUE(out.error[i] >= 0.0f && out.error[i] <= 0.5f) << i << ' ' << out.error[i];
+      // Nowhere more than a display's steepest slope makes of the noise.
+      ASSERT_LT(out.error[i], 12.92f * 0.5f * scale) << i;
+      const double value = double(out.colour[0][i]) / double(scale);
+      square += (value - double(plain.truth()[i])) * (value - double(plain.truth()[i]));
+      of_reference += std::pow(double(reference.colour[0][i]) - double(plain.truth()[i]), 2);
+    }
+    EXPECT_TRUE(std::isfinite(out.squared_error_after) && std::isfinite(out.squared_error_before));
+    EXPECT_LT(square, 2.0 * of_reference);
+    if (exponent >= 0) EXPECT_NEAR(square / of_reference, 1.0, 0.05);
+  }
+}
+
+// Pixels without noise in light of any size, and one value that no light has: its neighbours know
+// their error.
+TEST(Denoise, BrightLightWithoutNoiseHasNoError) {
+  for (const float light : {1.0f, 8192.0f, 16385.0f, 32768.0f, 1e6f, 1e10f, 1e15f}) {
+    for (const float sign : {1.0f, -1.0f}) {
+      SCOPED_TRACE(sign * light);
+      SyntheticHalves halves(kWidth, kHeight, 8.0f);
+      halves.set_colour(constant(sign * light), constant(0.0f));
+      for (const float error : denoise(halves.input()).error) ASSERT_EQ(error, 0.0f);
+    }
+  }
+}
+
+// Light is not negative: such a value stays where it is, and no neighbour is filtered with it.
+TEST(Denoise, OneNegativeValueSpoilsOnePixel) {
+  for (const float bad : {-1e3f, -1e4f, -1e10f, -1e15f, -3e38f}) {
+    SCOPED_TRACE(bad);
+    SyntheticHalves halves = some_picture();
+    const DenoisedPicture good = denoise(halves.input());
+    halves.colour(0)[36 * kWidth + 48] = bad;
+    const DenoisedPicture out = denoise(halves.input());
+    int spoilt = 0, unsure = 0;
+    for (size_t i = 0; i < out.error.size(); ++i) {
+      ASSERT_TRUE(out.error[i] >= 0.0f && out.error[i] <= 0.5f) << i;
+      spoilt += std::abs(out.colour[0][i] - good.colour[0][i]) > 0.1f;
+      unsure += out.error[i] > good.error[i] + 0.1f;
+    }
+    EXPECT_EQ(spoilt, 1);
+    EXPECT_LE(unsure, 1);
+  }
+}
+
 TEST(Denoise, FillsPixelsWithoutSamplesFromTheirNeighbours) {
   SyntheticHalves halves(kWidth, kHeight, 8.0f);
   halves.set_colour(constant(0.5f), constant(0.1f));

@@ -124,6 +124,28 @@ TEST(DenoisedError, TheSameForAnyThreads) {
   }
 }
 
+// Light far brighter than white, half of it without noise: the budget holds and the error is known.
+TEST(DenoisedError, BudgetsHoldInAnyLight) {
+  for (const char* estimator : {"two-stream", "nested"}) {
+    for (int exponent = -20; exponent <= 20; exponent += 4) {
+      SCOPED_TRACE(std::string(estimator) + ", 2^" + std::to_string(exponent));
+      const float scale = std::ldexp(1.0f, exponent);
+      SyntheticFrame frame(kWidth, kHeight, 9, [scale](int x, int, TestRandom& random) {
+        return x < kWidth / 2 ? SyntheticFrame::Sample{scale, 2}
+                              : noisy(random, 0.5f * scale, 0.1f * scale);
+      });
+      AdaptiveSettings settings = of_budget(64, ErrorMetric::kDenoised);
+      settings.estimator = estimator;
+      RoundPlanner planner(settings, kWidth, kHeight, 7);
+      frame.render(planner);
+      EXPECT_LE(frame.mean_count(), 64.8);  // counts are rounded by chance
+      EXPECT_GT(frame.mean_count(), 58.0);
+      EXPECT_TRUE(planner.error_estimate() >= 0.0 && planner.error_estimate() <= 0.5);
+      for (const float error : planner.errors().error) ASSERT_TRUE(error >= 0.0f && error <= 0.5f);
+    }
+  }
+}
+
 // What a stop cuts short leaves the map as it was.
 TEST(DenoisedError, AStopIsHonoured) {
   Looked at;

@@ -1,3 +1,3 @@
 emberline_test(denoising_channels_test
   SOURCES denoising_channels_test.cpp
-  LINK emberline_drivers TBB::tbb)
+  LINK emberline_engine TBB::tbb)

@@ -9,8 +9,8 @@
 #include <limits>
 #include <stdexcept>
 
-#include "io/display.h"
-#include "io/image_output.h"
+#include "io/display/display.h"
+#include "io/image/output.h"
 #include "renderer/core/errors.h"
 #include "support/srgb.h"
 #include "unit/output_folder.h"

@@ -1,5 +1,5 @@
 // The display transform against closed forms, and the configs that $OCIO may name.
-#include "io/display.h"
+#include "io/display/display.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -296,6 +296,48 @@ colorspaces:
   std::ofstream(path("my.cube")) << "LUT_1D_SIZE 2\n0 0 0\n1 1 1\n";
   EXPECT_NO_THROW(DisplayTransform({}));
   EXPECT_EQ(display_tables(), std::vector<std::string>{path("my.cube")});
+}
+
+// Words between stars are no aliases, wherever they stand; an alias has an anchor of its name.
+TEST_F(DisplayTest, WordsBetweenStarsAreNoAliases) {
+  std::string comments, bullets, commented;
+  for (int i = 0; i < 40; ++i) {
+    comments += "# the *linear* space, *not* the [*display*] one, {*see* the R&D &notes\n";
+    bullets += "      *bold*, *look* and '*it*'\n";
+    commented += "# - *shared is not used here\n";
+  }
+  const auto config = [](const std::string& description, const std::string& transform) {
+    return "ocio_profile_version: 2\nroles: {default: raw, scene_linear: lin}\n"
+           "file_rules: [!<Rule> {name: Default, colorspace: default}]\n"
+           "displays: {sRGB: [!<View> {name: V, colorspace: out}]}\n"
+           "colorspaces:\n  - !<ColorSpace> {name: lin}\n  - !<ColorSpace> {name: raw, isdata: "
+           "true}\n"
+           "  - !<ColorSpace>\n    name: out\n    description: |\n" +
+           description + "    from_reference: !<GroupTransform> {children: [" + transform + "]}\n";
+  };
+  const std::string anchored = "&shared !<MatrixTransform> {offset: [1, 0, 0, 0]}, *shared";
+  use_config(comments + config(bullets, anchored) + commented + comments);
+  EXPECT_NO_THROW(DisplayTransform({}));
+
+  // Real ones count behind comments, quotes and text that seem to hide them.
+  std::string seventeen = "&a !<MatrixTransform> {offset: [1, 0, 0, 0]}";
+  for (int i = 0; i < 17; ++i) seventeen += ", *a";
+  const std::string tagged = "!<MatrixTransform>&a {offset: [1, 0, 0, 0]}" + seventeen.substr(44);
+  std::string hidden = "!<FileTransform> {src: \"# x\n  # \"}, " + seventeen;
+  for (const std::string& transform : {seventeen, tagged, hidden}) {
+    use_config(config("      text\n", transform));
+    expect_error<InputError>([] { DisplayTransform({}); }, "16 YAML aliases");
+  }
+  // Two damaged bytes are the same name to a parser.
+  std::string damaged = "&\xff !<MatrixTransform> {offset: [1, 0, 0, 0]}";
+  for (int i = 0; i < 17; ++i) damaged += ", *\xfe";
+  use_config(config("      text\n", damaged));
+  expect_error<InputError>([] { DisplayTransform({}); }, "16 YAML aliases");
+  // UTF-16.
+  std::string wide;
+  for (const char c : config("      text\n", seventeen)) wide += std::string{c, '\0'};
+  use_config("\xff\xfe" + wide);
+  expect_error<InputError>([] { DisplayTransform({}); }, "no text in UTF-8");
 }
 
 TEST_F(DisplayTest, NamesOfTheBuiltInConfigStartWithTheDefaults) {

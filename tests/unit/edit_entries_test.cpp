@@ -1,5 +1,5 @@
 // Entries of edits as lists and editors read and change them.
-#include "renderer/window/edit_entries.h"
+#include "renderer/window/panels/edit_entries.h"
 
 #include <gtest/gtest.h>
 

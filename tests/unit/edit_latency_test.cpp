@@ -1,5 +1,5 @@
 // From edits to the pictures that show them.
-#include "renderer/window/edit_latency.h"
+#include "renderer/window/input/edit_latency.h"
 
 #include <gtest/gtest.h>
 

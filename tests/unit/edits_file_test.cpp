@@ -1,5 +1,5 @@
 // Edits to a file and back, and what is said of a file that is wrong.
-#include "io/edits_file.h"
+#include "io/json/edits_file.h"
 
 #include <gtest/gtest.h>
 

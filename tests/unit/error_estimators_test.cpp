@@ -15,6 +15,7 @@
 #include "renderer/drivers/adaptive/chi_square_estimator.h"
 #include "renderer/drivers/adaptive/contrast_estimator.h"
 #include "renderer/drivers/adaptive/dammertz_estimator.h"
+#include "renderer/drivers/adaptive/frame_error.h"
 #include "renderer/drivers/adaptive/kajiya_estimator.h"
 #include "renderer/drivers/adaptive/painter_sloan_estimator.h"
 #include "unit/synthetic_pixels.h"
@@ -78,6 +79,43 @@ TEST_P(EveryEstimator, HostileStatisticsGiveFiniteErrors) {
     for (const float threshold : {0.0f, 0.02f}) {
       for (const float error : estimate(planes_of(width, height, 5, values), threshold)) {
         ASSERT_TRUE(std::isfinite(error) && error >= 0.0f) << error;
+      }
+    }
+  }
+}
+
+// Frames in any unit of light: an error is finite, what a display shows as black or white has none
+// to speak of, and samples go to the same pixels where the metric knows no display.
+TEST_P(EveryEstimator, AFramesScaleMakesNoNumberANonNumber) {
+  const auto scaled_frame = [](int exponent) {
+    const double scale = std::ldexp(1.0, exponent);
+    PixelStatistics pixels = drawn_pixels(40, 30, 16, 4, [&](TestRandom& random) {
+      return scale * (0.2 + 0.1 * random.next_double());
+    });
+    for (size_t c = 0; c < 3; ++c) {  // a row without noise, as the sun's disc or a lamp has it
+      for (size_t x = 0; x < 40; ++x) {
+        pixels.mean[c][x] = float(scale);
+        pixels.variance[c][x] = pixels.stream_difference[c][x] = 0.0f;
+      }
+    }
+    return pixels;
+  };
+  for (const ErrorMetric metric :
+       {ErrorMetric::kDisplay, ErrorMetric::kMse, ErrorMetric::kRelMse}) {
+    ErrorMap reference;
+    GetParam().estimate(scaled_frame(0), {.threshold = 0.01f, .allocation = metric}, &reference);
+    for (int exponent = -20; exponent <= 20; ++exponent) {
+      SCOPED_TRACE(exponent);
+      ErrorMap map;
+      GetParam().estimate(scaled_frame(exponent), {.threshold = 0.01f, .allocation = metric}, &map);
+      for (const float error : map.error) ASSERT_TRUE(error >= 0.0f && error < 1e6f) << error;
+      for (const float rate : map.deviation) ASSERT_TRUE(rate >= 0.0f && rate < 1e18f) << rate;
+      EXPECT_TRUE(std::isfinite(map.missed) && map.missed >= 0.0);
+      EXPECT_TRUE(std::isfinite(frame_error(scaled_frame(exponent), map.missed)));
+      if (metric != ErrorMetric::kMse) continue;
+      for (size_t i = 0; i < map.deviation.size(); ++i) {
+        const float expected = std::ldexp(reference.deviation[i], exponent);
+        ASSERT_NEAR(map.deviation[i], expected, 1e-3f * expected) << i;
       }
     }
   }
@@ -183,7 +221,7 @@ TEST(EstimatorTable, Names) {
     FAIL() << "accepted an unknown name";
   } catch (const UsageError& error) {
     const std::string message = error.what();
-    EXPECT_EQ(message.find("--estimator: unknown estimator 'kajia' (did you mean 'kajiya'?)"), 0u)
+    EXPECT_EQ(message.find("estimator: unknown estimator 'kajia' (did you mean 'kajiya'?)"), 0u)
         << message;
   }
 }

@@ -1,6 +1,6 @@
 // What ExrWriter puts on disk, read back with OpenEXR's own reader; and that failures leave
 // nothing.
-#include "io/exr_writer.h"
+#include "io/exr/writer.h"
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfChromaticitiesAttribute.h>

@@ -220,6 +220,25 @@ TEST(FastFilter, WhatIsNotFiniteDoesNotSpread) {
   }
 }
 
+TEST(FastFilter, AFactorOfAllLightIsOneOfThePicture) {
+  Frame plain(70, 33, 0.5f);
+  plain.add_noise(0.1f);
+  const std::vector<float> reference = plain.filtered();
+  for (int exponent = -20; exponent <= 20; ++exponent) {
+    Frame frame = plain;
+    for (size_t i = 0; i < frame.albedo.size(); ++i) {
+      frame.set(i, std::ldexp(plain.rgba[4 * i], exponent));
+      frame.variance[i] = std::ldexp(plain.variance[i], 2 * exponent);
+    }
+    const std::vector<float> out = frame.filtered();
+    for (size_t i = 0; i < out.size(); ++i) {
+      const float shown = std::ldexp(out[i], i % 4 == 3 ? 0 : -exponent);
+      ASSERT_TRUE(std::isfinite(shown)) << exponent;
+      if (exponent >= 0) ASSERT_NEAR(shown, reference[i], 1e-4f) << exponent;
+    }
+  }
+}
+
 TEST(FastFilter, PixelsWithoutSamplesTakeTheirNeighbours) {
   Frame frame(64, 40);
   for (size_t i = 0; i < frame.albedo.size(); i += 2) {

@@ -297,7 +297,7 @@ TEST(PixelFilterErrors, NamesAndRadii) {
   } catch (const UsageError& error) {
     EXPECT_STREQ(
         error.what(),
-        "--filter: unknown filter 'gausian' (did you mean 'gaussian'?); valid names are box, "
+        "filter: unknown filter 'gausian' (did you mean 'gaussian'?); valid names are box, "
         "gaussian, blackman-harris, mitchell");
   }
   for (const float radius : {0.0f, -1.0f, 33.0f, NAN, INFINITY}) {

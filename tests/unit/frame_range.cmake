@@ -2,4 +2,5 @@ emberline_test(frame_range_test
   SOURCES
     frame_range_test.cpp
     picture_mark_test.cpp
-  LINK emberline_app)
+    whole_picture_test.cpp
+  LINK emberline_app OpenEXR::OpenEXR)

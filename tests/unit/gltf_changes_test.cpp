@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "renderer/core/constants.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "support/animated_gltf.h"
@@ -38,6 +39,7 @@ class GltfChangesTest : public testing::Test {
         {{"type", "spot"},
          {"color", {1, 0.5, 0.25}},
          {"intensity", 8},
+         {"range", 5},
          {"spot", {{"innerConeAngle", 0.1}, {"outerConeAngle", 0.5}}}}};
     gltf_.root["cameras"] = {
         {{"type", "perspective"}, {"perspective", {{"yfov", 0.5}, {"znear", 0.1}}}}};
@@ -79,6 +81,9 @@ class GltfChangesTest : public testing::Test {
           light.cones ? light.cones->at(share) : Vec2f(light.inner_cone, light.outer_cone);
       EXPECT_NEAR(cones.x, still.lights[0].inner_cone, tolerance) << share;
       EXPECT_NEAR(cones.y, still.lights[0].outer_cone, tolerance) << share;
+      const float range =
+          light.range_share ? light.range * light.range_share->at(share) : light.range;
+      EXPECT_NEAR(range, still.lights[0].range, tolerance * light.range) << share;
       EXPECT_NEAR(camera.zoom ? camera.zoom->at(share) : camera.fov_y, still.cameras.at(0).fov_y,
                   double(tolerance))
           << share;
@@ -96,6 +101,7 @@ TEST_F(GltfChangesTest, StepsAreExact) {
              "STEP")
       .point(std::string(kLight) + "/spot/outerConeAngle", {0.5f, 0.7f}, "SCALAR", {0.6f, 0.3f},
              "STEP")
+      .point(std::string(kLight) + "/range", {0.2f, 0.6f}, "SCALAR", {4, 2}, "STEP")
       .point("/cameras/0/perspective/yfov", {0.1f, 0.7f}, "SCALAR", {0.6f, 0.3f}, "STEP");
   expect_stills(0, 1, 1e-6f);
   expect_stills(0.25, 0.75, 1e-6f);
@@ -106,6 +112,32 @@ TEST_F(GltfChangesTest, StepsAreExact) {
   EXPECT_EQ(test::find_flaw(scene), "");
 }
 
+// With a shutter or without; once for each file, and only where the time that is asked for has it.
+TEST_F(GltfChangesTest, ValuesBeyondTheirBoundsAreWarnedOf) {
+  const std::string outer = std::string(kLight) + "/spot/outerConeAngle";
+  AnimationBuilder(gltf_)
+      .point(outer, {0, 1, 2}, "SCALAR", {0.5f, 0.6f, 2.5f})
+      .point(std::string(kLight) + "/intensity", {0, 1, 2}, "SCALAR", {1, 1, -3}, "STEP");
+  const auto said_of = [&](const auto& read) {
+    std::vector<std::string> said;
+    set_log_sink([&](LogKind, std::string_view message) { said.emplace_back(message); });
+    const SceneDescription scene = read();
+    set_log_sink(nullptr);
+    EXPECT_LE(scene.lights.at(0).outer_cone, float(kPiD / 2));
+    std::erase_if(said, [](const std::string& s) { return s.find("clamped") == s.npos; });
+    return said;
+  };
+  EXPECT_TRUE(said_of([&] { return load_at(gltf_, 1); }).empty());
+  EXPECT_TRUE(said_of([&] { return load_open(gltf_, 0.2, 0.9); }).empty());
+  const auto still = said_of([&] { return load_at(gltf_, 2); });
+  ASSERT_EQ(still.size(), 1u);
+  EXPECT_NE(still[0].find("clamped: " + outer + ", " + kLight + "/intensity"), std::string::npos)
+      << still[0];
+  const auto open = said_of([&] { return load_open(gltf_, 1, 1.9); });
+  ASSERT_EQ(open.size(), 1u);
+  EXPECT_TRUE(open[0].ends_with("clamped: " + outer)) << open[0];
+}
+
 TEST_F(GltfChangesTest, ProductsOfStraightLinesAndSplines) {
   AnimationBuilder(gltf_)
       .point(std::string(kLight) + "/intensity", {0, 0.3f, 1}, "SCALAR", {0, 5, 1})
@@ -114,9 +146,20 @@ TEST_F(GltfChangesTest, ProductsOfStraightLinesAndSplines) {
       .point("/materials/0/extensions/KHR_materials_emissive_strength/emissiveStrength",
              {0.2f, 0.9f}, "SCALAR", {0, 1, 0, 0, 10, 0}, "CUBICSPLINE")
       .point(std::string(kLight) + "/spot/innerConeAngle", {0, 1}, "SCALAR", {0.01f, 0.9f})
+      .point(std::string(kLight) + "/range", {0, 0.5f, 1}, "SCALAR", {0.5f, 7, 0.5f})
       .point("/cameras/0/perspective/yfov", {0, 1}, "SCALAR", {0, 0.2f, 3, 0, 1, 0}, "CUBICSPLINE");
   expect_stills(0, 1, 1.5e-3f);
   expect_stills(0.4, 0.6, 1.5e-3f);
+}
+
+TEST_F(GltfChangesTest, ARangeThatIsNoneIsInfinite) {
+  AnimationBuilder(gltf_).point(std::string(kLight) + "/range", {0, 0.5f}, "SCALAR", {-1, 4},
+                                "STEP");
+  EXPECT_EQ(load_at(gltf_, 0.25).lights.at(0).range, std::numeric_limits<float>::infinity());
+  EXPECT_EQ(load_at(gltf_, 0.75).lights.at(0).range, 4.0f);
+  const PunctualLightDescription light = load_open(gltf_, 0, 1).lights.at(0);
+  EXPECT_GE(light.range * light.range_share->at(0.25f), 1e17f);
+  EXPECT_FLOAT_EQ(light.range * light.range_share->at(0.75f), 4.0f);
 }
 
 TEST_F(GltfChangesTest, WhatDoesNotChangeHasNoCurve) {
@@ -127,6 +170,7 @@ TEST_F(GltfChangesTest, WhatDoesNotChangeHasNoCurve) {
   EXPECT_EQ(scene.lights[0].intensity, Rgb(5, 2.5f, 1.25f));
   EXPECT_EQ(scene.lights[0].share, nullptr);
   EXPECT_EQ(scene.lights[0].cones, nullptr);
+  EXPECT_EQ(scene.lights[0].range_share, nullptr);
   EXPECT_EQ(scene.cameras[0].zoom, nullptr);
   EXPECT_EQ(scene.materials[0].emission, Rgb(0.0f));
   EXPECT_EQ(scene.materials[0].emission_share, nullptr);
@@ -187,11 +231,11 @@ TEST_F(GltfChangesTest, AnAnimationMayHideAllThereIs) {
   ASSERT_TRUE(empty.rest_bounds);
   EXPECT_EQ(empty.rest_bounds->center(), load_at(gltf_, 1.5).rest_bounds->center());
   EXPECT_EQ(load_open(gltf_, 0.5, 1.5).instances.at(0).shown->changes, std::vector<float>{0.5f});
-  // What its file hides for good is nothing to render.
+  // A file that hides it for good is a picture of the environment, too.
   gltf_.root["animations"] = json::array();
   gltf_.root["nodes"][0]["extensions"]["KHR_node_visibility"]["visible"] = false;
   AnimationBuilder(gltf_).point(std::string(kLight) + "/intensity", {0, 1}, "SCALAR", {0, 5});
-  EXPECT_THROW(load_at(gltf_, 0.5), InputError);
+  EXPECT_TRUE(load_at(gltf_, 0.5).instances.empty());
 }
 
 TEST_F(GltfChangesTest, AValueThatIsNoneIsRefusedWhereItIsNeeded) {

@@ -4,8 +4,8 @@
 #include <array>
 #include <cstring>
 
-#include "io/gltf_uri.h"
-#include "io/meshopt_v1.h"
+#include "io/gltf/document/meshopt_v1.h"
+#include "io/gltf/document/uri.h"
 #include "renderer/core/errors.h"
 #include "support/compressed_gltf.h"
 #include "support/loaded_gltf.h"

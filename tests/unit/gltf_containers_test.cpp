@@ -1,7 +1,7 @@
 // The ways a glTF can be stored: .gltf and .glb, external, embedded and data-URI bytes, paths.
 #include <gtest/gtest.h>
 
-#include "io/gltf.h"
+#include "io/gltf/gltf_file.h"
 #include "renderer/core/errors.h"
 #include "support/embedded_images.h"
 
@@ -131,6 +131,24 @@ TEST(GltfContainers, ImagesFromFilesViewsAndDataUris) {
     EXPECT_EQ(decoded.texels[1], std::byte(0));
     EXPECT_EQ(decoded.texels[4], std::byte(255));  // green, to its right
     EXPECT_EQ(scene.materials[0].base_color_texture.image, 0);
+  }
+}
+
+TEST(GltfContainers, ImagesHaveNamesAsTheyStand) {
+  const TempFolder folder;
+  GltfBuilder gltf;
+  gltf.add_triangle();
+  gltf.push("images", {{"uri", ""}});
+  gltf.push("textures", {{"source", 0}});
+  gltf.push("materials", {{"emissiveTexture", {{"index", 0}}}});
+  gltf.primitive()["material"] = 0;
+  const std::pair<const char*, const char*> names[] = {
+      {"50%.png", "50%.png"}, {"a%20b.png", "a%20b.png"}, {"maps\\a.png", "maps/a.png"}};
+  for (const auto& [uri, file] : names) {
+    test::write_bytes(folder / file, test::small_png());
+    gltf.root["images"][0]["uri"] = uri;
+    EXPECT_EQ(load_gltf(gltf.write_glb(folder / "a.glb"), {}).images.at(0)->width, 2) << uri;
+    std::filesystem::remove(folder / file);
   }
 }
 

@@ -41,6 +41,46 @@ TEST(GltfCoverage, WhatIsIgnoredSaysWhy) {
                                       "KHR_xmp_json_ld (data beside the picture)"}));
 }
 
+TEST(GltfCoverage, SplatsAreNamed) {
+  GltfBuilder gltf;
+  gltf.add_triangle();
+  gltf.root["extensionsUsed"] = {"KHR_gaussian_splatting"};
+  EXPECT_EQ(load(gltf).coverage.ignored,
+            std::vector<std::string>{"KHR_gaussian_splatting (splats are not drawn)"});
+}
+
+// A later minor version may have what this one cannot see.
+TEST(GltfCoverage, MembersOfLaterVersionsAreNamed) {
+  GltfBuilder gltf;
+  gltf.add_triangle();
+  gltf.add_mesh_node(0);
+  gltf.push("materials", {{"pbrMetallicRoughness", {{"baseColorFactor", {1, 1, 1, 1}}}}});
+  for (const char* pointer :
+       {"/nodes/0/lod", "/nodes/1/lod", "/nodes/1/extras", "/meshes/0/skinning",
+        "/meshes/0/primitives/0/meshlets", "/materials/0/layers",
+        "/materials/0/pbrMetallicRoughness/diffuseModel", "/scenes/0/sky"}) {
+    gltf.root[nlohmann::json::json_pointer(pointer)] = nlohmann::json::object();
+  }
+  for (const char* version : {"2.0", "2.1", "2.10"}) {
+    gltf.root["asset"]["version"] = version;
+    std::vector<std::string> expected;
+    for (const char* member :
+         {"\"lod\" of nodes", "\"skinning\" of meshes", "\"meshlets\" of meshes/primitives",
+          "\"layers\" of materials", "\"diffuseModel\" of materials/pbrMetallicRoughness"}) {
+      if (std::string(version) == "2.0") continue;
+      expected.push_back(member + std::string(" (the file is glTF ") + version +
+                         ", this reads 2.0)");
+    }
+    std::vector<std::string> found = load(gltf).coverage.ignored;
+    std::ranges::sort(found);
+    std::ranges::sort(expected);
+    EXPECT_EQ(found, expected) << version;
+  }
+  // However many there are.
+  for (int i = 0; i < 10000; ++i) gltf.root["nodes"][0]["new " + std::to_string(i)] = i;
+  EXPECT_LE(load(gltf).coverage.ignored.size(), 101u);
+}
+
 TEST(GltfCoverage, ExtensionsThatTheFileForgetsToListAreFound) {
   GltfBuilder gltf;
   gltf.add_triangle();

@@ -2,7 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <string>
+#include <vector>
 
+#include "renderer/core/log.h"
 #include "support/loaded_gltf.h"
 
 namespace emberline {
@@ -118,6 +121,67 @@ TEST(GltfGeometry, VertexColoursOfThreeAndFourComponents) {
   attributes["COLOR_0"] =
       gltf.add_accessor<uint16_t>("VEC4", {65535, 0, 0, 13107, 0, 0, 0, 0, 0, 0, 0, 0}, true);
   EXPECT_EQ(load(gltf).meshes.at(0).colors[0], Vec4f(1, 0, 0, 0.2f));
+}
+
+// Each vertex counts once, and only where a triangle uses it.
+TEST(GltfGeometry, AttributesThatAreNotFiniteAreCounted) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const float inf = std::numeric_limits<float>::infinity();
+  std::vector<std::string> said;
+  const auto repaired = [&](const GltfBuilder& gltf) {
+    said.clear();
+    set_log_sink([&](LogKind, std::string_view message) { said.emplace_back(message); });
+    const SceneDescription scene = load(gltf);
+    set_log_sink(nullptr);
+    return scene.repairs.non_finite_attributes;
+  };
+  {
+    GltfBuilder gltf;
+    const int mesh = gltf.add_triangle();
+    EXPECT_EQ(repaired(gltf), 0u);
+    EXPECT_TRUE(said.empty());
+    gltf.primitive(mesh)["attributes"]["COLOR_0"] =
+        gltf.add_accessor<float>("VEC4", {nan, 1, inf, 1, 1, 1, 1, -inf, 2, 2, 2, 1});
+    EXPECT_EQ(repaired(gltf), 2u);
+    ASSERT_EQ(said.size(), 1u);
+    EXPECT_NE(said[0].find("2 vertices"), std::string::npos) << said[0];
+    const std::vector<Vec4f> colors = {{0, 1, 1, 1}, {1, 1, 1, 0}, {1, 1, 1, 1}};
+    EXPECT_EQ(load(gltf).meshes.at(0).colors, colors);
+  }
+  {
+    GltfBuilder gltf;
+    const int p = gltf.add_accessor<float>("VEC3", {0, 0, 0, 1, 0, 0, 0, 1, 0, 9, 9, 9});
+    const int n = gltf.add_accessor<float>("VEC3", {0, 0, 1, 0, nan, 1, 0, 0, 1, nan, 0, 0});
+    const int uv = gltf.add_accessor<float>("VEC2", {0, 0, inf, 0, 0, -inf, nan, nan});
+    const int i = gltf.add_accessor<uint8_t>("SCALAR", {0, 1, 2});
+    gltf.add_mesh_node(gltf.add_mesh(
+        {{"attributes", {{"POSITION", p}, {"NORMAL", n}, {"TEXCOORD_0", uv}}}, {"indices", i}}));
+    EXPECT_EQ(repaired(gltf), 2u);
+  }
+}
+
+// Specification 3.7.2.1 and 3.7.2.2: morphed or not, of any type.
+TEST(GltfGeometry, VertexColoursAreClamped) {
+  GltfBuilder gltf;
+  const int mesh = gltf.add_triangle();
+  auto& attributes = gltf.primitive(mesh)["attributes"];
+  attributes["COLOR_0"] =
+      gltf.add_accessor<float>("VEC4", {4, 0.5f, -1, 3, 3.4e38f, 1, 0, 1, 0, 0, 0, 2});
+  const std::vector<Vec4f> clamped = {{1, 0.5f, 0, 1}, {1, 1, 0, 1}, {0, 0, 0, 1}};
+  EXPECT_EQ(load(gltf).meshes.at(0).colors, clamped);
+  attributes["COLOR_0"] =
+      gltf.add_accessor<uint8_t>("VEC4", {255, 1, 0, 0, 0, 0, 0, 9, 0, 0, 0, 0});
+  EXPECT_EQ(load(gltf).meshes.at(0).colors[0], Vec4f(1, 1, 0, 0));
+  // A target takes away from what the file has.
+  attributes["COLOR_0"] = gltf.add_accessor<float>("VEC3", {2, 1, 0, 2, 1, 0, 2, 1, 0});
+  gltf.primitive(mesh)["targets"] = {
+      {{"COLOR_0", gltf.add_accessor<float>("VEC3", {-1.5f, 1, 0.5f, 0, 0, 0, 0, 0, 0})}}};
+  for (const double weight : {0.0, 1.0}) {
+    gltf.root["meshes"][size_t(mesh)]["weights"] = {weight};
+    EXPECT_EQ(load(gltf).meshes.at(0).colors[0],
+              weight > 0 ? Vec4f(0.5f, 1, 0.5f, 1) : Vec4f(1, 1, 0, 1));
+    EXPECT_EQ(load(gltf).meshes.at(0).colors[1], Vec4f(1, 1, 0, 1));
+  }
 }
 
 TEST(GltfGeometry, SparseAccessorsReplaceElements) {

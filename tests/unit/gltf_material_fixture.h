@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "io/gltf.h"
+#include "io/gltf/gltf_file.h"
 #include "renderer/core/errors.h"
 #include "support/embedded_images.h"
 

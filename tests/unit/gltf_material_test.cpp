@@ -1,4 +1,5 @@
 // Materials, texture slots, samplers and images as the renderer gets them.
+#include <algorithm>
 #include <cmath>
 
 #include "support/encoded_images.h"
@@ -63,6 +64,32 @@ TEST_F(GltfMaterial, FactorsOutOfRangeAreClamped) {
   EXPECT_EQ(m.metallic, 1.0f);
   EXPECT_EQ(m.roughness, 0.0f);
   EXPECT_EQ(m.emission, Rgb(0, 3, 0));
+}
+
+// One warning of each kind names the members, eight at most.
+TEST_F(GltfMaterial, ClampedFactorsAreNamed) {
+  const auto said_of = [&](const json& value) {
+    testing::internal::CaptureStderr();
+    material(value);
+    return testing::internal::GetCapturedStderr();
+  };
+  EXPECT_EQ(said_of({{"name", "Gold"}, {"pbrMetallicRoughness", {{"metallicFactor", 1}}}}), "");
+  const std::string said = said_of(
+      {{"name", "Gold"},
+       {"pbrMetallicRoughness",
+        {{"baseColorFactor", {0, 1, 1, 1.5}}, {"metallicFactor", 2}, {"roughnessFactor", -1}}},
+       {"emissiveFactor", {-1, 3, 0}}});
+  const std::string in = "/materials/0/pbrMetallicRoughness/";
+  EXPECT_NE(said.find("factors outside [0, 1] are clamped: " + in +
+                      "baseColorFactor of 'Gold' is [0,1,1,1.5], " + in +
+                      "metallicFactor of 'Gold' is 2, " + in + "roughnessFactor of 'Gold' is -1\n"),
+            std::string::npos)
+      << said;
+  EXPECT_NE(said.find("colours below 0 are taken for 0: /materials/0/emissiveFactor of 'Gold' is "
+                      "[-1,3,0]\n"),
+            std::string::npos)
+      << said;
+  EXPECT_EQ(std::ranges::count(said, '\n'), 2) << said;
 }
 
 TEST_F(GltfMaterial, SamplersAndUvSets) {
@@ -294,10 +321,11 @@ TEST_F(GltfMaterial, TransmissionWithoutThicknessIsAThinWall) {
 }
 
 TEST_F(GltfMaterial, GlassThatCannotBeIsAnError) {
+  // Of an optional extension they would be left out.
+  gltf_.root["extensionsRequired"] = {"KHR_materials_ior", "KHR_materials_transmission",
+                                      "KHR_materials_volume"};
   EXPECT_NE(message_of(with("KHR_materials_ior", {{"ior", 0.5}})).find("KHR_materials_ior/ior"),
             std::string::npos);
-  // Of an optional extension that would be left out.
-  gltf_.root["extensionsRequired"] = {"KHR_materials_ior", "KHR_materials_transmission"};
   EXPECT_NE(message_of(with("KHR_materials_ior", {{"ior", "glass"}})).find("KHR_materials_ior"),
             std::string::npos);
   EXPECT_NE(

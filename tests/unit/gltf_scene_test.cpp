@@ -1,6 +1,8 @@
 // The node hierarchy: transforms, instances, cameras, lights, scene selection.
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include <cmath>
 
 #include "support/loaded_gltf.h"
@@ -100,20 +102,126 @@ TEST(GltfScene, ANodeListedTogetherWithItsDescendantIsDrawnOnce) {
   EXPECT_EQ(scene.instances[0].to_world[3][0], 1.0);
 }
 
-TEST(GltfScene, SingularTransformsAreDroppedAndCounted) {
+TEST(GltfScene, WhatIsScaledToALineOrAPointIsDroppedAndCounted) {
   GltfBuilder gltf;
   const int mesh = gltf.add_triangle();
   const json singular[] = {
-      {{"mesh", mesh}, {"scale", {1, 0, 1}}},
+      {{"mesh", mesh}, {"scale", {0, 0, 1}}},
       {{"mesh", mesh}, {"scale", {0, 0, 0}}},
-      {{"mesh", mesh}, {"matrix", {1, 0, 0, 0, 2, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}}},
-      {{"mesh", mesh}, {"scale", {1, 1, 1e-38}}}};
+      {{"mesh", mesh}, {"matrix", {1, 0, 0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1}}},
+      {{"mesh", mesh}, {"scale", {1e-35, 1, 1e-38}}}};
   for (const json& node : singular) gltf.add_to_scene(gltf.push("nodes", node));
   // Tiny, huge and mirrored ones are fine.
   gltf.add_to_scene(gltf.push("nodes", {{"mesh", mesh}, {"scale", {1e-9, 1e9, -1}}}));
   const SceneDescription scene = load(gltf);
   EXPECT_EQ(scene.repairs.singular_instances, 4u);
   EXPECT_EQ(scene.instances.size(), 2u);
+}
+
+// Scale matters to neither: what is scaled to a line or a point keeps its place and its rotation.
+TEST(GltfScene, CamerasAndLampsKeepTheirDirectionsWithoutAScale) {
+  for (const json& scale : {json{0, 0, 0}, json{1, 0, 0}, json{0, 2, 0}}) {
+    GltfBuilder gltf;
+    gltf.add_triangle();
+    gltf.root["extensions"]["KHR_lights_punctual"]["lights"] = {
+        {{"type", "spot"}, {"spot", json::object()}}};
+    gltf.root["extensionsUsed"] = {"KHR_lights_punctual"};
+    gltf.root["cameras"] = {
+        {{"type", "perspective"}, {"perspective", {{"yfov", 1}, {"znear", .1}}}}};
+    const double half = std::sqrt(.5);
+    // A quarter turn about Y by the parent, one about X by the node.
+    const int child =
+        gltf.push("nodes", {{"camera", 0},
+                            {"rotation", {half, 0, 0, half}},
+                            {"scale", scale},
+                            {"translation", {1, 0, 0}},
+                            {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+    const int parent = gltf.push(
+        "nodes",
+        {{"rotation", {0, half, 0, half}}, {"translation", {0, 3, 0}}, {"children", {child}}});
+    gltf.root["scenes"][0]["nodes"].push_back(parent);
+    const SceneDescription scene = load(gltf);
+    ASSERT_EQ(scene.cameras.size(), 1u) << scale;
+    ASSERT_EQ(scene.lights.size(), 1u) << scale;
+    for (const Mat44d& m : {scene.cameras[0].to_world, scene.lights[0].to_world}) {
+      // -Z goes to +Y, and +Y to +Z and on to +X; +X to -Z.
+      EXPECT_NEAR(-m[2][1], 1, 1e-6) << scale;
+      EXPECT_NEAR(m[1][0], 1, 1e-6) << scale;
+      EXPECT_NEAR(m[3][2], -1, 1e-6) << scale;
+      EXPECT_NEAR(m[3][1], 3, 1e-6) << scale;
+    }
+  }
+}
+
+// A scale of 0 on one axis: flat to within a millionth, with the normals of the plane.
+TEST(GltfScene, WhatIsScaledToAPlaneIsFlat) {
+  GltfBuilder gltf;
+  const int positions =
+      gltf.add_accessor<float>("VEC3", {0, 0, 5, 1, 0, 6, 0, 1, 7, 1, 1, 5, 0, 1, 7, 1, 0, 6});
+  const int normals = gltf.add_accessor<float>("VEC3", std::vector<float>(18, 0.57735f));
+  const int mesh = gltf.add_mesh({{"attributes", {{"POSITION", positions}, {"NORMAL", normals}}}});
+  const double h = std::sqrt(0.5);
+  gltf.push("nodes", {{"mesh", mesh}});
+  const json flat[] = {
+      {{"mesh", mesh}, {"scale", {2, 3, 0}}},
+      {{"mesh", mesh}, {"scale", {2, 3, 1e-38}}},
+      {{"mesh", mesh}, {"scale", {-2, 3, 0}}, {"rotation", {h, 0, 0, h}}},
+      {{"children", {0}}, {"scale", {1e6, 0, 1e6}}, {"translation", {0, 4, 0}}},
+      {{"mesh", mesh}, {"matrix", {1, 0, 0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 0, 0, 0, 1}}}};
+  for (const json& node : flat) gltf.add_to_scene(gltf.push("nodes", node));
+  const SceneDescription scene = load(gltf);
+  EXPECT_EQ(scene.repairs.singular_instances, 0u);
+  ASSERT_EQ(scene.instances.size(), 5u);
+  ASSERT_EQ(scene.meshes.size(), 1u);
+  EXPECT_TRUE(scene.meshes[0].normals.empty());
+  const Vec3d planes[] = {{0, 0, 1}, {0, 0, 1}, {0, 1, 0}, {0, 1, 0}, {0, 0, 1}};
+  for (size_t i = 0; i < 5; ++i) {
+    const Mat44d& m = scene.instances[i].to_world;
+    EXPECT_GT(m.determinant(), 0);
+    WorldBounds bounds;
+    for (const Vec3f& p : scene.meshes[0].positions) bounds.add(transformed(m, to_double(p)));
+    EXPECT_LT(dot(bounds.max - bounds.min, planes[i]), 4e-5 * bounds.radius()) << i;
+    EXPECT_GT(dot(bounds.max - bounds.min, planes[i]), 0) << i;
+    EXPECT_NEAR(dot(bounds.center(), planes[i]), i == 3 ? 4 : 0, 4e-6) << i;
+  }
+  // Beside it, the mesh as it is; and an instance of many.
+  gltf.add_mesh_node(mesh);
+  gltf.root["nodes"].back()["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {
+      {"SCALE", gltf.add_accessor<float>("VEC3", {1, 1, 1, 1, 0, 1, 0, 0, 1})}};
+  const SceneDescription both = load(gltf);
+  EXPECT_EQ(both.repairs.singular_instances, 1u);
+  ASSERT_EQ(both.instances.size(), 7u);
+  ASSERT_EQ(both.meshes.size(), 2u);
+  EXPECT_EQ(both.meshes[size_t(both.instances[5].mesh)].normals.size(), 6u);
+  EXPECT_TRUE(both.meshes[size_t(both.instances[6].mesh)].normals.empty());
+}
+
+TEST(GltfScene, CamerasAndLightsBelowAFlatNodeKeepTheirDirections) {
+  GltfBuilder gltf;
+  gltf.add_triangle();
+  gltf.push("cameras", {{"type", "perspective"}, {"perspective", {{"yfov", 1}, {"znear", 1}}}});
+  gltf.root["extensions"]["KHR_lights_punctual"]["lights"][0] = {
+      {"type", "spot"}, {"spot", {{"outerConeAngle", 0.5}}}};
+  const double h = std::sqrt(0.5);
+  const json turned = {{"camera", 0},
+                       {"rotation", {0, h, 0, h}},
+                       {"translation", {1, 2, 3}},
+                       {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}};
+  for (const json& scale : {json{0, 1, 1}, json{1, 0, 1}, json{1, 1, 0}}) {
+    const int child = gltf.push("nodes", turned);
+    gltf.add_to_scene(gltf.push("nodes", {{"children", {child}}, {"scale", scale}}));
+  }
+  const SceneDescription scene = load(gltf);
+  ASSERT_EQ(scene.cameras.size(), 3u);
+  ASSERT_EQ(scene.lights.size(), 3u);
+  for (size_t i = 0; i < 3; ++i) {
+    for (const Mat44d& m : {scene.cameras[i].to_world, scene.lights[i].to_world}) {
+      const Vec3d back(m[2][0], m[2][1], m[2][2]), up(m[1][0], m[1][1], m[1][2]);
+      EXPECT_NEAR(dot(back.normalized(), Vec3d(1, 0, 0)), 1, 1e-12) << i;
+      EXPECT_NEAR(dot(up.normalized(), Vec3d(0, 1, 0)), 1, 1e-12) << i;
+      EXPECT_NEAR(m[3][0], i == 0 ? 0 : 1, 1e-12) << i;
+    }
+  }
 }
 
 TEST(GltfScene, TransformsBeyondAllMeasureAreErrors) {
@@ -163,7 +271,8 @@ TEST(GltfScene, Cameras) {
                         {"orthographic", {{"xmag", 2}, {"ymag", 3}, {"znear", 0}, {"zfar", 10}}}});
   gltf.add_to_scene(gltf.push("nodes", {{"camera", 0}, {"translation", {1, 2, 3}}}));
   gltf.add_to_scene(gltf.push("nodes", {{"camera", 1}, {"name", "plan"}}));
-  gltf.add_to_scene(gltf.push("nodes", {{"camera", 0}, {"scale", {0, 0, 0}}}));
+  gltf.add_to_scene(gltf.push(
+      "nodes", {{"camera", 0}, {"matrix", {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1}}}));
   gltf.push("nodes", {{"camera", 0}});  // in no scene
   SceneDescription scene = load(gltf);
   ASSERT_EQ(scene.cameras.size(), 2u);
@@ -195,10 +304,14 @@ TEST(GltfScene, PunctualLights) {
   gltf.add_triangle();
   gltf.root["extensionsUsed"] = {"KHR_lights_punctual"};
   gltf.root["extensions"]["KHR_lights_punctual"]["lights"] = {
-      {{"type", "point"}, {"color", {1, 0.5, 0}}, {"intensity", 20}, {"name", "bulb"}},
-      {{"type", "directional"}},
+      {{"type", "point"},
+       {"color", {1, 0.5, 0}},
+       {"intensity", 20},
+       {"name", "bulb"},
+       {"range", 3}},
+      {{"type", "directional"}, {"range", 3}},
       {{"type", "spot"}, {"spot", {{"innerConeAngle", 0.2}, {"outerConeAngle", 0.5}}}},
-      {{"type", "spot"}, {"spot", {{"innerConeAngle", 3}, {"outerConeAngle", 3}}}}};
+      {{"type", "spot"}, {"spot", {{"innerConeAngle", 1.5707964}, {"outerConeAngle", 1.5707964}}}}};
   for (int light = 0; light < 4; ++light) {
     gltf.add_to_scene(
         gltf.push("nodes", {{"translation", {light, 0, 0}},
@@ -209,6 +322,10 @@ TEST(GltfScene, PunctualLights) {
   EXPECT_EQ(scene.lights[0].name, "bulb");
   EXPECT_EQ(scene.lights[0].type, PunctualType::kPoint);
   EXPECT_EQ(scene.lights[0].intensity, Rgb(20, 10, 0));
+  EXPECT_EQ(scene.lights[0].range, 3.0f);
+  EXPECT_EQ(scene.lights[1].range, std::numeric_limits<float>::infinity());
+  EXPECT_EQ(scene.lights[2].range, std::numeric_limits<float>::infinity());
+  EXPECT_TRUE(scene.coverage.ignored.empty());
   EXPECT_EQ(scene.lights[1].type, PunctualType::kDirectional);
   EXPECT_EQ(scene.lights[1].intensity, Rgb(1.0f));
   EXPECT_EQ(scene.lights[1].to_world[3][0], 1.0);

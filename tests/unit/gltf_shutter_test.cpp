@@ -2,6 +2,7 @@
 // time has it.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "renderer/core/errors.h"
@@ -208,6 +209,30 @@ TEST_F(GltfShutterTest, WhatVanishesIsSmall) {
   expect_later(0.25, 0.5);
 }
 
+// To a 64th of the shutter, whichever way it goes.
+TEST_F(GltfShutterTest, WhatIsScaledToNothingAtOnceGoesAtThatTime) {
+  for (const bool comes : {false, true}) {
+    GltfBuilder gltf = gltf_;
+    AnimationBuilder(gltf).move(
+        1, "scale", {0, .3f}, "VEC3",
+        comes ? std::vector<float>{0, 0, 0, 1, 1, 1} : std::vector<float>{1, 1, 1, 0, 0, 0},
+        "STEP");
+    const SceneDescription open = load_open(gltf, 0, 1);
+    for (const double time : {.1, .28, .32, .5, .9}) {
+      const bool there = comes == (time > .3);
+      EXPECT_NEAR(vertex_at(open, 0, 1, time).length(), there ? 1 : 0, 1e-3) << comes << time;
+    }
+  }
+}
+
+TEST_F(GltfShutterTest, WhatTurnsInsideOutIsFollowed) {
+  AnimationBuilder(gltf_).move(1, "scale", {0, 1}, "VEC3", {1, 1, 1, -1, 1, 1});
+  const SceneDescription open = load_open(gltf_, 0, 1);
+  for (const double time : {.1, .3, .47, .53, .6, .9}) {
+    EXPECT_NEAR(vertex_at(open, 0, 1, time).x, 1 - 2 * time, 2e-3) << time;
+  }
+}
+
 TEST_F(GltfShutterTest, MorphsAndSkinsHaveVerticesInMotion) {
   auto& attributes = gltf_.primitive(mesh_)["attributes"];
   attributes["NORMAL"] = gltf_.add_accessor<float>("VEC3", {0, 0, 1, 0, 0, 1, 0, 0, 1});
@@ -236,6 +261,23 @@ TEST_F(GltfShutterTest, MorphsAndSkinsHaveVerticesInMotion) {
   for (size_t v = 0; v < 3; ++v) {
     EXPECT_LE((last.normals[v] - end.meshes[0].normals[v]).length(), 1e-6f);
   }
+}
+
+// Positions move; what else a morph changes is held, and listed.
+TEST_F(GltfShutterTest, MorphedColoursAreListedAsHeld) {
+  gltf_.primitive(mesh_)["attributes"]["COLOR_0"] =
+      gltf_.add_accessor<float>("VEC3", {0, 0, 0, 0, 0, 0, 0, 0, 0});
+  gltf_.primitive(mesh_)["targets"] = {
+      {{"COLOR_0", gltf_.add_accessor<float>("VEC3", {1, 1, 1, 1, 1, 1, 1, 1, 1})}}};
+  AnimationBuilder(gltf_).move(0, "weights", {0, 1}, "SCALAR", {0, 1});
+  const auto listed = [](const SceneDescription& scene) {
+    return std::ranges::any_of(scene.coverage.approximated, [](const std::string& what) {
+      return what.starts_with("morphed colours");
+    });
+  };
+  EXPECT_TRUE(listed(load_open(gltf_, 0, 1)));
+  EXPECT_FALSE(listed(load_at(gltf_, .5)));
+  EXPECT_FALSE(listed(load_open(gltf_, 1, 2)));  // it stands still
 }
 
 TEST_F(GltfShutterTest, CamerasAndLightsMoveWithTheirNodes) {

@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "io/gltf.h"
-#include "io/gltf_tangents.h"
+#include "io/gltf/geometry/tangents.h"
+#include "io/gltf/gltf_file.h"
 #include "support/embedded_images.h"
 
 namespace emberline {

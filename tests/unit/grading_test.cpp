@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-#include "io/image_output.h"
+#include "io/image/output.h"
 #include "renderer/core/errors.h"
 
 namespace emberline {

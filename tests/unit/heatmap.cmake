@@ -5,4 +5,4 @@ emberline_test(heatmap_test OPTIMISED
     heatmap_quantity_test.cpp
     pixel_text_test.cpp
     value_scale_test.cpp
-  LINK emberline_charts emberline_drivers)
+  LINK emberline_statistics emberline_engine)

@@ -1,15 +1,15 @@
 // What heatmaps show: from channels to a number per pixel.
-#include "renderer/charts/heatmap_quantity.h"
+#include "renderer/statistics/heatmap_quantity.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "renderer/charts/quantity_plane.h"
 #include "renderer/core/display_error.h"
 #include "renderer/core/errors.h"
 #include "renderer/drivers/adaptive/frame_error.h"
+#include "renderer/statistics/quantity_plane.h"
 #include "unit/synthetic_pixels.h"
 
 namespace emberline::test {

@@ -1,5 +1,5 @@
 // Heatmaps as pictures: which pixel has which colour, and what the legend says.
-#include "renderer/charts/heatmap.h"
+#include "renderer/statistics/heatmap.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "renderer/charts/heatmap_quantity.h"
+#include "renderer/statistics/heatmap_quantity.h"
 #include "support/colour_vision.h"
 #include "support/find_text.h"
 

@@ -1,5 +1,5 @@
 // Pages: what goes in as text comes out as the same text, and the file stands alone.
-#include "renderer/charts/html_page.h"
+#include "renderer/statistics/html_page.h"
 
 #include <gtest/gtest.h>
 

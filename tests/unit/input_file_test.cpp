@@ -1,5 +1,5 @@
 // The door through which files are read: what is no regular file is refused, at once.
-#include "io/input_file.h"
+#include "io/files/input_file.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>

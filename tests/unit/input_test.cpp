@@ -1,5 +1,5 @@
 // The table of shortcuts: what the window lists is what its keys do.
-#include "renderer/window/input.h"
+#include "renderer/window/input/input.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // The door through which every JSON file comes: what it lets through, and what it says of the rest.
-#include "io/json_input.h"
+#include "io/json/input.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
-#include "io/json_reader.h"
+#include "io/json/reader.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "support/gltf_builder.h"

@@ -1,9 +1,9 @@
 // KTX 2 pictures: to the bit those of the reference decoder, and what is not read is named.
 #include <gtest/gtest.h>
 
-#include "io/image_input.h"
-#include "io/ktx2/huffman.h"
-#include "io/ktx2/uastc.h"
+#include "io/image/input.h"
+#include "io/image/ktx2/huffman.h"
+#include "io/image/ktx2/uastc.h"
 #include "renderer/core/errors.h"
 #include "support/ktx2_files.h"
 
@@ -78,6 +78,33 @@ TEST(Ktx2, ChannelsAreThoseThatTheDescriptorNames) {
   two[test::channel_of(etc1s, 0)] = 3;
   two[test::channel_of(etc1s, 1)] = 4;
   expect(two, *etc1s_rgba, {0, 3, -1});
+}
+
+// An encoder may give alpha an end point that is a colour's, so its slice is not always grey. Here
+// the picture's own colours stand in its place, for each kind with a second slice.
+TEST(Ktx2, ASecondSliceCountsByItsGreen) {
+  Ktx2Bytes shared = test::ktx2_file("etc1s_alpha");
+  // BasisLZ's global data: a header of 20 bytes; then, of each level's image, its flags, and offset
+  // and size of its colour and of its alpha.
+  const size_t image = test::word_at(shared, 64) + 20;
+  for (const size_t word : {4u, 8u}) {
+    test::set_word(shared, image + word + 8, test::word_at(shared, image + word));
+  }
+  const auto rgba = decode_ktx2(shared);
+  size_t coloured = 0;
+  for (size_t i = 0; i < size_t(rgba->width) * size_t(rgba->height); ++i) {
+    ASSERT_EQ(channel_at(*rgba, i, 3), channel_at(*rgba, i, 1)) << i;
+    coloured += channel_at(*rgba, i, 0) != channel_at(*rgba, i, 1);
+  }
+  EXPECT_GT(coloured, 100u);
+  Ktx2Bytes two = shared;
+  two[test::channel_of(two, 0)] = 3;
+  two[test::channel_of(two, 1)] = 4;
+  const auto red_green = decode_ktx2(two);
+  for (size_t i = 0; i < size_t(rgba->width) * size_t(rgba->height); ++i) {
+    ASSERT_EQ(channel_at(*red_green, i, 0), channel_at(*rgba, i, 0)) << i;
+    ASSERT_EQ(channel_at(*red_green, i, 1), channel_at(*rgba, i, 1)) << i;
+  }
 }
 
 TEST(Ktx2, TheTransferFunctionIsPassedOn) {

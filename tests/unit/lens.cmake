@@ -1,1 +1,1 @@
-emberline_test(lens_test SOURCES lens_test.cpp LINK emberline_drivers TBB::tbb)
+emberline_test(lens_test SOURCES lens_test.cpp LINK emberline_engine TBB::tbb)

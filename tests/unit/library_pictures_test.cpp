@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <limits>
 
-#include "renderer/library/emberline.h"
+#include "renderer/api/emberline.h"
 
 namespace emberline::api {
 namespace {

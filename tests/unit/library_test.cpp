@@ -1,5 +1,5 @@
 // Emberline as other programs have it.
-#include "renderer/library/emberline.h"
+#include "renderer/api/emberline.h"
 
 #include <gtest/gtest.h>
 
@@ -235,6 +235,21 @@ TEST_F(Library, SaysWhatIsWrong) {
     FAIL();
   } catch (const Error& error) {
     EXPECT_NE(std::string(error.what()).find("did you mean 'sobol'"), std::string::npos);
+  }
+}
+
+// What the machine gives has the ranges of the command's options.
+TEST_F(Library, SaysWhichResourcesAreNone) {
+  const std::string file = kScenes + "cornell_box.glb";
+  const Scene scene(file);
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  for (const Resources& wrong :
+       {Resources{.threads = -1}, Resources{.threads = 4097}, Resources{.memory_bytes = 0},
+        Resources{.load_timeout_s = 0.0}, Resources{.load_timeout_s = -1.0},
+        Resources{.load_timeout_s = 2e9}, Resources{.load_timeout_s = kNaN}}) {
+    EXPECT_THROW(Scene(file, {}, wrong), UsageError);
+    EXPECT_THROW(render(scene, {}, wrong), UsageError);
+    EXPECT_THROW(read_picture(file, wrong), UsageError);
   }
 }
 

@@ -102,6 +102,81 @@ TEST(LightSampler, PointAndSpot) {
   }
 }
 
+// KHR_lights_punctual: nothing beyond the range. No sample goes to a light that is out of range.
+TEST(LightSampler, LightsHaveARange) {
+  std::vector<PointLight> points;
+  for (int i = 0; i < 40; ++i) {
+    TestRandom random(40, uint64_t(i));
+    PointLight light = point_light({random.next() * 20 - 10, 1 + random.next(), random.next()}, 5);
+    light.range = i % 4 == 0 ? kInfinity : 1 + 4 * random.next();
+    if (i % 3 == 0) {
+      light.type = PointLightType::kSpot;
+      light.direction = Vec3f(0, -1, 0);
+      light.cos_inner = 0.1f;
+    }
+    points.push_back(light);
+  }
+  const auto sky = std::make_shared<EnvironmentLight>(Rgb(0.5f));
+  for (const float x : {-9.0f, 0.0f, 4.0f, 500.0f}) {
+    const LightQuery query{Vec3f(x, 0, 0), Vec3f(0, 1, 0)};
+    double exact = 0;
+    for (const PointLight& light : points) {
+      const Vec3d to_light = Vec3d(light.position) - Vec3d(query.point);
+      const double d2 = dot(to_light, to_light), cosine = to_light.y / std::sqrt(d2);
+      if (d2 > square(double(light.range))) continue;
+      const double cone =
+          light.type == PointLightType::kSpot ? std::clamp(cosine / 0.1, 0.0, 1.0) : 1;
+      exact += 5 * cone * cone * cosine / d2;
+    }
+    for (const uint32_t threshold : {1u, 1000u}) {
+      const LightSampler lights = make({}, points, nullptr, threshold);
+      expect_irradiance(lights, query, exact, "ranges", 100'000, 1e-4);
+      if (threshold == 1000) {
+        for (int i = 0; i < 1000; ++i) {
+          TestRandom random(41, uint64_t(i));
+          const float pick = random.next();
+          const LightSample s = lights.sample(query, pick, random.vec2());
+          ASSERT_TRUE(s.kind == LightKind::kPoint);
+          ASSERT_LE(s.distance, points[s.index].range);
+        }
+      }
+      expect_irradiance(make({}, points, sky, threshold), query, exact + 0.5 * kPiD,
+                        "ranges and sky", 200'000, 1e-4);
+    }
+  }
+}
+
+// Where no lamp reaches, all samples go to what else there is.
+TEST(LightSampler, LampsOutOfRangeTakeNoSamples) {
+  for (const int count : {1, 40}) {
+    std::vector<PointLight> points;
+    for (int i = 0; i < count; ++i) {
+      points.push_back(point_light({0, 3 + 0.01f * float(i), 0}, 1000));
+      points.back().range = 2.5f;
+    }
+    const LightQuery query{Vec3f(0.0f), Vec3f(0, 1, 0)};
+    EXPECT_EQ(estimate(make({}, points), query, 100, 1).mean(), 0);
+    const LightSampler both = make({}, points, std::make_shared<EnvironmentLight>(Rgb(0.5f)));
+    EXPECT_EQ(both.environment_probability(query), 1.0f);
+    EXPECT_EQ(both.kind_probabilities(query)[kFiniteKind], 0.0f);
+    EXPECT_LT(both.environment_probability({Vec3f(0, 1, 0), Vec3f(0, 1, 0)}), 1.0f);
+  }
+}
+
+TEST(LightSampler, ARangeMayChange) {
+  PointLight light = point_light({0, 2, 0}, 4);
+  light.range = 8;
+  light.range_share =
+      std::make_shared<const TimeCurve<float>>(TimeCurve<float>{{0, 1}, {0.0f, 1.0f}});
+  for (const uint32_t threshold : {1u, 16u}) {
+    const LightSampler lights = make({}, points_of(light), nullptr, threshold);
+    for (const float time : {0.0f, 0.24f, 0.26f, 1.0f}) {
+      const LightQuery query{Vec3f(0.0f), Vec3f(0, 1, 0), false, time};
+      EXPECT_NEAR(estimate(lights, query, 100, 1).mean(), time > 0.25f ? 1 : 0, 1e-6) << time;
+    }
+  }
+}
+
 TEST(LightSampler, PointPowerThroughAClosedBox) {
   // Case 10: the flux of a point of intensity 2 through any closed surface around it is 8 pi.
   Moments flux;

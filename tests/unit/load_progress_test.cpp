@@ -9,10 +9,11 @@
 #include <thread>
 
 #include "renderer/core/errors.h"
-#include "renderer/frame/frame_scene.h"
+#include "renderer/engine/frame_scene.h"
 #include "renderer/scene/editable_scene.h"
 #include "support/embedded_images.h"
 #include "support/encoded_images.h"
+#include "support/load_scene.h"
 #include "support/render.h"
 #include "support/scenes.h"
 
@@ -64,7 +65,7 @@ class LoadProgressTest : public testing::Test {
   }
 
   std::unique_ptr<EditableScene> load(LoadProgress& progress) const {
-    SceneDescription description = load_scene(settings_, progress);
+    SceneDescription description = test::load_scene(settings_, progress);
     return std::make_unique<EditableScene>(std::move(description), SceneBuildOptions{}, progress);
   }
 

@@ -1,5 +1,5 @@
 // What the material panel offers, and in which order.
-#include "renderer/window/material_rows.h"
+#include "renderer/window/panels/material_rows.h"
 
 #include <gtest/gtest.h>
 

@@ -26,7 +26,7 @@ TEST(MemoryBudget, SaysWhoWantedHowMuchOfWhat) {
   budget.reserve(MemoryPart::kFile, uint64_t(1) << 29, "scene.glb");
   EXPECT_EQ(refusal(budget, MemoryPart::kTextures, uint64_t(47) << 26),
             "scene.glb#/images/0: needs 2.94 GiB of memory (textures), and 1.5 GiB of the limit of "
-            "2 GiB are left; --memory-limit raises it");
+            "2 GiB are left; memory-limit raises it");
   EXPECT_EQ(budget.reserved(), uint64_t(1) << 29) << "what is refused is not reserved";
   EXPECT_EQ(refusal(budget, MemoryPart::kTextures, uint64_t(3) << 29), "");
   EXPECT_NE(refusal(budget, MemoryPart::kBvh, 1), "");
@@ -101,7 +101,7 @@ TEST(LoadLimits, ALoadThatTakesLongerEnds) {
     progress.begin(LoadStage::kMeshes);
     ADD_FAILURE() << "went on";
   } catch (const InputError& error) {
-    EXPECT_STREQ(error.what(), "scene.glb: loading took longer than 10 ms (--load-timeout)");
+    EXPECT_STREQ(error.what(), "scene.glb: loading took longer than 10 ms (load-timeout)");
   }
 }
 

@@ -36,6 +36,22 @@ TEST(Names, MessageListsAndSuggests) {
             std::string::npos);
 }
 
+// Whatever anybody calls a thing: a message keeps its beginning, which says where, and its end.
+TEST(Names, MessagesCutNamesOfMegabytes) {
+  const std::string name(3'000'000, 'n');
+  const std::string_view valid[] = {"sobol", "independent"};
+  const std::string message = unknown_name_message("sampler", name, valid);
+  EXPECT_LT(message.size(), 200u);
+  EXPECT_NE(message.find("nnn...'; valid names are sobol"), std::string::npos) << message;
+  const InputError error("scene.glb", "the node {} is wrong; rename it", name);
+  const std::string what = error.what();
+  EXPECT_LT(what.size(), 2100u);
+  EXPECT_TRUE(what.starts_with("scene.glb: the node nnn")) << what;
+  EXPECT_TRUE(what.ends_with("n is wrong; rename it")) << what;
+  const std::string plain(1900, 'p');
+  EXPECT_EQ(std::string(UsageError(plain).what()), plain);
+}
+
 TEST(FileSuffix, IsWhatFollowsTheLastDotOfTheNameItself) {
   EXPECT_EQ(lower_suffix("shots/A.010.EXR"), ".exr");
   EXPECT_EQ(lower_suffix("a.b/frame"), "");

@@ -1,1 +1,1 @@
-emberline_test(panorama_test SOURCES panorama_test.cpp LINK emberline_drivers TBB::tbb)
+emberline_test(panorama_test SOURCES panorama_test.cpp LINK emberline_engine TBB::tbb)

@@ -1,11 +1,11 @@
-#include "io/picture_mark.h"
+#include "io/image/picture_mark.h"
 
 #include <gtest/gtest.h>
 
 #include <fstream>
 
-#include "io/display.h"
-#include "io/input_file.h"
+#include "io/display/display.h"
+#include "io/files/input_file.h"
 #include "renderer/core/errors.h"
 #include "support/gltf_builder.h"
 

@@ -1,5 +1,5 @@
 // Where the picture lies in the window, against the definition of its coordinates.
-#include "renderer/window/picture_placement.h"
+#include "renderer/window/picture/placement.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Text without font files: every character can be told from every other, and stays where it is put.
-#include "renderer/charts/pixel_text.h"
+#include "renderer/statistics/pixel_text.h"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 
 #include <random>
 
-#include "io/image_input.h"
+#include "io/image/input.h"
 #include "renderer/core/errors.h"
 #include "support/encoded_images.h"
 

@@ -122,6 +122,38 @@ TEST(ReferenceError, BiasPercentilesAndWorstPixels) {
   EXPECT_EQ(error.rel_mse_trimmed, 0);
 }
 
+// A factor of all light is one of the errors, or its square, or none of those that are relative.
+TEST(ReferenceError, AFactorOfAllLightIsOneOfTheErrors) {
+  const auto scaled = [](RgbImage image, int exponent) {
+    for (float& value : image.rgb) value = std::ldexp(value, exponent);
+    return image;
+  };
+  const auto measured = [&](int exponent) {
+    return ReferencePicture(scaled(picture(1, 0.1), exponent), scaled(picture(2, 0.1), exponent))
+        .measure(scaled(picture(3, 0.1), exponent));
+  };
+  const StudyError plain = measured(0);
+  for (int exponent = -20; exponent <= 20; ++exponent) {
+    SCOPED_TRACE(exponent);
+    const StudyError error = measured(exponent);
+    EXPECT_NEAR(std::ldexp(error.mse, -2 * exponent) / plain.mse, 1, 1e-9);
+    EXPECT_NEAR(error.rel_mse / plain.rel_mse, 1, 1e-9);
+    EXPECT_NEAR(error.rel_mse_trimmed / plain.rel_mse_trimmed, 1, 1e-9);
+    EXPECT_NEAR(error.signed_bias / plain.signed_bias, 1, 1e-9);
+    EXPECT_NEAR(std::ldexp(error.p95_absolute, -exponent) / plain.p95_absolute, 1, 1e-9);
+    for (const double shown : {error.display_mse, error.p95_display, error.flip}) {
+      EXPECT_TRUE(std::abs(shown) <= 1) << shown;
+    }
+    const std::vector<float> variance(size_t(3 * kWidth * kHeight),
+                                      std::ldexp(0.01f, 2 * exponent));
+    const std::vector<float> seconds(size_t(kWidth * kHeight), 1.0f);
+    const NeymanLimits limits = neyman_limits(variance, seconds, scaled(picture(3, 0.1), exponent),
+                                              std::ldexp(0.01, 2 * exponent));
+    EXPECT_NEAR(limits.mse, 1, 1e-6);
+    EXPECT_TRUE(std::isfinite(limits.rel_mse) && std::isfinite(limits.display));
+  }
+}
+
 TEST(ReferenceError, PixelsThatAreNotFiniteAreLeftOut) {
   RgbImage r = picture(1, 0);
   r.rgb[5] = std::nanf("");

@@ -4,4 +4,4 @@ emberline_test(refinement_tree_test
     refinement_priority_test.cpp
     refinement_error_test.cpp
     refinement_views_test.cpp
-  LINK emberline_drivers nlohmann_json::nlohmann_json TBB::tbb)
+  LINK emberline_engine nlohmann_json::nlohmann_json TBB::tbb)

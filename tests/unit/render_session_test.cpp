@@ -129,7 +129,7 @@ TEST_F(RenderSessionTest, SaysWhatMakesNoSenseAndGoesOnWhenItIsMended) {
   view.render.noise_threshold = 0.01f;
   owner.session.set_settings(view);
   ASSERT_TRUE(owner.wait(30, [&] { return !owner.session.problem().empty(); }));
-  EXPECT_NE(owner.session.problem().find("--noise-threshold"), std::string::npos);
+  EXPECT_NE(owner.session.problem().find("noise-threshold"), std::string::npos);
   EXPECT_EQ(owner.session.picture(), before);
   view.render.driver = "adaptive";
   owner.session.set_settings(view);
@@ -354,14 +354,14 @@ TEST_F(RenderSessionTest, ExplainsThePickedPixel) {
              pixel->explanation.find(words) != std::string::npos;
     });
   };
-  ASSERT_TRUE(says("pixel 20,10: ", "ended by --spp")) << session.picked()->explanation;
+  ASSERT_TRUE(says("pixel 20,10: ", "ended by spp")) << session.picked()->explanation;
   std::string text = session.picked()->explanation;
   EXPECT_NE(text.find("refinement tree"), std::string::npos) << text;
   EXPECT_NE(text.find("rounds\n"), std::string::npos) << text;
   EXPECT_EQ(session.inspect(7, 9)->explanation, "");
   // Another has no rounds that anybody has written down, and is never given this one's.
   session.pick(Vec2i(30, 10));
-  ASSERT_TRUE(says("pixel 30,10: ", "ended by --spp")) << session.picked()->explanation;
+  ASSERT_TRUE(says("pixel 30,10: ", "ended by spp")) << session.picked()->explanation;
   text = session.picked()->explanation;
   EXPECT_EQ(text.find("rounds"), std::string::npos) << text;
   // The next frame knows all of it.

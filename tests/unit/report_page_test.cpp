@@ -1,5 +1,6 @@
 // The report's page from a report made up for the purpose: what a small render hardly ever has.
 #include "renderer/output/report_page.h"
+#include "renderer/core/setting_names.h"
 
 #include <gtest/gtest.h>
 
@@ -66,6 +67,7 @@ TEST(ReportPageSuffix, DecidesWhatIsWritten) {
 }
 
 TEST(ReportPageContent, NonFiniteSamplesWithTheirReplays) {
+  spell_settings([](std::string_view name) { return "--" + std::string(name); });
   RenderReport r = report();
   r.counters.non_finite_samples = 12345;
   r.counters.located = {{11, 22, 3, 3}, {12, 22, 1, 99}};
@@ -74,6 +76,7 @@ TEST(ReportPageContent, NonFiniteSamplesWithTheirReplays) {
   expect_text(read, options().command_line + " --replay 11,22,3\n");
   // Of a round that was drawn with a seed of its own.
   expect_text(read, options().command_line + " --replay 12,22,1 --seed 99");
+  spell_settings([](std::string_view name) { return std::string(name); });
 }
 
 TEST(ReportPageContent, WarningsRepairsAndCoverage) {

@@ -1,4 +1,4 @@
-#include "renderer/process/run_limits.h"
+#include "renderer/engine/run_limits.h"
 
 #include <gtest/gtest.h>
 

@@ -309,7 +309,7 @@ TEST(SamplerTable, UnknownNameListsTheValidOnes) {
     for (const std::string& name : test::names_of(sampler_table()))
       valid += (valid.empty() ? "" : ", ") + name;
     EXPECT_EQ(error.what(),
-              "--sampler: unknown sampler 'sobel' (did you mean 'sobol'?); "
+              "sampler: unknown sampler 'sobel' (did you mean 'sobol'?); "
               "valid names are " +
                   valid);
     EXPECT_EQ(error.exit_code(), kExitUsage);

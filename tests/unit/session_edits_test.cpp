@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "renderer/film/filter.h"
+#include "support/gltf_builder.h"
 #include "unit/session_fixture.h"
 
 namespace emberline {
@@ -75,6 +76,35 @@ TEST_F(SessionEditsTest, SavedEditsStateTheViewOfTheOptions) {
   options.scene = scene("cornell_box");
   options.edits = path("look.json");
   expect_same_bits(owner.session.picture()->rgba, rendered(options), "the view");
+}
+
+// Of cameras of one name, too, the one that was chosen.
+TEST_F(SessionEditsTest, SavedEditsStateTheCameraOfTheOptions) {
+  test::GltfBuilder gltf;
+  gltf.add_triangle();
+  gltf.push("cameras", {{"name", "Camera"},
+                        {"type", "perspective"},
+                        {"perspective", {{"yfov", 0.8}, {"znear", 0.1}}}});
+  for (const char* name : {"Wide", "Tele"}) {
+    gltf.add_to_scene(gltf.push(
+        "nodes",
+        {{"camera", 0}, {"name", name}, {"translation", {0.3, 0.3, name[0] == 'W' ? 3 : 2}}}));
+  }
+  gltf.write_glb(path("cameras.glb"));
+  for (const char* camera : {"1", "Tele"}) {
+    ViewSettings view = settings("bisection", 4);
+    view.render.camera = camera;
+    SessionOwner owner(view);
+    owner.open(path("cameras.glb"));
+    ASSERT_TRUE(finishes(owner));
+    owner.session.save_edits(path("look.json")).get();
+    RenderOptions options = settings("bucket", 4).render;
+    options.scene = path("cameras.glb");
+    const std::vector<float> first = rendered(options);
+    options.edits = path("look.json");
+    expect_same_bits(owner.session.picture()->rgba, rendered(options), camera);
+    EXPECT_NE(rendered(options), first);
+  }
 }
 
 // So is their lens, which keeps its f-number when the angle of view changes.

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "io/image_input.h"
+#include "io/image/input.h"
 #include "renderer/app/render_command.h"
 #include "renderer/film/filter.h"
 #include "support/edits.h"

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <array>
 
-#include "renderer/charts/heatmap_quantity.h"
+#include "renderer/statistics/heatmap_quantity.h"
 #include "unit/session_fixture.h"
 
 namespace emberline {

@@ -1,4 +1,4 @@
-#include "renderer/drivers/setting_table.h"
+#include "renderer/engine/setting_table.h"
 
 #include <gtest/gtest.h>
 
@@ -137,26 +137,26 @@ TEST(SettingTable, RefusesNonsenseWithWhatIsValid) {
   const auto message = [](std::string_view name, std::string_view text) -> std::string {
     FrameSettings settings;
     try {
-      find_named(setting_table(), "--settings", "setting", name).read(settings, text);
+      find_named(setting_table(), "`settings`", "setting", name).read(settings, text);
     } catch (const UsageError& error) {
       return error.what();
     }
     return "";
   };
   EXPECT_EQ(message("bucket-order", "hilbet"),
-            "--bucket-order: unknown order 'hilbet' (did you mean 'hilbert'?); valid names are "
+            "bucket-order: unknown order 'hilbet' (did you mean 'hilbert'?); valid names are "
             "hilbert, spiral, scanline, random");
   EXPECT_EQ(message("bisection-axis", "row"),
-            "--bisection-axis: unknown axis 'row' (did you mean 'rows'?); valid names are rows, "
+            "bisection-axis: unknown axis 'row' (did you mean 'rows'?); valid names are rows, "
             "columns, both");
   EXPECT_EQ(message("reconstruction", "cubic"),
-            "--reconstruction: unknown reconstruction 'cubic'; valid names are duplicate, linear");
+            "reconstruction: unknown reconstruction 'cubic'; valid names are duplicate, linear");
   EXPECT_EQ(message("allocation", "rmse"),
-            "--allocation: unknown allocation 'rmse' (did you mean 'mse'?); valid names are "
+            "allocation: unknown allocation 'rmse' (did you mean 'mse'?); valid names are "
             "display, mse, relmse, denoised");
   for (const char* size : {"0", "5000"}) {
     EXPECT_EQ(message("bucket-size", size),
-              "--bucket-size: '" + std::string(size) + "' is not a whole number from 1 to 4096");
+              "bucket-size: '" + std::string(size) + "' is not a whole number from 1 to 4096");
   }
 }
 

@@ -1,5 +1,5 @@
 // A quoted word, read by the system's own shell, is the word again.
-#include "renderer/process/shell_quote.h"
+#include "renderer/app/shell_quote.h"
 
 #include <gtest/gtest.h>
 
@@ -32,10 +32,10 @@ void expect_comes_back(const std::string& word) {
 }
 
 TEST(ShellQuote, OddWordsComeBack) {
-  for (const std::string word :
-       {"", "plain.glb", "two words", "it's", "'", "\"$HOME\" `x` \\ $(y)",
-        "a;b&c|d>e<f*?[g]{h}~#!", "Küche 場面", "new\nline", "tab\tand\x1b[31m", "no \xff utf-8",
-        "100%\n%s", "\xc2\x85", "-", "back\\slash\n\\101"}) {
+  for (const std::string word : {"", "plain.glb", "two words", "it's", "'", "\"$HOME\" `x` \\ $(y)",
+                                 "a;b&c|d>e<f*?[g]{h}~#!", "Küche 場面", "new\nline", "s.glb\n",
+                                 "\n", "two\n\n\n", "-\xff\n", "tab\tand\x1b[31m", "no \xff utf-8",
+                                 "100%\n%s", "\xc2\x85", "-", "back\\slash\n\\101"}) {
     expect_comes_back(word);
   }
 }

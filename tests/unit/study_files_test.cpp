@@ -1,5 +1,5 @@
 // What a study writes: nothing is lost on the way to a file and back.
-#include "renderer/study/study_files.h"
+#include "renderer/statistics/study/files.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <optional>
 #include <sstream>
 
-#include "io/json_input.h"
+#include "io/json/input.h"
 #include "renderer/core/errors.h"
 
 namespace emberline {

@@ -1,14 +1,14 @@
 // The study's page from results made up for the purpose: what must be on it, and that nothing of
 // what may be missing (seeds, runs, pictures, a baseline) breaks it.
-#include "renderer/study/study_page.h"
+#include "renderer/statistics/study/page.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <filesystem>
 
-#include "io/image_output.h"
-#include "renderer/study/study_page_pictures.h"
+#include "io/image/output.h"
+#include "renderer/statistics/study/page_pictures.h"
 #include "support/gltf_builder.h"
 #include "support/markup.h"
 

@@ -1,5 +1,5 @@
 // From the options of a study to its methods.
-#include "renderer/study/study_plan.h"
+#include "renderer/statistics/study/plan.h"
 
 #include <gtest/gtest.h>
 
@@ -7,11 +7,11 @@
 #include <fstream>
 #include <set>
 
-#include "io/fingerprint.h"
+#include "io/files/fingerprint.h"
 #include "renderer/core/errors.h"
-#include "renderer/drivers/frame_plan.h"
-#include "renderer/process/process_usage.h"
-#include "renderer/process/render_clock.h"
+#include "renderer/engine/frame_plan.h"
+#include "renderer/engine/process_usage.h"
+#include "renderer/engine/render_clock.h"
 #include "unit/output_folder.h"
 
 namespace emberline {
@@ -91,7 +91,7 @@ TEST(StudyPlan, DenoisedMethodsStandBesideTheRaw) {
             (std::vector<std::string>{"bucket", "adaptive/nested", "adaptive/nested/denoised"}));
   EXPECT_TRUE(plan.methods[2].method.denoised);
   options.estimators = "nested/denoised/unbiased,two-stream";
-  EXPECT_NE(plan_study(options).methods[1].impossible.find("--unbiased"), std::string::npos);
+  EXPECT_NE(plan_study(options).methods[1].impossible.find("unbiased"), std::string::npos);
 }
 
 TEST(StudyPlan, SamplersThatTakePowersOfTwoGetThem) {

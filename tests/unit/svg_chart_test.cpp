@@ -1,5 +1,5 @@
 // Charts: what is drawn lies where its value says, and what cannot be drawn harms nothing.
-#include "renderer/charts/svg_chart.h"
+#include "renderer/statistics/svg_chart.h"
 
 #include <gtest/gtest.h>
 

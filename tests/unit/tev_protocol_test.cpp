@@ -1,6 +1,6 @@
 // The packets byte by byte as tev's published layout has them, written out by hand; and the
 // addresses that are understood.
-#include "io/tev_protocol.h"
+#include "io/viewer/tev_protocol.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // What arrives in a viewer, and what becomes of a stream whose viewer is slow, silent or gone.
-#include "io/tev_stream.h"
+#include "io/viewer/tev_stream.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Scales of heatmaps: ranges found by themselves, places along the bar, round numbers.
-#include "renderer/charts/value_scale.h"
+#include "renderer/statistics/value_scale.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,8 @@
 // Threads that the system refuses.
-#include "renderer/process/worker_threads.h"
+#include "renderer/engine/worker_threads.h"
 
 #include <gtest/gtest.h>
+#include <sched.h>
 #include <sys/resource.h>
 #include <tbb/task_arena.h>
 #include <unistd.h>
@@ -30,7 +31,26 @@ void limit_threads(rlim_t more) {
 
 TEST(WorkerThreads, AsManyAsAskedFor) {
   EXPECT_EQ(WorkerThreads(3).count(), 3);
-  EXPECT_EQ(WorkerThreads(0).count(), int(std::max(1u, std::thread::hardware_concurrency())));
+  EXPECT_EQ(WorkerThreads(0).count(), usable_processors());
+}
+
+// As taskset, containers and batch systems set it, for this thread and those that it starts.
+TEST(WorkerThreads, TheAffinityMaskCounts) {
+  cpu_set_t before;
+  ASSERT_EQ(sched_getaffinity(0, sizeof before, &before), 0);
+  EXPECT_EQ(usable_processors(), CPU_COUNT(&before));
+  cpu_set_t some;
+  CPU_ZERO(&some);
+  for (int cpu = 0; cpu < CPU_SETSIZE; ++cpu) {
+    if (!CPU_ISSET(cpu, &before)) continue;
+    CPU_SET(cpu, &some);
+    ASSERT_EQ(sched_setaffinity(0, sizeof some, &some), 0);
+    EXPECT_EQ(usable_processors(), CPU_COUNT(&some));
+    EXPECT_EQ(WorkerThreads(0).count(), CPU_COUNT(&some));
+    EXPECT_EQ(WorkerThreads(2).count(), 2) << "what is asked for is given";
+    if (CPU_COUNT(&some) == 2) break;
+  }
+  ASSERT_EQ(sched_setaffinity(0, sizeof before, &before), 0);
 }
 
 // Whether the thread that works needs the one that is refused (the second), or one of TBB's own
@@ -55,7 +75,7 @@ TEST(WorkerThreads, AThreadThatTbbIsRefusedIsOneLine) {
   };
   for (const rlim_t more : {1, 2}) {
     EXPECT_EXIT(use_eight(more), ::testing::ExitedWithCode(kExitRenderFailed),
-                "^emberline: error: .*lower --threads\n$");
+                "^emberline: error: .*lower threads\n$");
   }
 }
 

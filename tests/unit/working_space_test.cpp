@@ -1,11 +1,11 @@
 // ACEScg: what the scene says is what is seen, whichever primaries it is rendered with.
-#include "io/working_space.h"
+#include "io/display/working_space.h"
 
 #include <gtest/gtest.h>
 
 #include <cstring>
 
-#include "io/display.h"
+#include "io/display/display.h"
 #include "support/render.h"
 #include "support/scenes.h"
 

@@ -40,7 +40,7 @@ def environment():
 class Viewer:
     """What `--display tev://` sends to: the picture so far, as R G B A with rows from the top.
 
-    The packets are those of the image viewer tev (io/tev_protocol.h); only our own child knows the port.
+    The packets are those of the image viewer tev (io/viewer/tev_protocol.h); only our own child knows the port.
     """
 
     _CREATE, _UPDATE = 4, 6

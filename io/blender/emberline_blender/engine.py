@@ -137,6 +137,7 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
         arguments += ["--size", f"{view.width}x{view.height}", "--crop", ",".join(map(str, view.crop))]
         arguments += light + settings.options(scene) + passes.options(scene, layer)
         arguments += motion.OPTIONS if exported.moves else []
+        arguments += ["--holdout", exported.holdout] if exported.holdout else []
         try:
             self._watch(command.Process(arguments, folder), viewer, view.crop, layer)
         finally:

@@ -4,7 +4,7 @@ import os
 
 import bpy
 
-from . import lights, materials, versions, world
+from . import images, lights, materials, versions, world
 
 # Nodes that Blender's glTF exporter, and we, read; others are said to be left out.
 _READ = {
@@ -21,19 +21,6 @@ _cache = {}  # scene: lines
 _dirty = True
 
 
-def _used_nodes(tree):
-    """Nodes that the active output depends on."""
-    outputs = [n for n in tree.nodes if n.type in ("OUTPUT_MATERIAL", "OUTPUT_WORLD", "OUTPUT_LIGHT") and n.is_active_output]
-    seen, waiting = set(), outputs
-    while waiting:
-        node = waiting.pop()
-        if node.name in seen:
-            continue
-        seen.add(node.name)
-        yield node
-        waiting += [link.from_node for entry in node.inputs for link in entry.links]
-
-
 def of_material(material):
     if not material.use_nodes or not material.node_tree:
         return []
@@ -41,15 +28,18 @@ def of_material(material):
     said = []
     if surface and surface.type not in _SURFACES:
         said.append(f"its surface is the node '{surface.name}' ({surface.bl_label}), not a Principled BSDF")
-    for node in _used_nodes(material.node_tree):
+    for node in materials.used_nodes(material.node_tree):
         if node.type == "OUTPUT_MATERIAL":
             for what in ("Volume", "Displacement"):
                 if node.inputs[what].is_linked:
                     said.append(f"its {what.lower()} is ignored")
         elif node.type not in _READ and node is not surface:
             said.append(f"the node '{node.name}' ({node.bl_label}) is ignored")
-        elif node.type == "TEX_IMAGE" and node.image and not node.image.size[0]:
-            said.append(f"its image '{node.image.name}' is missing")
+        elif node.type == "TEX_IMAGE" and node.image:
+            image = node.image
+            said += [f"its image '{image.name}' is missing"] if images.is_missing(node, bpy.context.scene.frame_current) else images.faults(image)
+            if image.is_float:
+                said.append(f"its image '{image.name}' has 8 bits, and nothing above 1")
         elif node.type == "BSDF_PRINCIPLED":
             for what in ("Subsurface", "Subsurface Weight", "Anisotropic", "Diffuse Roughness"):
                 entry = node.inputs.get(what)
@@ -87,10 +77,12 @@ def of_world(data):
     if background.inputs["Color"].is_linked and not environment:
         said.append("the nodes of its colour are ignored, but for an Environment Texture")
     if environment:
-        if not environment.image.size[0]:
+        if not environment.image.size[0] and not world.file_as_is(environment.image):
             said.append(f"its image '{environment.image.name}' is missing: the world is black")
         if environment.image.source not in ("FILE", "GENERATED"):
             said.append("of its environment's images one is shown")
+        elif environment.image.size[0]:
+            said += images.faults(environment.image)
         if environment.projection != "EQUIRECTANGULAR":
             said.append("its environment is taken as equirectangular")
         if environment.inputs["Vector"].is_linked:
@@ -109,11 +101,12 @@ def of_object(scene, placed):
         said.append(f"an object of the kind {placed.type} is not shown")
     if any(system.settings.type == "HAIR" and system.settings.render_type == "PATH" for system in placed.particle_systems):
         said.append("hair is not shown")
+    layer = bpy.context.view_layer
+    if placed.type != "LIGHT" and layer and placed.visible_camera and placed.indirect_only_get(view_layer=layer):
+        said.append("it is seen by camera rays, too: its collection is indirect only")
     for flag, what in (("camera", "camera"), ("diffuse", "diffuse"), ("glossy", "glossy"), ("transmission", "transmission"), ("shadow", "shadow")):
         if placed.type != "LIGHT" and not getattr(placed, f"visible_{what}", True):
             said.append(f"it is seen by {flag} rays, too")
-    if getattr(placed, "is_holdout", False):
-        said.append("it is no holdout")
     if placed.type != "LIGHT" and getattr(placed, "is_shadow_catcher", False):
         said.append("it is no shadow catcher")
     linking = getattr(placed, "light_linking", None)

@@ -1,33 +1,63 @@
 """Materials on their way through Blender's exporter: what it needs before, and what it leaves out."""
 import copy
 
+from . import images
+
+
+def used_nodes(tree):
+    """Nodes that the active output depends on."""
+    outputs = [n for n in tree.nodes if n.type in ("OUTPUT_MATERIAL", "OUTPUT_WORLD", "OUTPUT_LIGHT") and n.is_active_output]
+    seen, waiting = set(), outputs
+    while waiting:
+        node = waiting.pop()
+        if node.name in seen:
+            continue
+        seen.add(node.name)
+        yield node
+        waiting += [link.from_node for entry in node.inputs for link in entry.links]
+
+
+def image_nodes(material):
+    if not material.use_nodes or not material.node_tree:
+        return []
+    return [node for node in used_nodes(material.node_tree) if node.type == "TEX_IMAGE" and node.image]
+
 
 class Copies:
-    """Originals for the exporter, which knows no others: animated materials as copies that have this frame's values."""
+    """Originals for the exporter, which knows no others. Copies of those that are animated have this frame's values; of those
+    with images that it does not write as Cycles reads them, stand-ins."""
 
     def __init__(self, depsgraph, ids, names):
         """`names` gets those of copies, and the originals' with them."""
         self._depsgraph, self._ids, self._copies = depsgraph, ids, {}
+        self._stand_ins = images.StandIns(ids, depsgraph.scene.frame_current)
         self.names = names
 
     def of(self, material):
         if not material:
             return None
         original = material.original
-        tree = original.node_tree
-        if not original.animation_data and not (tree and tree.animation_data):
-            return original
         if original not in self._copies:
-            self._copies[original] = copied = original.copy()
-            self._ids.append(copied)
-            self.names[copied.name] = original.name
-            evaluated = original.evaluated_get(self._depsgraph)
-            copied.animation_data_clear()
-            if tree:
-                copied.node_tree.animation_data_clear()
-                for node in copied.node_tree.nodes:
-                    self._take_values(node, evaluated.node_tree.nodes.get(node.name))
+            tree = original.node_tree
+            animated = original.animation_data or (tree and tree.animation_data)
+            stand_ins = {node.name: self._stand_ins.of(node) for node in image_nodes(original)}
+            stand_ins = {name: found for name, found in stand_ins.items() if found}
+            self._copies[original] = self._copy(original, stand_ins) if animated or stand_ins else original
         return self._copies[original]
+
+    def _copy(self, original, stand_ins):
+        copied = original.copy()
+        self._ids.append(copied)
+        self.names[copied.name] = original.name
+        evaluated = original.evaluated_get(self._depsgraph)
+        copied.animation_data_clear()
+        if original.node_tree:
+            copied.node_tree.animation_data_clear()
+            for node in copied.node_tree.nodes:
+                self._take_values(node, evaluated.node_tree.nodes.get(node.name))
+        for name, found in stand_ins.items():
+            images.put_in(copied.node_tree.nodes[name], found)
+        return copied
 
     @staticmethod
     def _take_values(node, evaluated):
@@ -66,6 +96,20 @@ def _plain(glb, material, colour, metallic, roughness, specular=1):
         material.setdefault("extensions", {})["KHR_materials_specular"] = {"specularFactor": 0}
 
 
+def _blend(material, node):
+    """Cycles blends wherever alpha is below 1; before Blender 4.2 the exporter asks how EEVEE does it."""
+    alpha = node.inputs["Alpha"]
+    source = alpha.links[0].from_node if alpha.is_linked else None
+    plain = not source or source.type == "TEX_IMAGE"
+    if source and plain and source.image and source.image.source == "FILE" and source.image.size[0]:
+        if alpha.links[0].from_socket.name == "Alpha" and images.is_opaque(source.image):
+            return
+    if source or alpha.default_value < 1:
+        if plain or "alphaMode" not in material:
+            material["alphaMode"] = "BLEND"
+            material.pop("alphaCutoff", None)
+
+
 def complete(glb):
     """Puts in what the exporter has no word for."""
     import bpy
@@ -79,6 +123,8 @@ def complete(glb):
             volume = extensions.setdefault("KHR_materials_volume", {})
             volume.setdefault("thicknessFactor", 1.0)
             glb.use("KHR_materials_volume")
+        if node and node.type == "BSDF_PRINCIPLED":
+            _blend(material, node)
         if node and node.type == "EMISSION":
             _plain(glb, material, (0, 0, 0), 0, 1, specular=0)
         elif node and node.type == "BSDF_DIFFUSE" and not node.inputs["Color"].is_linked:

@@ -100,7 +100,8 @@ class EMBERLINE_PT_film(_Panel, bpy.types.Panel):
     def draw(self, context):
         own, column = context.scene.emberline, self._column()
         column.prop(own, "pixel_filter")
-        column.prop(own, "filter_width")
+        if own.pixel_filter != "box":
+            column.prop(own, "filter_width")
         column.prop(context.scene.render, "film_transparent", text="Transparent")
 
 

@@ -3,13 +3,14 @@
 Blender's own exporter writes the materials: it is given a scene with a triangle of each, which is removed again, so that nothing of
 the user's is touched. Meshes, each once, where they stand, and the lights are added to its file.
 """
+import contextlib
 import os
 import types
 
 import bpy
 from mathutils import Vector
 
-from . import camera, lights, materials
+from . import camera, images, lights, materials
 from .command import Refused
 from .glb import Glb
 from .meshes import Mesh
@@ -23,9 +24,9 @@ class _Scratch:
 
     def __init__(self, depsgraph):
         self.scene = bpy.data.scenes.new("Emberline export")
-        self.ids, self.original_names = [], {}
+        self.ids, self.original_names, self.said = [], {}, []
         self._copies = materials.Copies(depsgraph, self.ids, self.original_names)
-        self._triangles = {}
+        self._triangles, self._wearers = {}, {}  # names; of each, its material's name and an object that wears it
 
     def __enter__(self):
         return self
@@ -34,8 +35,8 @@ class _Scratch:
         bpy.data.scenes.remove(self.scene)
         bpy.data.batch_remove(self.ids)
 
-    def triangle(self, material, uv_maps, shown_uv_map):
-        """Its name. Textures lie on UV maps, so meshes that have others have triangles of their own."""
+    def triangle(self, material, uv_maps, shown_uv_map, wearer):
+        """Its name; `wearer` is an object's. Textures lie on UV maps, so meshes that have others have triangles of their own."""
         worn = (self._copies.of(material), uv_maps, shown_uv_map)
         if worn not in self._triangles:
             mesh = bpy.data.meshes.new("emberline")
@@ -47,6 +48,10 @@ class _Scratch:
                 mesh.uv_layers.new(name=name).active_render = name == shown_uv_map
             self.scene.collection.objects.link(placed)
             self._triangles[worn] = placed.name
+            self._wearers[placed] = (material.name, wearer)
+            for node in materials.image_nodes(material.original):
+                if node.image.source == "TILED":
+                    self.said += [f"{wearer}: {material.name}: {line}" for line in images.faults(node.image)]
         return self._triangles[worn]
 
     def export(self, folder):
@@ -56,9 +61,8 @@ class _Scratch:
         path = os.path.join(folder, "materials.glb")
         try:
             _export(self, path)
-        except RuntimeError as error:
-            line = str(error).strip().splitlines()[-1]
-            raise Refused(f"Emberline: Blender's glTF exporter failed: {line}") from error
+        except _ExporterFailed as fault:
+            raise Refused(f"Emberline: Blender's glTF exporter failed{self._blame(path)}: {fault}") from fault
         glb = Glb(path)
         os.remove(path)
         meshes = glb.json.pop("meshes", [])
@@ -66,6 +70,26 @@ class _Scratch:
         materials.restore_names(glb, self.original_names)
         materials.complete(glb)
         return glb, worn
+
+
+    def _blame(self, path):
+        """Which material the exporter fails at, and whose."""
+        placed = list(self._wearers)
+        for one in placed:
+            self.scene.collection.objects.unlink(one)
+        for one in placed:
+            self.scene.collection.objects.link(one)
+            try:
+                _export(self, path)
+            except _ExporterFailed:
+                material, wearer = self._wearers[one]
+                return f" at the material '{material}' of '{wearer}'"
+            self.scene.collection.objects.unlink(one)
+        return ""
+
+
+class _ExporterFailed(Exception):
+    """One line."""
 
 
 class _Context:
@@ -110,9 +134,41 @@ def _export(scratch, path):
     with context.temp_override(**override, active_object=None, object=None):
         bpy.context = _Context(context)
         try:
-            operator(**{name: value for name, value in wanted.items() if name in known})
+            with _operator_fault() as fault:
+                operator(**{name: value for name, value in wanted.items() if name in known})
+        except RuntimeError as error:
+            raise _ExporterFailed(_one_line(fault.get("raised", error))) from error
         finally:
             bpy.context = context
+
+
+@contextlib.contextmanager
+def _operator_fault():
+    """What the exporter raises within: Blender hands on its traceback as a text, which it cuts."""
+    kind, fault = bpy.types.EXPORT_SCENE_OT_gltf, {}
+    execute = kind.execute
+
+    def noting(self, context):
+        try:
+            return execute(self, context)
+        except Exception as error:
+            fault["raised"] = error
+            raise
+
+    had, own = "execute" in vars(kind), vars(kind).get("execute")
+    kind.execute = noting
+    try:
+        yield fault
+    finally:
+        if had:
+            kind.execute = own
+        else:
+            del kind.execute
+
+
+def _one_line(error):
+    lines = [line.strip() for line in str(error).splitlines() if line.strip() and not line.startswith("Location:")]
+    return f"{type(error).__name__}: {'; '.join(lines[:3])}" if lines else type(error).__name__
 
 
 class Parts:
@@ -128,15 +184,18 @@ def worn_by(placed):
 
 
 class _Thing:
-    """A mesh or a light. `track`: where it stands at each moment; `key`: of its mesh."""
+    """A mesh or a light. `track`: where it stands at each moment; `key`: of its mesh; `holdout`: the camera sees a hole."""
 
-    def __init__(self, name, data, track, group, key=None, unseen=False):
+    def __init__(self, name, data, track, group, key=None, unseen=False, holdout=False):
         self.name, self.data, self.track, self.group, self.key, self.unseen = name, data, track, group, key, unseen
+        self.holdout = holdout
 
 
 class Export:
     """Writes scene.glb to `folder` from the depsgraph. Afterwards `groups` says which layer of light belongs to which of
     Blender's light groups, of those in `light_groups`.
+
+    `holdout` is the name of the node that holdouts are below, if there are some.
 
     `parts`: of an earlier export, whose meshes and materials still hold: then only what stands where is new, unless there is a
     mesh that it lacks. `shutter`: of motion.py, with which the scene is looked at at each moment; then `view` is that of its
@@ -175,6 +234,7 @@ class Export:
                 self.view = self._views[self._shutter.middle]
             else:
                 self._gather(read, scratch)
+            self.said += scratch.said
             glb, worn = scratch.export(folder)
         for key, mesh in read.items():
             parts.meshes[key] = mesh and mesh.add_to(glb, worn)
@@ -182,17 +242,18 @@ class Export:
         return parts, glb
 
     def _instances(self):
-        """What is rendered: a name that it keeps at all times, its object, and where it stands."""
+        """What is rendered: a name that it keeps at all times, its object, the one that instances it or itself, and
+        where it stands."""
         for instance in self._depsgraph.object_instances:
             placed = instance.object
             if instance.show_self and (placed.type == "LIGHT" or placed.type in _MESHES and placed.data):
                 name = placed.name_full
-                owner = instance.parent.name_full if instance.is_instance else name
-                if self._only is not None and owner not in self._only:
+                owner = instance.parent if instance.is_instance else placed
+                if self._only is not None and owner.name_full not in self._only:
                     continue
                 if instance.is_instance:
-                    name = (name, owner, *instance.persistent_id)
-                yield name, placed, instance.matrix_world.copy()
+                    name = (name, owner.name_full, *instance.persistent_id)
+                yield name, placed, owner, instance.matrix_world.copy()
 
     def _gather(self, meshes, scratch=None):
         """Lists what there is. Meshes that are not among `meshes` are read and put there, for which there must be a `scratch`:
@@ -202,7 +263,7 @@ class Export:
         scene = self._depsgraph.scene_eval
         seen_by = scene.camera.evaluated_get(self._depsgraph) if scene.camera else None
         moments = len(self._shutter.times) if self._shutter else 1
-        for name, placed, world in self._instances():
+        for name, placed, owner, world in self._instances():
             group = getattr(placed, "lightgroup", "")
             group = group if group in self._light_groups else ""
             track = [world] * moments
@@ -221,7 +282,8 @@ class Export:
                 meshes[key] = self._read(name, placed, scratch)
             if meshes[key] is None:
                 continue
-            self._things[name] = _Thing(placed.name, placed.data, track, group, key)
+            holdout = owner.holdout_get(view_layer=self._depsgraph.view_layer_eval)
+            self._things[name] = _Thing(placed.name, placed.data, track, group, key, holdout=holdout)
             for corner in placed.bound_box:
                 at = world @ Vector(corner)
                 self._low = Vector(map(min, self._low, at))
@@ -247,7 +309,7 @@ class Export:
                 raise Refused(f"Emberline: '{placed.name}' has vertices whose place is not a number")
             for slot in read.slots:
                 if slot < len(worn) and worn[slot]:
-                    read.worn[slot] = scratch.triangle(worn[slot], uv_maps, shown)
+                    read.worn[slot] = scratch.triangle(worn[slot], uv_maps, shown, placed.name)
             return read
         finally:
             placed.to_mesh_clear()
@@ -255,7 +317,7 @@ class Export:
     def _follow(self, moment, meshes):
         """Where things stand at another moment, and what has changed its shape."""
         changed = {update.id.original for update in self._depsgraph.updates if update.is_updated_geometry}
-        for name, placed, world in self._instances():
+        for name, placed, _, world in self._instances():
             thing = self._things.get(name)
             if not thing:
                 continue
@@ -267,9 +329,18 @@ class Export:
                     self.said.append(line)
                 placed.to_mesh_clear()
 
+    @staticmethod
+    def _above(glb, nodes):
+        """Adds a node that they are children of; its name, which no other has."""
+        name, taken = "holdouts", {node.get("name") for node in glb.json["nodes"]}
+        while name in taken:
+            name += "_"
+        glb.add("nodes", {"name": name, "children": nodes})
+        return name
+
     def _place(self, glb, parts):
         animation = Animation(glb, self._shutter.times if self._shutter else ())
-        placed, split = [], materials.LightGroups(glb)
+        placed, holes, split = [], [], materials.LightGroups(glb)
         centre = (self._low + self._high) / 2 if self._low.x <= self._high.x else Vector((0, 0, 0))
         radius = max((self._high - self._low).length / 2, 1e-6) if self._low.x <= self._high.x else 1.0
         light_layers = {}
@@ -277,19 +348,22 @@ class Export:
             if thing.key:
                 mesh = parts.meshes[thing.key]
                 morphs = len(glb.json["meshes"][mesh].get("weights", ()))
-                placed.append(animation.node(thing.track, morphs, name=thing.name, mesh=split.mesh(mesh, thing.group)))
+                node = animation.node(thing.track, morphs, name=thing.name, mesh=split.mesh(mesh, thing.group))
+                (holes if thing.holdout else placed).append(node)
                 continue
             # With light groups a layer must be known by its name, which two lights may share.
             layer = f"group{index}-{thing.name}" if thing.group else thing.name
             if thing.group:
                 light_layers[layer] = thing.group
             placed.append(lights.add(glb, animation, layer, thing.data, thing.track, centre, radius, thing.unseen))
-        placed = [node for node in placed if node is not None]
+        placed, holes = ([node for node in nodes if node is not None] for nodes in (placed, holes))
+        self.holdout = self._above(glb, holes) if holes else None
+        placed += [len(glb.json["nodes"]) - 1] if holes else []
         if not placed:
-            raise Refused("Emberline: there is nothing to render; the scene has neither a mesh nor a light")
+            self.said.append("there is neither a mesh nor a light: the picture shows the world alone")
         if self.view:
             placed += self.view.follow(glb, animation, [self._views[i] for i in sorted(self._views)])
-        glb.json["scene"], glb.json["scenes"] = 0, [{"nodes": placed}]
+        glb.json["scene"], glb.json["scenes"] = 0, [{"nodes": placed} if placed else {}]
         split.name_emitters()
         self.groups = {**split.layers, **light_layers}
         self.moves = not animation.empty

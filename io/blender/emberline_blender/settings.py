@@ -2,7 +2,9 @@
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
-FILTERS = ("blackman-harris", "gaussian", "box", "mitchell")
+# Radius of --filter-radius for a filter width of 1, as Cycles has it: Blackman-Harris ends at the width, the Gaussian's sigma
+# is a quarter of it and ours a third of the radius. Cycles has no Mitchell: at the default width ours has its usual radius of 2.
+_RADII = {"blackman-harris": 1.0, "gaussian": 0.75, "mitchell": 4 / 3}
 
 
 class EmberlineSettings(bpy.types.PropertyGroup):
@@ -76,7 +78,7 @@ class EmberlineSettings(bpy.types.PropertyGroup):
     )
     filter_width: FloatProperty(
         name="Width",
-        description="Of the filter",
+        description="Of the filter, as in Cycles; a box is always one pixel wide",
         default=1.5,
         min=0.02,
         max=10.0,
@@ -148,8 +150,13 @@ def preferred_command():
     return bpy.path.abspath(addon.preferences.command) if addon and addon.preferences else ""
 
 
+def filter_radius(own):
+    """In pixels; the width does not matter to a box, as in Cycles."""
+    return own.filter_width * _RADII[own.pixel_filter] if own.pixel_filter in _RADII else 0.5
+
+
 def _sample_options(own, render):
-    arguments = ["--filter", own.pixel_filter, "--filter-radius", repr(max(own.filter_width / 2, 0.01))]
+    arguments = ["--filter", own.pixel_filter, "--filter-radius", repr(max(filter_radius(own), 0.01))]
     if own.clamp_indirect > 0:
         arguments += ["--clamp-indirect", repr(own.clamp_indirect)]
     if own.use_denoising:

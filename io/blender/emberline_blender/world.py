@@ -5,7 +5,7 @@ import os
 import bpy
 import numpy
 
-from . import exr, lights
+from . import exr, images, lights
 
 _LINEAR = ("Linear", "Linear Rec.709", "Non-Color", "Raw")
 
@@ -35,18 +35,12 @@ def turn(environment):
     return angle if mapping.vector_type == "TEXTURE" else -angle
 
 
-def _picture(image):
-    """Linear R G B, rows from the top."""
-    width, height = image.size
-    pixels = numpy.empty(width * height * image.channels, numpy.float32)
-    image.pixels.foreach_get(pixels)
-    pixels = pixels.reshape(height, width, image.channels)[::-1]
-    if image.channels < 3:
-        pixels = numpy.repeat(pixels[:, :, :1], 3, axis=2)
-    pixels = pixels[:, :, :3]
-    if not image.is_float and image.colorspace_settings.name == "sRGB":
-        pixels = numpy.where(pixels <= 0.04045, pixels / 12.92, ((pixels + 0.055) / 1.055) ** 2.4)
-    return pixels
+def file_as_is(image):
+    """The path of an image that the command reads itself, layers of EXRs, which Blender does not read, too; or None."""
+    path = bpy.path.abspath(image.filepath_raw, library=image.library)
+    linear = image.colorspace_settings.name in _LINEAR
+    kept = image.source == "FILE" and not image.packed_file and not image.is_dirty
+    return path if kept and linear and path.lower().endswith((".hdr", ".exr")) and os.path.isfile(path) else None
 
 
 def options(world, folder):
@@ -62,14 +56,11 @@ def options(world, folder):
                 strength = max(background.inputs["Strength"].default_value, 0.0)
                 rgb = background.inputs["Color"].default_value[:3]
     path = os.path.join(folder, "world.exr")
-    if node and node.image.size[0] and node.image.size[1]:
-        source = bpy.path.abspath(node.image.filepath_raw, library=node.image.library)
-        linear = node.image.colorspace_settings.name in _LINEAR
-        as_is = source.lower().endswith((".hdr", ".exr")) and linear and not node.image.packed_file
-        if as_is and not node.image.is_dirty and node.image.source == "FILE" and os.path.isfile(source):
-            path = source
-        else:
-            exr.write(path, numpy.maximum(_picture(node.image), 0))
+    source = node and file_as_is(node.image)
+    if source or node and node.image.size[0] and node.image.size[1]:
+        if not source:
+            exr.write(path, numpy.maximum(images.linear(node.image)[::-1, :, :3], 0))
+        path = source or path
         return ["--env", path, "--env-strength", repr(strength), "--env-rotation", repr(turn(node))]
     exr.write(path, numpy.full((2, 4, 3), [max(c, 0.0) for c in rgb], numpy.float32))
     return ["--env", path, "--env-strength", repr(strength)]

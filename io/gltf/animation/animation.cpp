@@ -1,4 +1,4 @@
-#include "io/gltf_animation.h"
+#include "io/gltf/animation/animation.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <tuple>
 
-#include "io/gltf_accessor.h"
+#include "io/gltf/document/accessor.h"
 #include "renderer/core/log.h"
 #include "renderer/core/name_or_index.h"
 
@@ -16,7 +16,6 @@ namespace {
 using nlohmann::json;
 
 // ---- key frames
-// ------------------------------------------------------------------------------------------
 
 class AnimationReader {
  public:
@@ -167,7 +166,6 @@ void AnimationReader::warn_of_repairs() const {
 }
 
 // ---- which
-// -----------------------------------------------------------------------------------------------
 
 // The name of a broken animation is not known, so it may be the one that is wanted.
 size_t choose_one(const GltfDocument& document, const std::string& wanted,
@@ -217,7 +215,6 @@ void say_if_outside(const GltfDocument& document, const GltfAnimation& animation
 }
 
 // ---- at a time
-// -------------------------------------------------------------------------------------------
 
 void pose_node(const NodeTrack& track, double time, NodePose& pose) {
   const auto vector = [&] {
@@ -320,13 +317,19 @@ std::vector<double> times_within(const GltfAnimation& animation,
 
 void sample_value(const PointerTrack& track, double time, std::span<double> value) {
   sample_keys(track.keys, time, value);
+  constexpr double kRounding = 1e-6;
   for (double& number : value) {
+    const double sampled = number;
     number = std::clamp(number, track.property->minimum, track.property->maximum);
+    if (std::abs(sampled - number) > kRounding * std::max(1.0, std::abs(number))) {
+      track.goes_beyond = true;
+    }
   }
 }
 
 void write_values_at(const GltfAnimation& animation, double time, json& document) {
   for (const PointerTrack& track : animation.pointers) {
+    track.goes_beyond = false;
     std::vector<double> values(track.keys.width);
     sample_value(track, time, values);
     json& target = document[track.pointer];
@@ -335,6 +338,21 @@ void write_values_at(const GltfAnimation& animation, double time, json& document
     } else {
       target = values;
     }
+  }
+}
+
+void report_clamped_values(const GltfDocument& document, const GltfAnimation& animation) {
+  constexpr size_t kMost = 8;  // of those that are named: a file may have any number
+  std::string names;
+  size_t count = 0;
+  for (const PointerTrack& track : animation.pointers) {
+    if (!track.goes_beyond || ++count > kMost) continue;
+    names += (names.empty() ? "" : ", ") + track.pointer.to_string();
+  }
+  if (count > kMost) names += fmt::format(", and {} more", count - kMost);
+  if (count > 0) {
+    log_warning(document.file + ": animated values beyond what the specification allows are " +
+                "clamped: " + names);
   }
 }
 

@@ -2,8 +2,8 @@
 //
 // Nodes are posed by values of their own (GltfPose), which cost little at any number of times.
 // Everything else that a KHR_animation_pointer leads to is written into the document's JSON, from
-// which materials, lights and cameras are then read as ever; of some of it gltf_changes.h says how
-// it goes on from there.
+// which materials, lights and cameras are then read as ever; of some of it gltf/animation/changes.h
+// says how it goes on from there.
 #pragma once
 
 #include <map>
@@ -12,9 +12,9 @@
 #include <string>
 #include <vector>
 
-#include "io/gltf.h"
-#include "io/gltf_animation_target.h"
-#include "io/gltf_document.h"
+#include "io/gltf/animation/target.h"
+#include "io/gltf/document/document.h"
+#include "io/gltf/gltf_file.h"
 #include "renderer/core/vector.h"
 #include "renderer/description/animation.h"
 #include "renderer/description/scene_description.h"
@@ -31,6 +31,8 @@ struct PointerTrack {
   nlohmann::json::json_pointer pointer;
   const schema::Property* property = nullptr;
   KeyFrames keys;
+  // Whether sample_value clamped a value since write_values_at began. Reading is one thread's.
+  mutable bool goes_beyond = false;
 };
 
 // The animations that pose the scene, or none: it is at rest.
@@ -61,7 +63,7 @@ struct NodePose {
 };
 using GltfPose = std::map<size_t, NodePose>;  // by node; empty: at rest
 
-// Looks at what the JSON says of each animation: what is broken is noted (gltf_faults.h).
+// Looks at what the JSON says of each animation: what is broken is noted (gltf/document/faults.h).
 void check_gltf_animations(GltfDocument& document);
 
 // Of every animation: name, duration, what it moves. Their key frames are not read.
@@ -79,8 +81,8 @@ void set_time(const GltfDocument& document, const GltfOptions& options, GltfAnim
 // Per node: whether another time may find it, or a node above it, elsewhere; or hidden, or not.
 std::vector<char> nodes_that_may_move(const GltfDocument& document, const GltfAnimation& animation);
 
-// Where the nodes are (gltf_visibility.h says whether they are seen). Pure; takes, for each track,
-// the logarithm of its keys.
+// Where the nodes are (gltf/animation/visibility.h says whether they are seen). Pure; takes, for
+// each track, the logarithm of its keys.
 GltfPose pose_at(const GltfAnimation& animation, double time);
 // When the shutter opens, the key frames while it is open, and when it closes: growing, and of an
 // instant that alone.
@@ -90,5 +92,7 @@ std::vector<double> times_within(const GltfAnimation& animation,
 void sample_value(const PointerTrack& track, double time, std::span<double> value);
 // Writes what else is animated, as it is at the time; what was written for another is overwritten.
 void write_values_at(const GltfAnimation& animation, double time, nlohmann::json& document);
+// Warns of the values that were clamped.
+void report_clamped_values(const GltfDocument& document, const GltfAnimation& animation);
 
 }  // namespace emberline

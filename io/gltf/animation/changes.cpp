@@ -1,12 +1,12 @@
-#include "io/gltf_changes.h"
+#include "io/gltf/animation/changes.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <string_view>
 
-#include "io/gltf_extensions.h"
-#include "io/gltf_node_objects.h"
+#include "io/gltf/document/extensions.h"
+#include "io/gltf/geometry/node_objects.h"
 #include "renderer/core/constants.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/limit_error.h"
@@ -29,6 +29,7 @@ constexpr int kMostHalvings = 10;
 constexpr size_t kMostPieces = 65536;
 
 double magnitude(double value) { return std::abs(value); }
+double magnitude(float value) { return double(std::abs(value)); }
 double magnitude(const Rgb& value) { return double(max_abs_component(value)); }
 double magnitude(const Vec2f& v) { return double(std::max(std::abs(v.x), std::abs(v.y))); }
 
@@ -96,6 +97,17 @@ bool changes(const GltfAnimation& animation, const PointerTrack& track) {
   });
 }
 
+// A range that is infinite at times is as good as that there, so that its shares are numbers.
+void apply_range(const TimeCurve<float>& ranges, PunctualLightDescription& light) {
+  constexpr float kAsGoodAsInfinite = 1e18f;
+  light.range = *std::ranges::max_element(ranges.values);
+  if (is_constant(ranges)) return;
+  auto share = std::make_shared<TimeCurve<float>>(ranges);
+  light.range = std::min(light.range, kAsGoodAsInfinite);
+  for (float& value : share->values) value = std::min(value, light.range) / light.range;
+  light.range_share = std::move(share);
+}
+
 }  // namespace
 
 void GltfChanges::apply(std::vector<MaterialDescription>& materials) const {
@@ -109,6 +121,9 @@ void GltfChanges::apply(size_t light, PunctualLightDescription& description) con
   if (const auto found = lights_.find(light); found != lights_.end()) {
     description.intensity = found->second.brightest;
     description.share = found->second.share;
+  }
+  if (const auto found = ranges_.find(light); found != ranges_.end()) {
+    apply_range(*found->second, description);
   }
   const auto found = cones_.find(light);
   if (found == cones_.end() || description.type != PunctualType::kSpot) return;
@@ -283,11 +298,15 @@ void GltfChanges::read_light(size_t index) {
     lights_[index] = brightness(find(pointer + "/color", {1.0, 1.0, 1.0}),
                                 find(pointer + "/intensity", {1.0}), place);
   }
+  if (const std::string range = pointer + "/range"; animated(range)) {
+    ranges_[index] = curve<float>(
+        {find(range, {0.0})}, [&](const auto& n) { return light_range(n[0], document_, pointer); });
+  }
   const std::string inner = pointer + "/spot/innerConeAngle";
   const std::string outer = pointer + "/spot/outerConeAngle";
   if (!animated(inner) && !animated(outer)) return;
   cones_[index] = curve<Vec2f>({find(inner, {0.0}), find(outer, {kPiD / 4})}, [&](const auto& n) {
-    return cone_angles(n[0], n[1], place + "/spot");
+    return cone_angles(n[0], n[1], document_, pointer);
   });
 }
 

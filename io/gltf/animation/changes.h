@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "io/gltf_animation.h"
-#include "io/gltf_document.h"
+#include "io/gltf/animation/animation.h"
+#include "io/gltf/document/document.h"
 #include "renderer/core/time_curve.h"
 #include "renderer/description/scene_description.h"
 
@@ -63,6 +63,7 @@ class GltfChanges {
   std::map<std::string, const PointerTrack*> tracks_;  // by pointer; of two the later counts
   std::map<size_t, Brightness> materials_, lights_;
   std::map<size_t, Curve<Vec2f>> cones_;
+  std::map<size_t, Curve<float>> ranges_;
   std::map<size_t, Curve<double>> lenses_;
   uint64_t times_ = 0;  // of all curves
 };

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <set>
 
-#include "io/gltf_accessor.h"
-#include "io/gltf_animation.h"
+#include "io/gltf/animation/animation.h"
+#include "io/gltf/document/accessor.h"
 
 namespace emberline {
 namespace {

@@ -1,11 +1,11 @@
-#include "io/gltf_poses.h"
+#include "io/gltf/animation/poses.h"
 
 #include <algorithm>
 #include <numeric>
 
-#include "io/gltf_accessor.h"
-#include "io/gltf_transform.h"
-#include "io/tiny_gltf_renamed.h"
+#include "io/gltf/document/accessor.h"
+#include "io/gltf/document/tiny_gltf_renamed.h"
+#include "io/gltf/geometry/transform.h"
 
 namespace emberline {
 

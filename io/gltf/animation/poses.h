@@ -4,8 +4,8 @@
 #include <map>
 #include <vector>
 
-#include "io/gltf_mesh.h"
-#include "io/gltf_shutter.h"
+#include "io/gltf/animation/shutter.h"
+#include "io/gltf/geometry/mesh.h"
 
 namespace emberline {
 

@@ -6,8 +6,8 @@
 #include <tuple>
 #include <vector>
 
-#include "io/gltf_images.h"
-#include "io/gltf_mesh.h"
+#include "io/gltf/geometry/mesh.h"
+#include "io/gltf/materials/images.h"
 #include "renderer/core/vector.h"
 
 namespace emberline {
@@ -22,7 +22,8 @@ struct RestMesh {
 };
 
 struct GltfRest {
-  using MeshId = std::tuple<size_t, size_t, int, int>;  // mesh, primitive, skin, node or -1
+  // Mesh, primitive, skin, node or -1, and whether it is flat.
+  using MeshId = std::tuple<size_t, size_t, int, int, bool>;
   std::map<MeshId, RestMesh> meshes;
   uint64_t last_key = 0;
   std::map<int, GltfImage> images;  // by glTF image

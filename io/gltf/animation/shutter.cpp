@@ -1,11 +1,11 @@
-#include "io/gltf_shutter.h"
+#include "io/gltf/animation/shutter.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "io/gltf_transform.h"
-#include "io/tiny_gltf_renamed.h"
+#include "io/gltf/document/tiny_gltf_renamed.h"
+#include "io/gltf/geometry/transform.h"
 #include "renderer/description/transform_parts.h"
 
 namespace emberline {
@@ -156,14 +156,22 @@ void GltfShutter::pose_at_steps(size_t segments) {
   }
 }
 
-// Of what its mesh says of itself, in the world as the shutter opens; 0 without a mesh. A mesh that
-// says nothing counts as large as its way is long.
+// Of what its mesh says of itself, where it is largest while the shutter is open; 0 without a mesh.
+// A mesh that says nothing counts as large as its way is long.
 double GltfShutter::radius_of(size_t i) const {
   const size_t node = order_[i];
   const int mesh = model_.nodes[node].mesh;
   if (mesh < 0) return 0.0;
   const double of_mesh = radius(size_t(mesh));
-  if (std::isfinite(of_mesh)) return of_mesh * largest_stretch(world_[node]);
+  if (std::isfinite(of_mesh)) {
+    const double opening = largest_stretch(world_[node]);
+    if (opening > 0.0) return of_mesh * opening;
+    double largest = 0.0;
+    for (const std::vector<Mat44d>& step : motion_) {
+      largest = std::max(largest, largest_stretch(step[i]));
+    }
+    return of_mesh * largest;
+  }
   double way = 0.0;
   for (size_t step = 1; step < steps(); ++step) {
     way += distance_between(motion_[step - 1][i], motion_[step][i], 0.0);
@@ -171,14 +179,38 @@ double GltfShutter::radius_of(size_t i) const {
   return way;
 }
 
+// Whether a thing is turned inside out on its way, which no step between two can show.
+bool GltfShutter::is_mirrored_midway(size_t i) const {
+  double before = 0.0;
+  for (size_t step = 0; step < steps(); ++step) {
+    const Mat44d& m = motion_[step][i];
+    if (is_singular(m)) continue;
+    const double now = m.determinant();
+    if (before * now < 0.0) return true;
+    before = now;
+  }
+  return false;
+}
+
 // Whether every second step lies where those around it put it.
 bool GltfShutter::fine_enough() const {
   for (size_t i = 0; i < order_.size(); ++i) {
     const double radius = radius_of(i);
     const bool is_seen = radius > 0.0;
+    if (is_seen && is_mirrored_midway(i)) return false;
+    const int mesh = model_.nodes[order_[i]].mesh;
+    const double of_mesh = mesh < 0 ? 0.0 : this->radius(size_t(mesh));
+    const double own = std::isfinite(of_mesh) ? of_mesh : 1.0;
     for (size_t step = 0; step + 2 < steps(); step += 2) {
       const Mat44d& middle = motion_[step + 1][i];
-      if (is_singular(motion_[step][i]) || is_singular(motion_[step + 2][i])) continue;
+      // What is scaled to nothing has no rotation, but may come and go at once.
+      if (is_singular(motion_[step][i]) || is_singular(motion_[step + 2][i])) {
+        const Mat44d mean = (motion_[step][i] + motion_[step + 2][i]) * 0.5;
+        if (is_seen && distance_between(mean, middle, own) > kTolerance * radius) {
+          return false;
+        }
+        continue;
+      }
       const TransformParts a(motion_[step][i]), b(motion_[step + 2][i]);
       if (angle_between(a.rotation, b.rotation) > (is_seen ? kTurn : kJointTurn)) return false;
       const Mat44d expected = between(a, b, 0.5).matrix();
@@ -200,7 +232,25 @@ double GltfShutter::radius(size_t mesh) const {
   return corner.length();
 }
 
-std::vector<Mat44d> with_inverses(std::vector<Mat44d> steps) {
+namespace {
+
+// Those that are flat; mirrored as the step before is, or else the next one.
+void thicken(std::vector<Mat44d>& steps, const Vec3d& center) {
+  const auto first = std::ranges::find_if_not(steps, is_singular);
+  bool mirrored = first != steps.end() && first->determinant() < 0.0;
+  for (Mat44d& step : steps) {
+    if (!is_singular(step)) {
+      mirrored = step.determinant() < 0.0;
+    } else if (const std::optional<Vec3d> axis = flattened_axis(step)) {
+      step = thickened(step, *axis, kThickness, center, mirrored);
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<Mat44d> with_inverses(std::vector<Mat44d> steps, const Vec3d& center) {
+  thicken(steps, center);
   std::vector<size_t> whole;
   for (size_t i = 0; i < steps.size(); ++i) {
     if (!is_singular(steps[i])) whole.push_back(i);

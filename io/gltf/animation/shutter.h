@@ -4,9 +4,9 @@
 
 #include <vector>
 
-#include "io/gltf_animation.h"
-#include "io/gltf_mesh.h"
-#include "io/tiny_gltf_forward.h"
+#include "io/gltf/animation/animation.h"
+#include "io/gltf/document/tiny_gltf_forward.h"
+#include "io/gltf/geometry/mesh.h"
 
 namespace emberline {
 
@@ -39,6 +39,7 @@ class GltfShutter {
   void find_moving_nodes();
   void pose_at_steps(size_t segments);
   bool fine_enough() const;
+  bool is_mirrored_midway(size_t i) const;
   double radius_of(size_t i) const;  // of a node of order_
 
   const GltfDocument& document_;
@@ -54,10 +55,14 @@ class GltfShutter {
   MemoryReservation memory_;
 };
 
-// A thing that vanishes at some step, its size being none, is very small then: transforms without
-// inverse become those of the nearest step that has one, at a ten-thousandth of its size. Empty if
-// none has.
-std::vector<Mat44d> with_inverses(std::vector<Mat44d> steps);
+// How thick a flat thing is, as a share of its size in the plane: that keeps its front before its
+// back. Chosen by us; a picture shows nothing of it.
+inline constexpr double kThickness = 4e-6;
+
+// A thing that is flat at some step is that thick then; `center` is its middle. One that vanishes
+// at some step, its size being none, is very small then: transforms without inverse become those of
+// the nearest step that has one, at a ten-thousandth of its size. Empty if none has.
+std::vector<Mat44d> with_inverses(std::vector<Mat44d> steps, const Vec3d& center);
 
 // Fewer steps, evenly spaced, that put every vertex of a mesh of that radius to within a thousandth
 // of it where all of them would; vertices go straight between them.

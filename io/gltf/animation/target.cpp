@@ -1,10 +1,10 @@
-#include "io/gltf_animation_target.h"
+#include "io/gltf/animation/target.h"
 
 #include <algorithm>
 #include <charconv>
 #include <iterator>
 
-#include "io/gltf_schema.h"
+#include "io/gltf/document/schema.h"
 #include "renderer/core/shortened.h"
 
 namespace emberline {

@@ -7,8 +7,8 @@
 #include <optional>
 #include <string>
 
-#include "io/gltf_document.h"
-#include "io/schema_property.h"
+#include "io/gltf/document/document.h"
+#include "io/json/schema_property.h"
 #include "renderer/description/animation.h"
 
 namespace emberline {

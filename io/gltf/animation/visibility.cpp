@@ -1,6 +1,6 @@
-#include "io/gltf_visibility.h"
+#include "io/gltf/animation/visibility.h"
 
-#include "io/gltf_changes.h"
+#include "io/gltf/animation/changes.h"
 
 namespace emberline {
 

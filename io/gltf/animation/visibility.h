@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "io/gltf_animation.h"
-#include "io/gltf_document.h"
+#include "io/gltf/animation/animation.h"
+#include "io/gltf/document/document.h"
 #include "renderer/core/time_curve.h"
 
 namespace emberline {

@@ -1,7 +1,7 @@
 // Elements of a checked accessor as floats or integers.
 #pragma once
 
-#include "io/gltf_document.h"
+#include "io/gltf/document/document.h"
 #include "renderer/core/vector.h"
 
 namespace emberline {

@@ -1,4 +1,4 @@
-#include "io/gltf_buffers.h"
+#include "io/gltf/document/buffers.h"
 
 #include <algorithm>
 #include <exception>
@@ -6,9 +6,9 @@
 #include <memory>
 #include <optional>
 
-#include "io/gltf_document.h"
-#include "io/gltf_meshopt.h"
-#include "io/gltf_uri.h"
+#include "io/gltf/document/document.h"
+#include "io/gltf/document/meshopt.h"
+#include "io/gltf/document/uri.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/parallel.h"
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "io/input_file.h"
+#include "io/files/input_file.h"
 #include "renderer/core/load_progress.h"
 #include "renderer/core/zeroed_array.h"
 

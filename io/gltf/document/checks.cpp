@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "io/gltf_document.h"
+#include "io/gltf/document/document.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/shortened.h"
 

@@ -1,13 +1,13 @@
-#include "io/gltf_document.h"
+#include "io/gltf/document/document.h"
 
 #include <array>
 #include <cstring>
 #include <filesystem>
 
-#include "io/gltf_extensions.h"
-#include "io/gltf_schema.h"
-#include "io/input_file.h"
-#include "io/json_input.h"
+#include "io/files/input_file.h"
+#include "io/gltf/document/extensions.h"
+#include "io/gltf/document/schema.h"
+#include "io/json/input.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/core/parallel.h"
@@ -205,7 +205,7 @@ GltfDocument open_gltf_document(const std::string& path, const std::string& reso
 }
 
 InputFile GltfDocument::open_resource(const std::string& uri, const std::string& uri_place) const {
-  InputFile resource(resolve_uri(uri, resources, uri_place), uri_place);
+  InputFile resource(resolve_uri(uri, resources, uri_place).file, uri_place);
   const std::lock_guard lock(opened_->mutex);
   opened_->list.push_back({uri, resource.identity()});
   return resource;

@@ -14,10 +14,10 @@
 #include <string_view>
 #include <vector>
 
-#include "io/gltf_buffers.h"
-#include "io/gltf_faults.h"
-#include "io/gltf_uri.h"
-#include "io/input_file.h"
+#include "io/files/input_file.h"
+#include "io/gltf/document/buffers.h"
+#include "io/gltf/document/faults.h"
+#include "io/gltf/document/uri.h"
 #include "renderer/core/file_identity.h"
 #include "renderer/core/load_progress.h"
 
@@ -117,8 +117,8 @@ GltfDocument open_gltf_document(const std::string& path, const std::string& reso
 // below, it notes what is broken.
 void load_gltf_buffers(GltfDocument& document);
 
-// Fill `accessors`, `parents` and `node_order` (gltf_checks.cpp); the others only look. The nodes
-// of the scene are needed: it throws InputError for those that are no tree.
+// Fill `accessors`, `parents` and `node_order` (gltf/document/checks.cpp); the others only look.
+// The nodes of the scene are needed: it throws InputError for those that are no tree.
 void check_gltf_accessors(GltfDocument& document);
 void check_gltf_nodes(GltfDocument& document);
 void check_gltf_skins(GltfDocument& document);

@@ -1,10 +1,12 @@
-#include "io/gltf_extensions.h"
+#include "io/gltf/document/extensions.h"
 
 #include <algorithm>
 #include <utility>
 
+#include "io/gltf/document/schema.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
+#include "renderer/core/setting_names.h"
 #include "renderer/core/shortened.h"
 
 namespace emberline {
@@ -45,7 +47,7 @@ constexpr std::pair<std::string_view, std::string_view> kIgnored[] = {
     {"CESIUM_primitive_outline", "outlines are not drawn"},
     {"EXT_instance_features", "data beside the picture"},
     {"EXT_lights_ies", "the lights have no profile: they shine as without it"},
-    {"EXT_lights_image_based", "not read from the file: choose an image with --environment"},
+    {"EXT_lights_image_based", "not read from the file: choose an image with `env`"},
     {"EXT_mesh_features", "data beside the picture"},
     {"EXT_mesh_manifold", "the triangles are the same without it"},
     {"EXT_structural_metadata", "data beside the picture"},
@@ -55,6 +57,9 @@ constexpr std::pair<std::string_view, std::string_view> kIgnored[] = {
     {"KHR_node_hoverability", "nothing points at the picture"},
     {"KHR_node_selectability", "nothing points at the picture"},
     {"KHR_physics_rigid_bodies", "nothing is simulated"},
+    {"KHR_gaussian_splatting", "splats are not drawn"},
+    {"KHR_gaussian_splatting_compression_spz", "splats are not drawn"},
+    {"KHR_gaussian_splatting_compression_spz_2", "splats are not drawn"},
     {"KHR_implicit_shapes", "nothing is simulated"},
     {"KHR_xmp", "data beside the picture"},
     {"KHR_xmp_json_ld", "data beside the picture"},
@@ -74,7 +79,7 @@ std::string with_reason(const std::string& extension) {
       std::ranges::find(kIgnored, extension, &std::pair<std::string_view, std::string_view>::first);
   const std::string_view why =
       found == std::end(kIgnored) ? "unknown to this version" : found->second;
-  return shortened(extension) + " (" + std::string(why) + ")";
+  return shortened(extension) + " (" + spelled(why) + ")";
 }
 
 // False: it is there already, or the list is full, which its last entry says. A hostile file may
@@ -109,9 +114,24 @@ void report_ignored(const std::string& file, const std::string& what, CoverageRe
   if (add_once(coverage.ignored, what)) log_warning(file + ": ignored: " + what);
 }
 
+void note_approximated(const std::string& what, CoverageReport& coverage) {
+  add_once(coverage.approximated, what);
+}
+
 void report_approximated(const std::string& file, const std::string& what,
                          CoverageReport& coverage) {
   if (add_once(coverage.approximated, what)) log_warning(file + ": approximated: " + what);
+}
+
+void report_unknown_members(const GltfDocument& document, CoverageReport& coverage) {
+  const std::string version = document.json.at("asset").at("version").get<std::string>();
+  // Of 2.0 they are the writer's own, as extras are.
+  if (version.find_first_not_of("0.", version.find('.')) == std::string::npos) return;
+  for (const std::string& member : unknown_members(document.json)) {
+    report_ignored(document.file,
+                   member + " (the file is glTF " + shortened(version) + ", this reads 2.0)",
+                   coverage);
+  }
 }
 
 void report_extensions(const GltfDocument& document, CoverageReport& coverage) {

@@ -1,4 +1,4 @@
-#include "io/gltf_faults.h"
+#include "io/gltf/document/faults.h"
 
 #include <algorithm>
 #include <cctype>
@@ -78,6 +78,18 @@ void GltfFaults::forget(size_t count) {
     found_.erase(faults_.back().pointer);
     faults_.pop_back();
   }
+}
+
+std::optional<std::string> GltfFaults::first_below(
+    std::initializer_list<std::string_view> parts) const {
+  const std::lock_guard lock(mutex_);
+  for (const Fault& fault : faults_) {
+    const std::string_view pointer = fault.pointer;
+    if (fault.told || pointer.find("/extensions/") != pointer.npos) continue;
+    const auto is_below = [&](std::string_view part) { return pointer.starts_with(part); };
+    if (std::ranges::any_of(parts, is_below)) return fault.error.what();
+  }
+  return {};
 }
 
 std::vector<std::string> GltfFaults::lines() const {

@@ -7,11 +7,13 @@
 
 #include <cstdint>
 #include <deque>
+#include <initializer_list>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "renderer/core/errors.h"
@@ -54,6 +56,9 @@ class GltfFaults {
   // A line for each kind of place, in the order in which they were found: the first of them, and
   // how many more there are.
   std::vector<std::string> lines() const;
+  // The first fault in these parts of the document ("/meshes/") that lines() has; not one in an
+  // extension, which has a default.
+  std::optional<std::string> first_below(std::initializer_list<std::string_view> parts) const;
 
  private:
   struct Fault {

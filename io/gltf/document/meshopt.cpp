@@ -1,11 +1,11 @@
-#include "io/gltf_meshopt.h"
+#include "io/gltf/document/meshopt.h"
 
 #include <meshoptimizer.h>
 
 #include <algorithm>
 #include <iterator>
 
-#include "io/meshopt_v1.h"
+#include "io/gltf/document/meshopt_v1.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/shortened.h"
 

@@ -2,7 +2,7 @@
 // codecs.
 #pragma once
 
-#include "io/gltf_document.h"
+#include "io/gltf/document/document.h"
 
 namespace emberline {
 

@@ -1,4 +1,4 @@
-#include "io/meshopt_v1.h"
+#include "io/gltf/document/meshopt_v1.h"
 
 #include <algorithm>
 #include <array>

@@ -1,8 +1,8 @@
-#include "io/gltf_model.h"
+#include "io/gltf/document/model.h"
 
 #include <limits>
 
-#include "io/tiny_gltf_renamed.h"
+#include "io/gltf/document/tiny_gltf_renamed.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/shortened.h"
 

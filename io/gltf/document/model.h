@@ -3,8 +3,8 @@
 
 #include <memory>
 
-#include "io/gltf_document.h"
-#include "io/tiny_gltf_forward.h"
+#include "io/gltf/document/document.h"
+#include "io/gltf/document/tiny_gltf_forward.h"
 
 namespace emberline {
 

@@ -1,8 +1,10 @@
-#include "io/gltf_schema.h"
+#include "io/gltf/document/schema.h"
 
 #include <algorithm>
 
-#include "io/schema_checker.h"
+#include "io/gltf/geometry/node_objects.h"
+#include "io/json/schema_checker.h"
+#include "renderer/core/shortened.h"
 
 namespace emberline {
 namespace {
@@ -172,16 +174,24 @@ constexpr Property kSkin[] = {index("inverseBindMatrices", "/accessors"),
                               spare(index("skeleton", "/nodes")),
                               required(to("joints", Kind::kIndices, "/nodes"))};
 
-constexpr Property kPerspective[] = {required(number("yfov")), required(number("znear")),
-                                     number("aspectRatio"), number("zfar")};
-constexpr Property kOrthographic[] = {required(number("xmag")), required(number("ymag")),
-                                      required(number("znear")), required(number("zfar"))};
+// Nothing is clipped.
+constexpr Property kPerspective[] = {required(number("yfov")), required(spare(number("znear"))),
+                                     spare(number("aspectRatio")), spare(number("zfar"))};
+// Only a hint about the frame's shape needs xmag.
+constexpr Property kOrthographic[] = {required(spare(number("xmag"))), required(number("ymag")),
+                                      required(spare(number("znear"))),
+                                      required(spare(number("zfar")))};
 constexpr Property kCamera[] = {name(), required(string("type")),
                                 object("perspective", kPerspective),
                                 object("orthographic", kOrthographic)};
-constexpr Property kSpot[] = {number("innerConeAngle"), number("outerConeAngle")};
-constexpr Property kLight[] = {name(),          numbers("color", 3),      number("intensity", 0),
-                               number("range"), required(string("type")), object("spot", kSpot)};
+constexpr Property kSpot[] = {number("innerConeAngle", 0),
+                              number("outerConeAngle", FLT_TRUE_MIN, kWidestCone)};
+constexpr Property kLight[] = {name(),
+                               numbers("color", 3),
+                               number("intensity", 0),
+                               positive("range"),
+                               required(string("type")),
+                               object("spot", kSpot)};
 constexpr Property kLights[] = {required(separate(objects("lights", kLight)))};
 constexpr Property kVariant[] = {name()};
 constexpr Property kVariants[] = {required(separate(objects("variants", kVariant)))};
@@ -221,7 +231,39 @@ std::string_view take_step(std::string_view& pointer) {
   return step;
 }
 
+// Members of an object that its table does not know, each name of a kind of place once; no more of
+// them than a report shows.
+void find_unknown(const nlohmann::json& value, Schema schema, const std::string& kind,
+                  std::vector<std::string>& found) {
+  if (value.is_array()) {
+    for (const nlohmann::json& element : value) find_unknown(element, schema, kind, found);
+    return;
+  }
+  if (!value.is_object()) return;
+  constexpr size_t kMostShown = 100;
+  for (const auto& [name, member] : value.items()) {
+    if (name == "extras" || name == "extensions" || found.size() >= kMostShown) continue;
+    const auto property = std::ranges::find(schema, name, &Property::name);
+    if (property == schema.end()) {
+      std::string text = "\"" + shortened(name) + "\" of " + kind;
+      if (std::ranges::find(found, text) == found.end()) found.push_back(std::move(text));
+    } else if (property->kind == Kind::kObject || property->kind == Kind::kObjects) {
+      find_unknown(member, property->schema, kind + "/" + name, found);
+    }
+  }
+}
+
 }  // namespace
+
+std::vector<std::string> unknown_members(const nlohmann::json& root) {
+  std::vector<std::string> found;
+  for (const Property& property : kRoot) {
+    const std::string name = property.name;
+    const bool counts = name == "nodes" || name == "meshes" || name == "materials";
+    if (counts && root.contains(name)) find_unknown(root.at(name), property.schema, name, found);
+  }
+  return found;
+}
 
 const Property* find_property(std::string_view pointer) {
   Schema schema = kRoot;

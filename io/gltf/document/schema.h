@@ -4,9 +4,10 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
+#include <vector>
 
-#include "io/gltf_faults.h"
-#include "io/schema_property.h"
+#include "io/gltf/document/faults.h"
+#include "io/json/schema_property.h"
 
 namespace emberline {
 
@@ -21,6 +22,10 @@ namespace emberline {
 // else it throws InputError with the JSON pointer of the first fault. Extensions that objects have
 // and extensionsUsed does not list are added there.
 void check_schema(nlohmann::json& root, const std::string& file, GltfFaults& faults);
+
+// Members of nodes, meshes and materials, and of the objects in them, that the tables do not know:
+// "\"foo\" of meshes/primitives". Extras and extensions are not looked at.
+std::vector<std::string> unknown_members(const nlohmann::json& root);
 
 // What stands at a JSON pointer such as "/materials/3/pbrMetallicRoughness/metallicFactor", of
 // those members that this loader reads; else null. Whether the file has it is not asked.

@@ -3,4 +3,4 @@
 #include <nlohmann/json.hpp>
 
 #define TINYGLTF_IMPLEMENTATION
-#include "io/tiny_gltf_renamed.h"
+#include "io/gltf/document/tiny_gltf_renamed.h"

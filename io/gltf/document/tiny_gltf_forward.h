@@ -1,4 +1,4 @@
-// The name of tinygltf's namespace in this program; see tiny_gltf_renamed.h.
+// The name of tinygltf's namespace in this program; see gltf/document/tiny_gltf_renamed.h.
 #pragma once
 
 namespace emberline_tinygltf {

@@ -1,8 +1,9 @@
-#include "io/gltf_uri.h"
+#include "io/gltf/document/uri.h"
 
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <optional>
 
 #include "renderer/core/errors.h"
 #include "renderer/core/shortened.h"
@@ -75,6 +76,49 @@ bool has_scheme(std::string_view uri) {
     if (!letter && !(i > 0 && later)) return false;
   }
   return true;
+}
+
+std::filesystem::path file_in_root(const std::filesystem::path& relative, std::string_view uri,
+                                   const ResourceFolder& folder, const std::string& place) {
+  if (relative.is_absolute()) {
+    throw InputError(place, "the URI {} is an absolute path; copy the file beside the scene",
+                     shortened(uri));
+  }
+  std::error_code error, root_error;
+  const std::filesystem::path file =
+      std::filesystem::weakly_canonical(folder.directory / relative, error);
+  const std::filesystem::path root = std::filesystem::weakly_canonical(folder.root, root_error);
+  if (!error) error = root_error;
+  if (error) {
+    throw InputError(place, "cannot look at the file {}: {}", shortened(uri), error.message());
+  }
+  const auto [in_root, in_file] = std::mismatch(root.begin(), root.end(), file.begin(), file.end());
+  const bool ends_in_slash = in_root != root.end() && in_root->empty();
+  if (in_root != root.end() && !ends_in_slash) {
+    throw InputError(place, "the URI " + shortened(uri) + " leads out of the scene's folder, to " +
+                                shortened(file.string()) +
+                                "; `resource-root` DIR allows what is in DIR");
+  }
+  return file;
+}
+
+// The names of files that a URI may stand for, the likeliest first. Query and fragment are no part
+// of a name, unless they were escaped.
+std::vector<std::string> possible_names(std::string_view uri) {
+  std::string decoded;
+  for (size_t i = 0; i < uri.size(); ++i) {
+    const int byte = uri[i] == '%' ? escaped_byte(uri, i) : -1;
+    decoded.push_back(byte > 0 ? char(byte) : uri[i]);
+    if (byte > 0) i += 2;
+  }
+  std::vector<std::string> names = {decoded};
+  if (decoded != uri) names.emplace_back(uri);
+  for (size_t i = 0, count = names.size(); i < count; ++i) {
+    if (names[i].find('\\') == std::string::npos) continue;
+    names.push_back(names[i]);
+    std::ranges::replace(names.back(), '\\', '/');
+  }
+  return names;
 }
 
 bool is_mime_token(std::string_view text) {
@@ -160,8 +204,8 @@ std::string decode_percent(std::string_view text, const std::string& place) {
   return decoded;
 }
 
-std::filesystem::path resolve_uri(std::string_view uri, const ResourceFolder& folder,
-                                  const std::string& place) {
+ResolvedUri resolve_uri(std::string_view uri, const ResourceFolder& folder,
+                        const std::string& place) {
   if (uri.empty()) throw InputError(place, "empty URI");
   if (has_scheme(uri)) {
     throw InputError(place, "the URI {} is not relative; copy the file beside the scene",
@@ -170,28 +214,25 @@ std::filesystem::path resolve_uri(std::string_view uri, const ResourceFolder& fo
   if (uri.find('\0') != std::string_view::npos) {
     throw InputError(place, "the URI contains a NUL character");
   }
-  // Query and fragment are no part of a file's name, unless they were escaped.
-  const std::filesystem::path relative = decode_percent(uri, place);
-  if (relative.is_absolute()) {
-    throw InputError(place, "the URI {} is an absolute path; copy the file beside the scene",
-                     shortened(uri));
+  std::optional<InputError> fault;
+  std::optional<ResolvedUri> absent;
+  try {
+    decode_percent(uri, place);
+  } catch (const InputError& error) {
+    fault = error;
   }
-  std::error_code error, root_error;
-  const std::filesystem::path file =
-      std::filesystem::weakly_canonical(folder.directory / relative, error);
-  const std::filesystem::path root = std::filesystem::weakly_canonical(folder.root, root_error);
-  if (!error) error = root_error;
-  if (error) {
-    throw InputError(place, "cannot look at the file {}: {}", shortened(uri), error.message());
+  for (const std::string& name : possible_names(uri)) {
+    try {
+      ResolvedUri found = {name, file_in_root(name, uri, folder, place)};
+      std::error_code ignored;
+      if (std::filesystem::exists(found.file, ignored)) return found;
+      if (!absent) absent = std::move(found);
+    } catch (const InputError& error) {
+      if (!fault) fault = error;
+    }
   }
-  const auto [in_root, in_file] = std::mismatch(root.begin(), root.end(), file.begin(), file.end());
-  const bool ends_in_slash = in_root != root.end() && in_root->empty();
-  if (in_root != root.end() && !ends_in_slash) {
-    throw InputError(place, "the URI " + shortened(uri) + " leads out of the scene's folder, to " +
-                                shortened(file.string()) +
-                                "; --resource-root DIR allows what is in DIR");
-  }
-  return file;
+  if (fault) throw InputError(*fault);
+  return *absent;  // whoever opens it says that it is not there
 }
 
 }  // namespace emberline

@@ -23,9 +23,16 @@ struct ResourceFolder {
   std::filesystem::path directory, root;
 };
 
-// The file that a relative reference means, links followed. Absolute paths, other schemes (http:)
-// and whatever lies outside the root are errors: a scene is not to read, say, a user's keys.
-std::filesystem::path resolve_uri(std::string_view uri, const ResourceFolder& folder,
-                                  const std::string& place);
+struct ResolvedUri {
+  std::filesystem::path name;  // relative to the directory
+  std::filesystem::path file;  // links followed
+};
+
+// The file that a relative reference means. Writers that do not escape names, or separate folders
+// by a backslash, are understood where such a file is there: after the name that the escapes stand
+// for come the URI as it is, and both with "/" for "\". Absolute paths, other schemes (http:) and
+// whatever lies outside the root are errors: a scene is not to read, say, a user's keys.
+ResolvedUri resolve_uri(std::string_view uri, const ResourceFolder& folder,
+                        const std::string& place);
 
 }  // namespace emberline

@@ -1,4 +1,4 @@
-#include "io/gltf_deform.h"
+#include "io/gltf/geometry/deform.h"
 
 #include <algorithm>
 #include <cmath>
@@ -78,9 +78,6 @@ void apply_morph_targets(const PrimitiveReader& reader, const GltfDocument& docu
     for (Vec2f& uv : uv_set) {
       if (!std::isfinite(uv.x) || !std::isfinite(uv.y)) uv = Vec2f(0.0f);
     }
-  }
-  for (Vec4f& color : mesh.colors) {
-    for (int c = 0; c < 4; ++c) color[c] = color[c] > 0.0f ? std::min(color[c], 1.0f) : 0.0f;
   }
 }
 

@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "io/gltf_primitive.h"
+#include "io/gltf/geometry/primitive.h"
 #include "renderer/description/scene_description.h"
 
 namespace emberline {

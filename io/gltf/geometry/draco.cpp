@@ -1,4 +1,4 @@
-#include "io/gltf_draco.h"
+#include "io/gltf/geometry/draco.h"
 
 #include <draco/compression/config/compression_shared.h>
 #include <draco/compression/config/decoder_options.h>
@@ -9,7 +9,7 @@
 
 #include <optional>
 
-#include "io/gltf_accessor.h"
+#include "io/gltf/document/accessor.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/shortened.h"
 

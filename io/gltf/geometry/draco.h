@@ -3,7 +3,7 @@
 
 #include <map>
 
-#include "io/gltf_document.h"
+#include "io/gltf/document/document.h"
 
 namespace emberline {
 

@@ -1,4 +1,4 @@
-#include "io/gltf_mesh.h"
+#include "io/gltf/geometry/mesh.h"
 
 #include <algorithm>
 #include <atomic>
@@ -6,10 +6,11 @@
 #include <optional>
 #include <set>
 
-#include "io/gltf_deform.h"
-#include "io/gltf_material.h"
-#include "io/gltf_primitive.h"
-#include "io/gltf_tangents.h"
+#include "io/gltf/geometry/deform.h"
+#include "io/gltf/geometry/primitive.h"
+#include "io/gltf/geometry/tangents.h"
+#include "io/gltf/geometry/vertex_faults.h"
+#include "io/gltf/materials/material.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/parallel.h"
 
@@ -155,7 +156,8 @@ std::set<int> used_uv_sets(Materials materials) {
 }
 
 // UV sets that the materials name; those the primitive lacks become (0, 0) everywhere.
-void read_uv_sets(const PrimitiveReader& reader, Materials materials, LoadedMesh& loaded) {
+void read_uv_sets(const PrimitiveReader& reader, Materials materials, LoadedMesh& loaded,
+                  VertexFaults& faults) {
   MeshDescription& mesh = loaded.mesh;
   const std::set<int> used = used_uv_sets(materials);
   // Materials that name higher ones are refused where they are compiled, if anything wears them.
@@ -170,6 +172,7 @@ void read_uv_sets(const PrimitiveReader& reader, Materials materials, LoadedMesh
       uv.assign(mesh.positions.size(), Vec2f(0.0f));
       loaded.ignored.push_back("textures on " + mesh.name + ", which has no " + name);
     }
+    faults.look_at(uv);
     for (Vec2f& v : uv) {
       if (!std::isfinite(v.x) || !std::isfinite(v.y)) v = Vec2f(0.0f);
     }
@@ -177,17 +180,25 @@ void read_uv_sets(const PrimitiveReader& reader, Materials materials, LoadedMesh
   }
 }
 
-void read_colors(const PrimitiveReader& reader, MeshDescription& mesh) {
+void read_colors(const PrimitiveReader& reader, MeshDescription& mesh, VertexFaults& faults) {
   if (!reader.has("COLOR_0")) return;
   const int components = reader.components("COLOR_0") == 3 ? 3 : 4;
   const std::vector<float> values = reader.floats("COLOR_0", components);
+  faults.look_at(values, size_t(components));
   mesh.colors.assign(mesh.positions.size(), Vec4f(1.0f));
   for (size_t i = 0; i < mesh.colors.size(); ++i) {
     for (int c = 0; c < components; ++c) {
       const float value = values[i * size_t(components) + size_t(c)];
       // The comparison is false for NaN as well.
-      mesh.colors[i][c] = value > 0.0f && value <= 3.4e38f ? value : 0.0f;
+      mesh.colors[i][c] = value > 0.0f ? value : 0.0f;
     }
+  }
+}
+
+// Specification 3.7.2.1 and 3.7.2.2: the colors that are used, morphed or not, are within 0 and 1.
+void clamp_colors(std::vector<Vec4f>& colors) {
+  for (Vec4f& color : colors) {
+    for (int c = 0; c < 4; ++c) color[c] = color[c] > 0.0f ? std::min(color[c], 1.0f) : 0.0f;
   }
 }
 
@@ -277,6 +288,24 @@ void apply_poses(const PrimitiveReader& reader, const GltfDocument& document, co
   }
 }
 
+// Whether morph targets change colours or texture coordinates from pose to pose.
+bool morphs_what_is_held(const json& primitive, std::span<const MeshPose> poses) {
+  const json* targets = find_member(primitive, "targets");
+  if (!targets) return false;
+  for (size_t t = 0; t < targets->size(); ++t) {
+    const auto weight = [t](const MeshPose& pose) {
+      return t < pose.weights.size() ? pose.weights[t] : 0.0;
+    };
+    const bool changes = std::ranges::any_of(
+        poses, [&](const MeshPose& pose) { return weight(pose) != weight(poses[0]); });
+    if (!changes) continue;
+    for (const auto& [name, accessor] : (*targets)[t].items()) {
+      if (name == "COLOR_0" || name.starts_with("TEXCOORD_")) return true;
+    }
+  }
+  return false;
+}
+
 // An upper bound of what load_primitive holds at any time, result included, from what the primitive
 // announces.
 uint64_t announced_bytes(const GltfDocument& document, const PrimitiveReader& reader,
@@ -340,7 +369,7 @@ std::vector<TangentLayout> tangent_layouts(Materials materials) {
 
 LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_t primitive_index,
                           std::span<const MeshPose> poses, bool later, Materials materials,
-                          bool tangents) {
+                          bool tangents, bool flat) {
   const json& mesh_object = document.json.at("meshes")[mesh_index];
   const json& primitive = mesh_object.at("primitives")[primitive_index];
   const std::string pointer =
@@ -368,7 +397,8 @@ LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_
   loaded.draco_fault = reader.draco_fault();
   const std::optional<TextureRef> layout = find_tangent_layout(reader, materials, tangents, loaded);
   // Specification 3.7.2.1: without normals the supplied tangents are void.
-  const bool has_tangents = layout && reader.has("NORMAL") && reader.has("TANGENT");
+  const bool has_normals = !flat && reader.has("NORMAL");
+  const bool has_tangents = layout && has_normals && reader.has("TANGENT");
   MemoryReservation memory(
       document.progress->budget(), MemoryPart::kGeometry,
       announced_bytes(document, reader, primitive, poses, materials, layout && !has_tangents),
@@ -377,16 +407,26 @@ LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_
   if (mesh.positions.size() >= UINT32_MAX) {
     throw InputError(document.place(pointer), "more vertices than 32 bits can number");
   }
-  if (reader.has("NORMAL")) mesh.normals = reader.vectors<Vec3f>("NORMAL");
+  if (has_normals) mesh.normals = reader.vectors<Vec3f>("NORMAL");
   if (has_tangents) mesh.tangents = reader.vectors<Vec4f>("TANGENT");
-  read_uv_sets(reader, materials, loaded);
-  read_colors(reader, mesh);
+  VertexFaults faults;
+  read_uv_sets(reader, materials, loaded, faults);
+  read_colors(reader, mesh, faults);
   if (reader.has("COLOR_1")) loaded.ignored.push_back("COLOR_1 (COLOR_0 alone has a meaning)");
 
   apply_poses(reader, document, primitive, pointer, poses, later, mesh);
+  if (!later && morphs_what_is_held(primitive, poses)) {
+    loaded.approximated.push_back(
+        "morphed colours and texture coordinates (held while the shutter is open)");
+  }
+  faults.look_at(mesh.normals);
+  faults.look_at(mesh.tangents);
+  faults.look_at(mesh.colors);
+  clamp_colors(mesh.colors);
 
   mesh.triangles = unroll(reader, mode);
   drop_bad_triangles(mesh, loaded.repairs);
+  loaded.repairs.non_finite_attributes = faults.count(mesh.triangles);
   drop_unused_vertices(mesh);
   normalise_directions(mesh);
   for (MeshStep& step : mesh.motion) normalise_directions(step);

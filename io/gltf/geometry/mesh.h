@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "io/gltf_document.h"
+#include "io/gltf/document/document.h"
 #include "renderer/core/errors.h"
 #include "renderer/description/scene_description.h"
 
@@ -41,12 +41,14 @@ struct LoadedMesh {
   uint64_t bytes = 0;  // reserved for the mesh
 };
 
+// `flat`: its transform flattens it, so that its normals are those of the plane, and none is read.
 // `poses`: at even times of the shutter, or one; or, with `later`, one and the one of
 // MeshDescription::later. `materials` are all that the primitive may be
 // shaded with, its own first; they decide which UV sets are kept (0 always) and whether tangents
 // are needed, which `tangents` asks for in any case. Throws InputError. Thread-safe.
 LoadedMesh load_primitive(const GltfDocument& document, size_t mesh, size_t primitive,
                           std::span<const MeshPose> poses, bool later,
-                          std::span<const MaterialDescription* const> materials, bool tangents);
+                          std::span<const MaterialDescription* const> materials, bool tangents,
+                          bool flat = false);
 
 }  // namespace emberline

@@ -1,12 +1,12 @@
-#include "io/gltf_mesh_uses.h"
+#include "io/gltf/geometry/mesh_uses.h"
 
 #include <algorithm>
 #include <exception>
 #include <optional>
 #include <utility>
 
-#include "io/gltf_extensions.h"
-#include "io/gltf_variants.h"
+#include "io/gltf/document/extensions.h"
+#include "io/gltf/materials/variants.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/parallel.h"
 
@@ -119,8 +119,9 @@ void GltfMeshUses::load(Primitive& task) const {
     materials.push_back(&scene_.materials[size_t(other.material)]);
   }
   task.layouts = tangent_layouts(materials);
-  const auto found = use.rests ? rest_.meshes.find({use.mesh, task.primitive, use.skin, use.node})
-                               : rest_.meshes.end();
+  const auto found =
+      use.rests ? rest_.meshes.find({use.mesh, task.primitive, use.skin, use.node, use.flat})
+                : rest_.meshes.end();
   if (found != rest_.meshes.end() && found->second.layouts == task.layouts) {
     task.known = &found->second;
     const bool is_empty = task.known->key == 0;
@@ -130,7 +131,7 @@ void GltfMeshUses::load(Primitive& task) const {
     }
   }
   task.result = load_primitive(document_, use.mesh, task.primitive, use.poses, later_, materials,
-                               scene_.tangents_read);
+                               scene_.tangents_read, use.flat);
   task.result.mesh.variant_materials = std::move(others);
   task.result.variants_fault = variants_fault;
 }
@@ -146,7 +147,7 @@ const RestMesh* GltfMeshUses::know(Primitive& task) {
   }
   const bool is_read = !mesh.triangles.empty();
   if (is_read) rest_.read_bytes += task.result.bytes;
-  const GltfRest::MeshId id(use.mesh, task.primitive, use.skin, use.node);
+  const GltfRest::MeshId id(use.mesh, task.primitive, use.skin, use.node, use.flat);
   if (!task.known) {
     RestMesh known;
     if (is_read) known.key = ++rest_.last_key;
@@ -185,7 +186,14 @@ bool GltfMeshUses::add(Primitive& task) {
   left_out(task.result.variants_fault, "KHR_materials_variants");
   scene_.repairs.degenerate_triangles += task.result.repairs.degenerate_triangles;
   scene_.repairs.non_finite_triangles += task.result.repairs.non_finite_triangles;
-  if (task.result.mesh.triangles.empty() && !task.result.mesh.held) return false;
+  scene_.repairs.non_finite_attributes += task.result.repairs.non_finite_attributes;
+  if (task.result.mesh.triangles.empty() && !task.result.mesh.held) {
+    const bool deforms = task.use->skin >= 0 || !task.use->poses[0].weights.empty();
+    const LoadRepairs& repairs = task.result.repairs;
+    if (deforms && repairs.non_finite_triangles == 0)
+      collapsed_ |= repairs.degenerate_triangles > 0;
+    return false;
+  }
   task.use->loaded.push_back(int(scene_.meshes.size()));
   scene_.meshes.push_back(std::move(task.result.mesh));
   return true;
@@ -218,6 +226,18 @@ void GltfMeshUses::load(std::vector<MeshUse>& uses, bool at_rest) {
     if (add(task)) resting_.push_back(known);
   }
   rest_.deforms = rest_.deforms && !at_rest;
+}
+
+Vec3d GltfMeshUses::center(const MeshUse& use) const {
+  WorldBounds bounds;
+  for (const int mesh : use.loaded) {
+    if (const RestMesh* rests = resting_[size_t(mesh)]) {
+      bounds.add(rests->bounds, Mat44d());
+    } else {
+      for (const Vec3f& p : scene_.meshes[size_t(mesh)].positions) bounds.add(to_double(p));
+    }
+  }
+  return bounds.empty() ? Vec3d(0.0) : bounds.center();
 }
 
 double GltfMeshUses::radius(size_t mesh) const {

@@ -2,12 +2,13 @@
 // known from the pose before.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
-#include "io/gltf_document.h"
-#include "io/gltf_mesh.h"
-#include "io/gltf_rest.h"
+#include "io/gltf/animation/rest.h"
+#include "io/gltf/document/document.h"
+#include "io/gltf/geometry/mesh.h"
 #include "renderer/description/scene_description.h"
 
 namespace emberline {
@@ -20,7 +21,10 @@ struct MeshUse {
   int skin = -1, node = -1;  // the node where it has weights of its own
   bool rests = false;        // no time deforms it
   bool may_move = false;     // MeshDescription's
-  std::vector<int> loaded;   // indices into SceneDescription::meshes
+  bool flat = false;         // load_primitive's
+  // GltfMeshUses::center(), once it has been asked for.
+  std::optional<Vec3d> center = {};
+  std::vector<int> loaded;  // indices into SceneDescription::meshes
 };
 
 class GltfMeshUses {
@@ -37,9 +41,13 @@ class GltfMeshUses {
 
   // Of a mesh of the scene: a ball around its origin.
   double radius(size_t mesh) const;
+  // The middle of all its primitives, in its own space.
+  Vec3d center(const MeshUse& use) const;
   // Placed, which have no surface.
   uint64_t points() const { return points_; }
   uint64_t lines() const { return lines_; }
+  // Whether a skin or morph targets have left a primitive without area in this pose.
+  bool collapsed() const { return collapsed_; }
 
  private:
   struct Primitive;
@@ -57,6 +65,7 @@ class GltfMeshUses {
   SceneDescription& scene_;
   std::vector<const RestMesh*> resting_;  // per mesh of the scene; null: it deforms
   uint64_t points_ = 0, lines_ = 0;
+  bool collapsed_ = false;
 };
 
 }  // namespace emberline

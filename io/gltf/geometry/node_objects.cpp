@@ -1,13 +1,17 @@
-#include "io/gltf_node_objects.h"
+#include "io/gltf/geometry/node_objects.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
+#include <cfloat>
+#include <limits>
 #include <memory>
 #include <optional>
 
-#include "io/gltf_accessor.h"
-#include "io/gltf_extensions.h"
-#include "io/gltf_transform.h"
-#include "io/tiny_gltf_renamed.h"
+#include "io/gltf/document/accessor.h"
+#include "io/gltf/document/extensions.h"
+#include "io/gltf/document/tiny_gltf_renamed.h"
+#include "io/gltf/geometry/transform.h"
 #include "renderer/core/constants.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
@@ -31,19 +35,60 @@ double magnification(double ymag, const std::string& place) {
   throw InputError(place, "must not be 0");
 }
 
-Vec2f cone_angles(double inner, double outer, const std::string& place) {
-  if (!(outer > 0.0 && inner >= 0.0)) {
-    throw InputError(place, "expected 0 <= innerConeAngle < outerConeAngle");
+namespace {
+
+void leave_out_of_lamp(const GltfDocument& document, const std::string& pointer,
+                       const std::string& message) {
+  const InputError fault(document.place(pointer), message);
+  if (document.requires_extension("KHR_lights_punctual")) throw InputError(fault);
+  document.faults->leave_out(pointer, fault);
+}
+
+}  // namespace
+
+Vec2f cone_angles(double inner, double outer, const GltfDocument& document,
+                  const std::string& pointer) {
+  const std::string spot = pointer + "/spot/";
+  if (!(outer > 0.0 && outer <= kWidestCone)) {
+    leave_out_of_lamp(document, spot + "outerConeAngle",
+                      fmt::format("the number {} is out of range", outer));
+    outer = kPiD / 4.0;
+  }
+  // Writers of hard-edged spots give both the same angle, which may have been rounded.
+  if (!(inner >= 0.0 && inner <= outer * (1.0 + 1e-6))) {
+    leave_out_of_lamp(
+        document, spot + "innerConeAngle",
+        fmt::format("the number {} is not from 0 to outerConeAngle, {}", inner, outer));
+    inner = inner > outer ? outer : 0.0;
   }
   const auto widest = float(std::min(outer, kPiD / 2.0));
-  // Writers of hard-edged spots give both the same angle.
   return {float(std::min(inner, double(widest) * (1.0 - 1e-5))), widest};
+}
+
+float light_range(double range, const GltfDocument& document, const std::string& pointer) {
+  // Animated values are clamped to this bound of the schema.
+  if (range > double(FLT_TRUE_MIN)) return float(range);
+  leave_out_of_lamp(document, pointer + "/range", "expected a number above 0");
+  return std::numeric_limits<float>::infinity();
 }
 
 namespace {
 
-void read_lens(const tinygltf::Camera& source, const std::string& place,
-               CameraDescription& camera) {
+// A camera without a usable xmag gives no hint about the shape of the frame.
+std::optional<double> orthographic_aspect(const GltfDocument& document,
+                                          const tinygltf::OrthographicCamera& lens,
+                                          const std::string& pointer) {
+  if (lens.xmag == 0.0) {
+    document.faults->leave_out(pointer, InputError(document.place(pointer), "must not be 0"));
+  }
+  const double aspect = std::abs(lens.xmag / lens.ymag);
+  if (document.faults->has(pointer) || !std::isnormal(aspect)) return std::nullopt;
+  return aspect;
+}
+
+void read_lens(const GltfDocument& document, const tinygltf::Camera& source,
+               const std::string& pointer, CameraDescription& camera) {
+  const std::string place = document.place(pointer);
   if (source.type == "perspective") {
     const tinygltf::PerspectiveCamera& lens = source.perspective;
     camera.fov_y = field_of_view(lens.yfov, place + "/perspective/yfov");
@@ -51,22 +96,31 @@ void read_lens(const tinygltf::Camera& source, const std::string& place,
   } else {
     const tinygltf::OrthographicCamera& lens = source.orthographic;
     camera.orthographic = true;
-    magnification(lens.xmag, place + "/orthographic/xmag");
     camera.y_mag = magnification(lens.ymag, place + "/orthographic/ymag");
+    camera.aspect = orthographic_aspect(document, lens, pointer + "/orthographic/xmag");
   }
+}
+
+// Whether a camera's planes may cut off what others would not. Writers that know of no near plane
+// give one within a decimetre.
+bool clips(const json& camera) {
+  constexpr double kNearest = 0.101;
+  const json& lens = camera.at(camera.at("type").get_ref<const std::string&>());
+  return lens.contains("zfar") || lens.at("znear").get<double>() > kNearest;
 }
 
 }  // namespace
 
 void read_camera(const GltfDocument& document, const tinygltf::Model& model, size_t node,
-                 const Mat44d& to_world, SceneDescription& scene) {
+                 const GltfPose& pose, const Mat44d& to_world, SceneDescription& scene) {
   const int index = model.nodes[node].camera;
   // The node's member, where it names no camera at all.
   const std::string pointer = index < 0 ? "/nodes/" + std::to_string(node) + "/camera"
                                         : "/cameras/" + std::to_string(index);
   std::optional<InputError> fault = document.faults->hand_over(pointer);
   if (index < 0 && !fault) return;
-  if (is_singular(to_world)) {
+  const std::optional<Mat44d> directed = aimed_transform(document, model, node, pose, to_world);
+  if (!directed) {
     ++scene.repairs.singular_instances;
     return;
   }
@@ -75,12 +129,17 @@ void read_camera(const GltfDocument& document, const tinygltf::Model& model, siz
   camera.name = index < 0 || model.cameras[size_t(index)].name.empty()
                     ? node_name(model, node)
                     : model.cameras[size_t(index)].name;
+  camera.node = model.nodes[node].name;
   const std::string place = document.place(pointer);
   document.progress->budget()->reserve(
-      MemoryPart::kGeometry, 2 * sizeof(CameraDescription) + camera.name.capacity(), place);
-  camera.to_world = to_world;
+      MemoryPart::kGeometry,
+      2 * sizeof(CameraDescription) + camera.name.capacity() + camera.node.capacity(), place);
+  camera.to_world = *directed;
   try {
-    if (!fault) read_lens(model.cameras[size_t(index)], place, camera);
+    if (!fault) read_lens(document, model.cameras[size_t(index)], pointer, camera);
+    if (!fault && clips(document.json.at("cameras")[size_t(index)])) {
+      note_approximated("clip planes of cameras (not clipped)", scene.coverage);
+    }
   } catch (const InputError& error) {
     fault = error;
   }
@@ -89,14 +148,14 @@ void read_camera(const GltfDocument& document, const tinygltf::Model& model, siz
 }
 
 void read_punctual_light(const GltfDocument& document, const tinygltf::Model& model, size_t node,
-                         const Mat44d& to_world, SceneDescription& scene) {
+                         const GltfPose& pose, const Mat44d& to_world, SceneDescription& scene) {
   const json& reference = *find_extension(document.json.at("nodes")[node], "KHR_lights_punctual");
   const size_t index = reference.at("light").get<size_t>();
-  document.faults->require("/extensions/KHR_lights_punctual/lights/" + std::to_string(index));
+  const std::string pointer = "/extensions/KHR_lights_punctual/lights/" + std::to_string(index);
+  document.faults->require(pointer);
   const tinygltf::Light& source = model.lights[index];
   const json& object = find_extension(document.json, "KHR_lights_punctual")->at("lights")[index];
-  const std::string place =
-      document.place("/extensions/KHR_lights_punctual/lights/" + std::to_string(index));
+  const std::string place = document.place(pointer);
 
   PunctualLightDescription light;
   light.name = source.name.empty() ? node_name(model, node) : source.name;
@@ -108,13 +167,23 @@ void read_punctual_light(const GltfDocument& document, const tinygltf::Model& mo
   } else if (source.type == "directional") {
     light.type = PunctualType::kDirectional;
   }
-  if (light.type != PunctualType::kPoint && is_singular(to_world)) {
-    ++scene.repairs.singular_instances;
-    return;
+  if (light.type != PunctualType::kPoint) {
+    const std::optional<Mat44d> directed = aimed_transform(document, model, node, pose, to_world);
+    if (!directed) {
+      ++scene.repairs.singular_instances;
+      return;
+    }
+    light.to_world = *directed;
   }
   const double intensity = object.value("intensity", 1.0);
   const auto color = object.value("color", std::vector<double>{1.0, 1.0, 1.0});
   for (int c = 0; c < 3; ++c) {
+    if (color[size_t(c)] < 0.0) {
+      document.faults->leave_out(
+          pointer + "/color/" + std::to_string(c),
+          InputError(place + "/color/" + std::to_string(c),
+                     "expected a number from 0, found {}; 0 is taken", color[size_t(c)]));
+    }
     light.intensity[c] = float(std::max(color[size_t(c)], 0.0) * intensity);
   }
   if (!is_finite(light.intensity)) {
@@ -123,12 +192,14 @@ void read_punctual_light(const GltfDocument& document, const tinygltf::Model& mo
   if (light.type == PunctualType::kSpot) {
     const json spot = object.value("spot", json::object());
     const Vec2f angles = cone_angles(spot.value("innerConeAngle", 0.0),
-                                     spot.value("outerConeAngle", kPiD / 4.0), place + "/spot");
+                                     spot.value("outerConeAngle", kPiD / 4.0), document, pointer);
     light.inner_cone = angles.x;
     light.outer_cone = angles.y;
   }
-  if (object.contains("range"))
-    report_ignored(document.file, "light range (light falls off without an end)", scene.coverage);
+  const json* range = find_member(object, "range");
+  if (range && light.type != PunctualType::kDirectional) {
+    light.range = light_range(range->get<double>(), document, pointer);
+  }
   scene.lights.push_back(std::move(light));
 }
 

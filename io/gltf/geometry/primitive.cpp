@@ -1,10 +1,10 @@
-#include "io/gltf_primitive.h"
+#include "io/gltf/geometry/primitive.h"
 
 #include <algorithm>
 #include <numeric>
 #include <utility>
 
-#include "io/gltf_accessor.h"
+#include "io/gltf/document/accessor.h"
 #include "renderer/core/errors.h"
 
 namespace emberline {

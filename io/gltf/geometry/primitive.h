@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "io/gltf_document.h"
-#include "io/gltf_draco.h"
+#include "io/gltf/document/document.h"
+#include "io/gltf/geometry/draco.h"
 
 namespace emberline {
 

@@ -1,4 +1,4 @@
-#include "io/gltf_scene.h"
+#include "io/gltf/geometry/scene.h"
 
 #include <algorithm>
 #include <deque>
@@ -6,14 +6,14 @@
 #include <optional>
 #include <utility>
 
-#include "io/gltf_extensions.h"
-#include "io/gltf_mesh_uses.h"
-#include "io/gltf_node_objects.h"
-#include "io/gltf_poses.h"
-#include "io/gltf_shutter.h"
-#include "io/gltf_transform.h"
-#include "io/gltf_visibility.h"
-#include "io/tiny_gltf_renamed.h"
+#include "io/gltf/animation/poses.h"
+#include "io/gltf/animation/shutter.h"
+#include "io/gltf/animation/visibility.h"
+#include "io/gltf/document/extensions.h"
+#include "io/gltf/document/tiny_gltf_renamed.h"
+#include "io/gltf/geometry/mesh_uses.h"
+#include "io/gltf/geometry/node_objects.h"
+#include "io/gltf/geometry/transform.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/core/readable.h"
@@ -71,17 +71,28 @@ class SceneGraphReader {
   std::vector<size_t> nodes_in_scene() const;
   void read_node(size_t node);
   void read_mesh_node(size_t node);
+  std::optional<Mat44d> aimed(size_t node, size_t step) const;
   void read_camera_node(size_t node);
   void read_light_node(size_t node);
   void add_motion(size_t node, std::vector<Mat44d>& motion) const;
   void find_moving_meshes();
   // Of EXT_mesh_gpu_instancing; until the next are asked for.
   const std::vector<Mat44d>& instances_of(const json& instancing, size_t node);
-  size_t find_use(size_t node);
+  size_t find_use(size_t node, bool flat);
+  bool is_flat(const Placement& placement) const;
+  // A placement's, which have inverses; later: where it goes without a shutter.
+  struct Transforms {
+    Mat44d to_world;
+    std::vector<Mat44d> motion;
+    std::optional<Mat44d> later;
+  };
+  std::optional<Transforms> transforms_of(const Placement& placement);
   bool rests(size_t node) const;
   void place_meshes();
   WorldBounds rest_bounds() const;
   [[noreturn]] void fail_empty(const std::string& dropped) const;
+  std::optional<std::string> broken_geometry() const;
+  void check_empty(const std::string& dropped) const;
   void report();
 
   const GltfDocument& document_;
@@ -98,11 +109,12 @@ class SceneGraphReader {
   const std::vector<Mat44d>& world_;  // per node, as it opens
   const GltfVisibility visibility_;
   std::vector<size_t> hidden_;  // nodes with meshes
+  uint64_t scaled_away_ = 0;    // instances that their scale makes a line or a point
   GltfPoses poses_;
   GltfMeshUses meshes_;
   std::vector<MeshUse> uses_;
-  // By mesh and skin: the uses without weights of a node.
-  std::map<std::pair<int, int>, size_t> shared_uses_;
+  // By mesh, skin and whether it is flat: the uses without weights of a node.
+  std::map<std::tuple<int, int, bool>, size_t> shared_uses_;
   std::deque<Placement> placements_;  // whose memory is its elements'
   MemoryReservation placements_memory_;
   std::vector<Mat44d> instances_;  // at rest, where nobody asks again
@@ -161,17 +173,19 @@ void SceneGraphReader::read_node(size_t node) {
 
 void SceneGraphReader::read_camera_node(size_t node) {
   const size_t before = scene_.cameras.size();
-  read_camera(document_, model_, node, world_[node], scene_);
+  read_camera(document_, model_, node, shutter_.pose(), world_[node], scene_);
   if (scene_.cameras.size() == before) return;
   CameraDescription& camera = scene_.cameras.back();
   add_motion(node, camera.motion);
-  if (shutter_.is_instant() && shutter_.moves(node)) camera.later = shutter_.world(node, 1);
+  if (shutter_.is_instant() && shutter_.moves(node)) {
+    camera.later = aimed(node, 1).value_or(camera.to_world);
+  }
   changes_.apply(size_t(model_.nodes[node].camera), camera);
 }
 
 void SceneGraphReader::read_light_node(size_t node) {
   const size_t before = scene_.lights.size();
-  read_punctual_light(document_, model_, node, world_[node], scene_);
+  read_punctual_light(document_, model_, node, shutter_.pose(), world_[node], scene_);
   if (scene_.lights.size() == before) return;
   PunctualLightDescription& light = scene_.lights.back();
   add_motion(node, light.motion);
@@ -181,10 +195,20 @@ void SceneGraphReader::read_light_node(size_t node) {
   light.shown = visibility_.times(node);
 }
 
+std::optional<Mat44d> SceneGraphReader::aimed(size_t node, size_t step) const {
+  return aimed_transform(document_, model_, node, shutter_.pose(step), shutter_.world(node, step));
+}
+
 void SceneGraphReader::add_motion(size_t node, std::vector<Mat44d>& motion) const {
   if (!shutter_.moves(node) || shutter_.is_instant()) return;
+  // What has no direction at some step keeps that of the step before.
+  Mat44d last = aimed(node, 0).value_or(shutter_.world(node, 0));
   for (size_t step = 1; step < shutter_.steps(); ++step) {
-    motion.push_back(shutter_.world(node, step));
+    const Mat44d& world = shutter_.world(node, step);
+    const Vec3d place(world[3][0], world[3][1], world[3][2]);
+    last = aimed(node, step).value_or(last);
+    for (int c = 0; c < 3; ++c) last[3][c] = place[c];
+    motion.push_back(last);
   }
 }
 
@@ -216,7 +240,7 @@ bool SceneGraphReader::rests(size_t node) const {
                               [this](int joint) { return may_move_[size_t(joint)]; });
 }
 
-size_t SceneGraphReader::find_use(size_t node) {
+size_t SceneGraphReader::find_use(size_t node, bool flat) {
   const tinygltf::Node& source = model_.nodes[node];
   document_.faults->require("/meshes/" + std::to_string(source.mesh));
   if (poses_.morphs(size_t(source.mesh)) && at_rest_) {
@@ -229,7 +253,7 @@ size_t SceneGraphReader::find_use(size_t node) {
   }
   // A skin's joints say where the mesh is, so nodes that share it share the mesh in its pose.
   const bool own_weights = poses_.has_own_weights(node);
-  const std::pair key(source.mesh, source.skin);
+  const std::tuple key(source.mesh, source.skin, flat);
   if (!own_weights && shared_uses_.contains(key)) return shared_uses_.at(key);
   MeshUse& use = uses_.emplace_back();
   use.mesh = size_t(source.mesh);
@@ -238,6 +262,7 @@ size_t SceneGraphReader::find_use(size_t node) {
   use.node = own_weights ? int(node) : -1;
   use.rests = rests(node);
   use.may_move = mesh_may_move_[use.mesh];
+  use.flat = flat;
   if (!own_weights) shared_uses_.emplace(key, uses_.size() - 1);
   return uses_.size() - 1;
 }
@@ -253,7 +278,7 @@ const std::vector<Mat44d>& SceneGraphReader::instances_of(const json& instancing
 }
 
 void SceneGraphReader::read_mesh_node(size_t node) {
-  const size_t use = find_use(node);
+  document_.faults->require("/meshes/" + std::to_string(model_.nodes[node].mesh));
   Mat44d to_world = world_[node];
   if (const int skin = model_.nodes[node].skin; skin >= 0) {
     to_world = Mat44d();
@@ -274,14 +299,53 @@ void SceneGraphReader::read_mesh_node(size_t node) {
   const size_t matrices = moves ? shutter_.steps() : 0;
   placements_memory_.add(bytes_of(instances.size(), sizeof(Placement) + matrices * sizeof(Mat44d)),
                          place);
+  std::optional<size_t> uses[2];  // whole, flat
+  const auto use_of = [&](bool flat) {
+    if (!uses[flat]) uses[flat] = find_use(node, flat);
+    return *uses[flat];
+  };
+  if (instances.empty()) use_of(false);
   for (const Mat44d& instance : instances) {
-    Placement& placement = placements_.emplace_back(Placement{use, node, instance * to_world, {}});
+    Placement& placement = placements_.emplace_back(Placement{0, node, instance * to_world, {}});
     for (size_t step = 0; step < matrices; ++step) {
       placement.motion.push_back(instance * shutter_.world(node, step));
       check_transform(placement.motion.back(), place);
     }
+    placement.use = use_of(is_flat(placement));
+    ++uses_[placement.use].placements;
   }
-  uses_[use].placements += instances.size();
+}
+
+// Whether it is as long as it is seen.
+bool SceneGraphReader::is_flat(const Placement& placement) const {
+  if (shutter_.is_instant() || placement.motion.empty()) return is_singular(placement.to_world);
+  return std::ranges::all_of(placement.motion, is_singular);
+}
+
+// None: at no time is anything of it seen.
+std::optional<SceneGraphReader::Transforms> SceneGraphReader::transforms_of(
+    const Placement& placement) {
+  const std::vector<Mat44d>& motion = placement.motion;
+  const bool moves = !motion.empty() && !shutter_.is_instant();
+  Transforms placed{placement.to_world, {}, {}};
+  const bool is_whole =
+      moves ? std::ranges::none_of(motion, is_singular) : !is_singular(placed.to_world);
+  MeshUse& use = uses_[placement.use];
+  if (!is_whole && !use.center) use.center = meshes_.center(use);
+  if (moves) {
+    placed.motion = with_inverses(motion, use.center.value_or(Vec3d(0.0)));
+    if (placed.motion.empty()) return {};
+    placed.to_world = placed.motion[0];
+    return placed;
+  }
+  const bool goes = !motion.empty() && motion[1] != placement.to_world;
+  if (goes) placed.later = motion[1];
+  if (is_whole) return placed;
+  const std::optional<Vec3d> axis = flattened_axis(placed.to_world);
+  if (!axis) return {};
+  placed.to_world = thickened(placed.to_world, *axis, kThickness, *use.center);
+  if (goes) placed.later = flattened(motion[1], *axis, *use.center);
+  return placed;
 }
 
 void SceneGraphReader::place_meshes() {
@@ -305,24 +369,23 @@ void SceneGraphReader::place_meshes() {
   for (const Placement& placement : placements_) {
     const std::string place = document_.place("/nodes/" + std::to_string(placement.node));
     check_transform(placement.to_world, place);
-    std::vector<Mat44d> motion;
-    if (!shutter_.is_instant()) motion = with_inverses(placement.motion);
-    if (motion.empty() && is_singular(placement.to_world)) {
+    const std::optional<Transforms> placed = transforms_of(placement);
+    if (!placed) {
       ++scene_.repairs.singular_instances;
+      if (!uses_[placement.use].loaded.empty()) ++scaled_away_;
       continue;
     }
     const std::string name = node_name(model_, placement.node);
     for (const int mesh : uses_[placement.use].loaded) {
-      InstanceDescription instance{name, mesh, placement.to_world};
+      InstanceDescription instance{name, mesh, placed->to_world};
       instance.node = int(placement.node);
-      if (!motion.empty()) {
+      if (!placed->motion.empty()) {
         double& radius = radii[size_t(mesh)];
         if (radius < 0.0) radius = meshes_.radius(size_t(mesh));
-        instance.to_world = motion[0];
-        instance.motion = thinned_transforms(motion, radius);
+        instance.motion = thinned_transforms(placed->motion, radius);
         if (!instance.motion.empty()) instance.motion.erase(instance.motion.begin());
-      } else if (!placement.motion.empty() && placement.motion[1] != placement.to_world) {
-        scene_.later_instances.push_back({uint32_t(scene_.instances.size()), placement.motion[1]});
+      } else if (placed->later) {
+        scene_.later_instances.push_back({uint32_t(scene_.instances.size()), *placed->later});
       }
       instance.shown = visibility_.times(placement.node);
       scene_.instances.push_back(std::move(instance));
@@ -346,7 +409,9 @@ WorldBounds SceneGraphReader::rest_bounds() const {
       const Mat44d bind = pose.joints[0][0] * translation_of(pose.origin) * world_[joint].inverse();
       bounds.add(box, bind * at_rest[joint]);
     } else {
-      bounds.add(box, placement.to_world * world_[node].inverse() * at_rest[node]);
+      const Mat44d& world = world_[node];
+      bounds.add(box, is_singular(world) ? at_rest[node]
+                                         : placement.to_world * world.inverse() * at_rest[node]);
     }
   }
   for (const size_t node : hidden_) {
@@ -356,7 +421,7 @@ WorldBounds SceneGraphReader::rest_bounds() const {
   return bounds.empty() ? world_bounds(scene_) : bounds;
 }
 
-// Says what there is instead.
+// The file shows nothing at any time, since its geometry is broken or has no surface.
 void SceneGraphReader::fail_empty(const std::string& dropped) const {
   std::string found;
   for (const auto& [count, what] :
@@ -366,9 +431,35 @@ void SceneGraphReader::fail_empty(const std::string& dropped) const {
   std::string text = found.empty() ? "no geometry to render"
                                    : "nothing to render: " + found + ", which have no surface";
   if (!dropped.empty()) text += " (left out: " + dropped + ")";
-  const std::vector<std::string> broken = document_.faults->lines();
-  if (!broken.empty()) text += "; what is broken: " + broken.front();
+  if (const auto broken = broken_geometry()) text += "; what is broken: " + *broken;
   throw InputError(document_.file, text);
+}
+
+std::optional<std::string> SceneGraphReader::broken_geometry() const {
+  return document_.faults->first_below(
+      {"/scenes/", "/nodes/", "/meshes/", "/skins/", "/accessors/", "/bufferViews/", "/buffers/"});
+}
+
+// Decides whether a scene without instances is a picture of its environment. It is not where the
+// file has geometry and none of it could be seen at another time.
+void SceneGraphReader::check_empty(const std::string& dropped) const {
+  const auto may_show = [&](size_t node) { return visibility_.may_show(node); };
+  const bool appears = !at_rest_ && std::ranges::any_of(hidden_, may_show);
+  const LoadRepairs& repairs = scene_.repairs;
+  if (!appears && scaled_away_ == 0 && !meshes_.collapsed()) {
+    if (repairs.degenerate_triangles + repairs.non_finite_triangles > 0) fail_empty(dropped);
+    if (meshes_.points() + meshes_.lines() > 0 && hidden_.empty()) fail_empty(dropped);
+    if (broken_geometry()) fail_empty(dropped);
+  }
+  std::string why;
+  if (!hidden_.empty()) why = std::to_string(hidden_.size()) + " invisible nodes";
+  if (scaled_away_ > 0) {
+    why += (why.empty() ? "" : ", ") + std::to_string(scaled_away_) + " objects scaled to nothing";
+  }
+  log_warning(
+      document_.file +
+      (appears ? ": the animation hides all there is to see" : ": there is nothing to see") +
+      (why.empty() ? "" : " (" + why + ")") + "; the picture shows the environment alone");
 }
 
 void SceneGraphReader::report() {
@@ -381,15 +472,13 @@ void SceneGraphReader::report() {
   note(repairs.degenerate_triangles, "triangles without area");
   note(repairs.non_finite_triangles, "triangles with a NaN or infinite vertex");
   note(repairs.singular_instances, "objects whose transform has no inverse");
-  if (scene_.instances.empty()) {
-    const auto may_show = [&](size_t node) { return visibility_.may_show(node); };
-    if (at_rest_ || std::ranges::none_of(hidden_, may_show)) {
-      note(hidden_.size(), "invisible nodes");
-      fail_empty(dropped);
-    }
-    log_warning(document_.file + ": the animation hides all there is to see, the picture is empty");
-  }
+  if (scene_.instances.empty()) check_empty(dropped);
   if (!dropped.empty()) log_warning(document_.file + ": left out: " + dropped);
+  if (repairs.non_finite_attributes > 0) {
+    log_warning(document_.file + ": " + std::to_string(repairs.non_finite_attributes) +
+                " vertices have a NaN or infinite colour, normal, tangent or texture coordinate; "
+                "0, or 1 for a colour beyond, takes its place");
+  }
 }
 
 }  // namespace

@@ -3,11 +3,11 @@
 
 #include <span>
 
-#include "io/gltf_animation.h"
-#include "io/gltf_changes.h"
-#include "io/gltf_document.h"
-#include "io/gltf_rest.h"
-#include "io/tiny_gltf_forward.h"
+#include "io/gltf/animation/animation.h"
+#include "io/gltf/animation/changes.h"
+#include "io/gltf/animation/rest.h"
+#include "io/gltf/document/document.h"
+#include "io/gltf/document/tiny_gltf_forward.h"
 #include "renderer/description/scene_description.h"
 
 namespace emberline {

@@ -1,4 +1,4 @@
-#include "io/gltf_tangents.h"
+#include "io/gltf/geometry/tangents.h"
 
 #include <bit>
 #include <unordered_map>

@@ -1,5 +1,5 @@
-#include "io/gltf_transform.h"
-#include "io/tiny_gltf_renamed.h"
+#include "io/gltf/geometry/transform.h"
+#include "io/gltf/document/tiny_gltf_renamed.h"
 
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
@@ -52,6 +52,61 @@ bool is_singular(const Mat44d& m) {
   return !(std::abs(dot(r0 / l0, cross(r1 / l1, r2 / l2))) > 1e-12);
 }
 
+std::optional<Vec3d> flattened_axis(const Mat44d& m) {
+  Vec3d rows[3];
+  double largest = 0.0;
+  for (int r = 0; r < 3; ++r) {
+    rows[r] = Vec3d(m[r][0], m[r][1], m[r][2]);
+    largest = std::max(largest, rows[r].length());
+  }
+  if (!(largest > 1e-30)) return {};
+  for (Vec3d& row : rows) row /= largest;
+  const Vec3d crosses[3] = {cross(rows[1], rows[2]), cross(rows[2], rows[0]),
+                            cross(rows[0], rows[1])};
+  const Vec3d* normal = &crosses[0];
+  for (const Vec3d& c : crosses) {
+    if (c.length2() > normal->length2()) normal = &c;
+  }
+  // Two of the rows have to span the plane by as much as the three would have to span a volume.
+  if (!(normal->length() > 1e-12)) return {};
+  const Vec3d n = normal->normalized();
+  return Vec3d(dot(n, crosses[0]), dot(n, crosses[1]), dot(n, crosses[2])).normalized();
+}
+
+Mat44d thickened(const Mat44d& flat, const Vec3d& axis, double thickness, const Vec3d& center,
+                 bool mirrored) {
+  const Vec3d r0(flat[0][0], flat[0][1], flat[0][2]);
+  const Vec3d r1(flat[1][0], flat[1][1], flat[1][2]);
+  const Vec3d r2(flat[2][0], flat[2][1], flat[2][2]);
+  // The areas of the plane that its three faces become, as one.
+  const Vec3d area = cross(r1, r2) * axis.x + cross(r2, r0) * axis.y + cross(r0, r1) * axis.z;
+  const double size = std::sqrt(area.length());
+  const Vec3d normal = area / area.length() * (mirrored ? -thickness * size : thickness * size);
+  Mat44d m = flat;
+  for (int c = 0; c < 3; ++c) {
+    for (int r = 0; r < 3; ++r) m[r][c] += axis[r] * normal[c];
+    m[3][c] -= dot(axis, center) * normal[c];
+  }
+  return m;
+}
+
+Mat44d flattened(const Mat44d& m, const Vec3d& axis, const Vec3d& center) {
+  Mat44d flat = m;
+  for (int c = 0; c < 3; ++c) {
+    const double along = axis.x * m[0][c] + axis.y * m[1][c] + axis.z * m[2][c];
+    for (int r = 0; r < 3; ++r) flat[r][c] -= axis[r] * along;
+    flat[3][c] += dot(axis, center) * along;
+  }
+  return flat;
+}
+
+std::optional<Mat44d> with_directions(const Mat44d& m) {
+  if (!is_singular(m)) return m;
+  const std::optional<Vec3d> axis = flattened_axis(m);
+  if (!axis) return {};
+  return thickened(m, *axis, 1.0);
+}
+
 void check_transform(const Mat44d& m, const std::string& place) {
   // Chosen by us: well below the 1.8e19 whose square overflows float.
   constexpr double kLargest = 1e18;
@@ -88,6 +143,27 @@ Mat44d local_transform(const GltfDocument& document, const tinygltf::Model& mode
   return compose_transform(pose.translation.value_or(vector(node.translation, 0.0)),
                            pose.rotation.value_or(rotation),
                            pose.scale.value_or(vector(node.scale, 1.0)));
+}
+
+std::optional<Mat44d> aimed_transform(const GltfDocument& document, const tinygltf::Model& model,
+                                      size_t node, const GltfPose& pose, const Mat44d& world) {
+  if (const std::optional<Mat44d> directed = with_directions(world)) return directed;
+  Mat44d aimed;
+  for (int at = int(node); at >= 0; at = document.parents[size_t(at)]) {
+    const tinygltf::Node& source = model.nodes[size_t(at)];
+    const std::vector<double>& own = source.rotation;
+    Quaternion rotation = {0.0, 0.0, 0.0, 1.0};
+    for (size_t i = 0; i < 4 && own.size() == 4; ++i) rotation[i] = own[i];
+    std::optional<Mat44d> turned =
+        compose_transform(Vec3d(0.0), pose_of(pose, at).rotation.value_or(rotation), Vec3d(1.0));
+    if (source.matrix.size() == 16) {
+      turned = with_directions(local_transform(document, model, size_t(at), pose));
+    }
+    if (!turned) return {};
+    aimed = aimed * *turned;
+  }
+  for (int c = 0; c < 3; ++c) aimed[3][c] = world[3][c];
+  return aimed;
 }
 
 std::vector<Mat44d> world_transforms(const GltfDocument& document, const tinygltf::Model& model,

@@ -1,13 +1,13 @@
-#include "io/gltf_images.h"
+#include "io/gltf/materials/images.h"
 
 #include <algorithm>
 #include <exception>
 #include <initializer_list>
 #include <map>
 
-#include "io/gltf_material.h"
-#include "io/gltf_uri.h"
-#include "io/image_input.h"
+#include "io/gltf/document/uri.h"
+#include "io/gltf/materials/material.h"
+#include "io/image/input.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/core/shortened.h"

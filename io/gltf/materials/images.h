@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "io/gltf.h"
-#include "io/gltf_document.h"
-#include "io/image_input.h"
-#include "io/texture_store.h"
+#include "io/gltf/document/document.h"
+#include "io/gltf/gltf_file.h"
+#include "io/image/input.h"
+#include "io/image/texture_store.h"
 
 namespace emberline {
 

@@ -1,4 +1,4 @@
-#include "io/gltf_material_layers.h"
+#include "io/gltf/materials/layers.h"
 
 namespace emberline {
 namespace {

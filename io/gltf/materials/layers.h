@@ -1,7 +1,7 @@
 // The material extensions: what they say, into MaterialDescription.
 #pragma once
 
-#include "io/gltf_material_object.h"
+#include "io/gltf/materials/object.h"
 
 namespace emberline {
 

@@ -1,9 +1,14 @@
-#include "io/gltf_material.h"
+#include "io/gltf/materials/material.h"
 
-#include "io/gltf_material_layers.h"
-#include "io/gltf_material_object.h"
-#include "io/tiny_gltf_renamed.h"
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+
+#include "io/gltf/document/tiny_gltf_renamed.h"
+#include "io/gltf/materials/layers.h"
+#include "io/gltf/materials/object.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/log.h"
 #include "renderer/core/shortened.h"
 
 namespace emberline {
@@ -37,10 +42,10 @@ void read_emission(const GltfMaterialObject& object, MaterialDescription& materi
   if (const auto strength = object.extension(extension)) {
     float factor = 1.0f;
     strength->number("emissiveStrength", factor, kNotNegative);
-    material.emission *= factor;
-    if (!is_finite(material.emission)) {
-      throw InputError(object.place(std::string("extensions/") + extension),
-                       "the emission is too large to be finite");
+    if (is_finite(material.emission * factor)) {
+      material.emission *= factor;
+    } else {
+      strength->fail("emissiveStrength", "the emission is too large to be finite");
     }
   }
 }
@@ -77,13 +82,21 @@ MaterialDescription read_material(const MaterialFile& file, size_t i) {
   return material;
 }
 
+void warn_of(const std::string& what, const ClampedFactors::List& list) {
+  if (list.named.empty()) return;
+  std::string text = fmt::format("{}: {}", what, fmt::join(list.named, ", "));
+  if (list.more > 0) text += fmt::format(", and {} more", list.more);
+  log_warning(text);
+}
+
 }  // namespace
 
 std::vector<MaterialDescription> read_materials(const GltfDocument& document,
                                                 const tinygltf::Model& model,
                                                 const GltfOptions& options,
                                                 CoverageReport& coverage) {
-  const MaterialFile file = {document, model, options, coverage};
+  ClampedFactors clamped;
+  const MaterialFile file = {document, model, options, coverage, clamped};
   std::vector<MaterialDescription> materials;
   for (size_t i = 0; i < model.materials.size(); ++i) {
     materials.emplace_back().name = model.materials[i].name;
@@ -94,6 +107,8 @@ std::vector<MaterialDescription> read_materials(const GltfDocument& document,
       document.faults->note("/materials/" + std::to_string(i), error);
     }
   }
+  warn_of(document.file + ": material factors outside [0, 1] are clamped", clamped.shares);
+  warn_of(document.file + ": material colours below 0 are taken for 0", clamped.colors);
   return materials;
 }
 

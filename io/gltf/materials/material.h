@@ -3,9 +3,9 @@
 
 #include <array>
 
-#include "io/gltf.h"
-#include "io/gltf_document.h"
-#include "io/tiny_gltf_forward.h"
+#include "io/gltf/document/document.h"
+#include "io/gltf/document/tiny_gltf_forward.h"
+#include "io/gltf/gltf_file.h"
 #include "renderer/description/scene_description.h"
 
 namespace emberline {

@@ -1,13 +1,14 @@
-#include "io/gltf_material_object.h"
+#include "io/gltf/materials/object.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
-#include "io/gltf_extensions.h"
-#include "io/gltf_images.h"
-#include "io/tiny_gltf_renamed.h"
+#include "io/gltf/document/extensions.h"
+#include "io/gltf/document/tiny_gltf_renamed.h"
+#include "io/gltf/materials/images.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/core/shortened.h"
@@ -41,53 +42,63 @@ std::array<float, 6> transform_matrix(const json& extension) {
           float(-s * scale[0]), float(c * scale[1]), float(offset[1])};
 }
 
-float clamped_to_share(double value, const std::string& file) {
-  if (value >= 0.0 && value <= 1.0) return float(value);
-  log_warning(file + ": material factors outside [0, 1] are clamped");
-  return float(std::clamp(value, 0.0, 1.0));
-}
-
 }  // namespace
 
-void GltfMaterialObject::refuse(const std::string& place, const std::string& message,
+void GltfMaterialObject::fail(const std::string& name, const std::string& message) const {
+  const InputError fault(place(name), message);
+  if (!optional_) throw InputError(fault);
+  file_.document.faults->leave_out(pointer_ + "/" + name, fault);
+}
+
+void GltfMaterialObject::refuse(const std::string& name, const std::string& message,
                                 const std::string& instead) const {
-  if (!file_.options.lenient) throw InputError(place, message);
-  log_warning(place + ": " + message + "; " + instead);
+  if (!file_.options.lenient) return fail(name, message);
+  log_warning(place(name) + ": " + message + "; " + instead);
 }
 
 void GltfMaterialObject::report_ignored(const std::string& what) const {
   emberline::report_ignored(file_.document.file, what, file_.coverage);
 }
 
-void GltfMaterialObject::share(const char* name, float& value) const {
-  if (const json* found = find_member(object_, name)) {
-    value = clamped_to_share(found->get<double>(), file_.document.file);
+void GltfMaterialObject::clamp(const char* name, std::span<float> values, double most) const {
+  const json* found = find_member(object_, name);
+  if (!found) return;
+  bool fits = true;
+  for (size_t i = 0; i < values.size(); ++i) {
+    const double value = (found->is_array() ? found->at(i) : *found).get<double>();
+    values[i] = float(std::clamp(value, 0.0, most));
+    fits = fits && value >= 0.0 && value <= most;
   }
+  if (fits) return;
+  ClampedFactors::List& list = std::isinf(most) ? file_.clamped.colors : file_.clamped.shares;
+  if (list.named.size() == list.kMost) {
+    ++list.more;
+    return;
+  }
+  const size_t index = std::stoul(pointer_.substr(pointer_.find('/', 1) + 1));
+  const std::string& material = file_.model.materials[index].name;
+  list.named.push_back(fmt::format("{}/{}{} is {}", pointer_, name,
+                                   material.empty() ? "" : " of '" + shortened(material) + "'",
+                                   shortened(found->dump())));
+}
+
+void GltfMaterialObject::share(const char* name, float& value) const {
+  clamp(name, {&value, 1}, 1.0);
 }
 
 void GltfMaterialObject::shares(const char* name, Rgb& value) const {
-  const json* found = find_member(object_, name);
-  for (size_t c = 0; found && c < 3; ++c) {
-    value[int(c)] = clamped_to_share(found->at(c).get<double>(), file_.document.file);
-  }
+  clamp(name, {&value[0], 3}, 1.0);
 }
 
 void GltfMaterialObject::shares(const char* name, Rgb& value, float& alpha) const {
-  shares(name, value);
-  if (const json* found = find_member(object_, name)) {
-    alpha = clamped_to_share(found->at(3).get<double>(), file_.document.file);
-  }
+  float all[] = {value[0], value[1], value[2], alpha};
+  clamp(name, all, 1.0);
+  for (int c = 0; c < 3; ++c) value[c] = all[c];
+  alpha = all[3];
 }
 
 void GltfMaterialObject::non_negative(const char* name, Rgb& value) const {
-  const json* found = find_member(object_, name);
-  for (size_t c = 0; found && c < 3; ++c) {
-    const double component = found->at(c).get<double>();
-    if (component < 0.0) {
-      log_warning(file_.document.file + ": material colours below 0 are taken for 0");
-    }
-    value[int(c)] = float(std::max(component, 0.0));
-  }
+  clamp(name, {&value[0], 3}, std::numeric_limits<double>::infinity());
 }
 
 void GltfMaterialObject::number(const char* name, float& value, const ValidNumbers& valid) const {
@@ -98,8 +109,7 @@ void GltfMaterialObject::number(const char* name, float& value, const ValidNumbe
     value = read;
     return;
   }
-  refuse(place(name),
-         fmt::format("expected {}, found {}", valid.expected, shortened(found->dump())),
+  refuse(name, fmt::format("expected {}, found {}", valid.expected, shortened(found->dump())),
          fmt::format("the default, {}, takes its place", value));
 }
 
@@ -113,7 +123,7 @@ const json* GltfMaterialObject::texture_info(const char* name) const {
     file_.document.faults->require("/textures/" + index.dump());
     return info;
   }
-  refuse(place(name) + "/index",
+  refuse(name + std::string("/index"),
          fmt::format("index {} is out of range: the file has {} textures", index.dump(), count),
          "the slot has no texture");
   return nullptr;
@@ -162,13 +172,17 @@ void GltfMaterialObject::normal_texture(const char* name, TextureRef& slot, floa
 std::optional<GltfMaterialObject> GltfMaterialObject::member(const char* name) const {
   const json* found = find_member(object_, name);
   if (!found) return std::nullopt;
-  return GltfMaterialObject(file_, *found, pointer_ + "/" + name);
+  GltfMaterialObject member(file_, *found, pointer_ + "/" + name);
+  member.optional_ = optional_;
+  return member;
 }
 
 std::optional<GltfMaterialObject> GltfMaterialObject::extension(const char* name) const {
   const json* found = find_extension(object_, name);
   if (!found) return std::nullopt;
-  return GltfMaterialObject(file_, *found, pointer_ + "/extensions/" + name);
+  GltfMaterialObject extension(file_, *found, pointer_ + "/extensions/" + name);
+  extension.optional_ = !file_.document.requires_extension(name);
+  return extension;
 }
 
 }  // namespace emberline

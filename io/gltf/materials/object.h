@@ -4,14 +4,26 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
-#include "io/gltf.h"
-#include "io/gltf_document.h"
-#include "io/tiny_gltf_forward.h"
+#include "io/gltf/document/document.h"
+#include "io/gltf/document/tiny_gltf_forward.h"
+#include "io/gltf/gltf_file.h"
 #include "renderer/description/scene_description.h"
 
 namespace emberline {
+
+// The members that had to be clamped, to be warned of together.
+struct ClampedFactors {
+  struct List {
+    static constexpr size_t kMost = 8;  // that are named: a file may have any number
+    std::vector<std::string> named;     // with the numbers that the file has
+    uint64_t more = 0;
+  };
+  List shares, colors;  // to [0, 1]; to [0, inf)
+};
 
 // What all materials of a file are read with.
 struct MaterialFile {
@@ -19,6 +31,7 @@ struct MaterialFile {
   const tinygltf::Model& model;  // textures and samplers
   const GltfOptions& options;
   CoverageReport& coverage;
+  ClampedFactors& clamped;
 };
 
 // Which numbers a property takes, finite ones at most, and how a message calls them.
@@ -29,19 +42,20 @@ struct ValidNumbers {
 inline constexpr ValidNumbers kNotNegative = {[](float x) { return x >= 0.0f; },
                                               "a number of at least 0"};
 
-// A value that cannot be throws InputError (file, JSON pointer, what is expected); with
-// GltfOptions::lenient it is warned of, and the value stays as it was.
+// A value that cannot be throws InputError (file, JSON pointer, what is expected); in an extension
+// that the file does not require, and with GltfOptions::lenient, it is warned of, and the value
+// stays as it was.
 class GltfMaterialObject {
  public:
   // `file` and `object` have to outlive this. check_schema has seen the types.
   GltfMaterialObject(const MaterialFile& file, const nlohmann::json& object, std::string pointer)
       : file_(file), object_(object), pointer_(std::move(pointer)) {}
 
-  // Clamped to [0, 1], with a warning.
+  // Clamped to [0, 1], and kept in ClampedFactors if that changes it.
   void share(const char* name, float& value) const;
   void shares(const char* name, Rgb& value) const;
   void shares(const char* name, Rgb& value, float& alpha) const;  // four numbers
-  // Clamped to [0, inf), with a warning.
+  // Clamped to [0, inf).
   void non_negative(const char* name, Rgb& value) const;
   void number(const char* name, float& value, const ValidNumbers& valid) const;
 
@@ -56,21 +70,25 @@ class GltfMaterialObject {
 
   // For the coverage report of the file.
   void report_ignored(const std::string& what) const;
+  // What is wrong with a member: thrown, or a warning in an extension that is optional.
+  void fail(const std::string& name, const std::string& message) const;
   // Of a member, for messages.
   std::string place(const std::string& name) const {
     return file_.document.place(pointer_ + "/" + name);
   }
 
  private:
+  void clamp(const char* name, std::span<float> values, double most) const;
   const nlohmann::json* texture_info(const char* name) const;
   TextureRef texture_ref(const nlohmann::json& info, const char* name) const;
   // Throws, or warns that `instead` takes the place of what was found.
-  void refuse(const std::string& place, const std::string& message,
+  void refuse(const std::string& name, const std::string& message,
               const std::string& instead) const;
 
   const MaterialFile& file_;
   const nlohmann::json& object_;
   std::string pointer_;
+  bool optional_ = false;  // inside an extension that the file does not require
 };
 
 }  // namespace emberline

@@ -1,4 +1,4 @@
-#include "io/gltf_variants.h"
+#include "io/gltf/materials/variants.h"
 
 #include <algorithm>
 

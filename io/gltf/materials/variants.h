@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "io/gltf_document.h"
+#include "io/gltf/document/document.h"
 #include "renderer/description/scene_description.h"
 
 namespace emberline {

@@ -1,4 +1,4 @@
-#include "io/ktx2/basis_lz.h"
+#include "io/image/ktx2/basis_lz.h"
 
 #include <algorithm>
 

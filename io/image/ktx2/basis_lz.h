@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "io/ktx2/container.h"
-#include "io/ktx2/huffman.h"
+#include "io/image/ktx2/container.h"
+#include "io/image/ktx2/huffman.h"
 
 namespace emberline::ktx2 {
 

@@ -1,4 +1,4 @@
-#include "io/ktx2/block_rows.h"
+#include "io/image/ktx2/block_rows.h"
 
 #include <zstd.h>
 
@@ -8,10 +8,10 @@
 #include <optional>
 #include <vector>
 
-#include "io/ktx2/basis_lz.h"
-#include "io/ktx2/fault.h"
-#include "io/ktx2/little_endian.h"
-#include "io/ktx2/uastc.h"
+#include "io/image/ktx2/basis_lz.h"
+#include "io/image/ktx2/fault.h"
+#include "io/image/ktx2/little_endian.h"
+#include "io/image/ktx2/uastc.h"
 
 namespace emberline::ktx2 {
 namespace {
@@ -36,10 +36,10 @@ class Etc1sRows final : public BlockRows {
         row[x][i] = {colour[i][0], colour[i][1], colour[i][2], 255};
       }
       if (!alpha_) continue;
-      // The red one, as the specification has it. The reference decoder takes green, which differs
-      // where alpha shares an end point with a colour.
+      // Green, as the reference transcoder has it: where alpha shares an end point with a colour,
+      // the slice is not grey.
       const EtcPixels alpha = decode(alphas[x]);
-      for (size_t i = 0; i < alpha.size(); ++i) row[x][i][3] = alpha[i][0];
+      for (size_t i = 0; i < alpha.size(); ++i) row[x][i][3] = alpha[i][1];
     }
   }
 

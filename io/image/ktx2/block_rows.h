@@ -1,4 +1,4 @@
-// The pixels of a KTX 2's level 0, a row of blocks at a time. For io/ktx2 alone.
+// The pixels of a KTX 2's level 0, a row of blocks at a time. For io/image/ktx2 alone.
 #pragma once
 
 #include <array>
@@ -7,7 +7,7 @@
 #include <span>
 #include <string>
 
-#include "io/ktx2/container.h"
+#include "io/image/ktx2/container.h"
 
 namespace emberline::ktx2 {
 

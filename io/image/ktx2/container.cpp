@@ -1,11 +1,11 @@
-#include "io/ktx2/container.h"
+#include "io/image/ktx2/container.h"
 
 #include <algorithm>
 #include <bit>
 #include <string_view>
 
-#include "io/ktx2/fault.h"
-#include "io/ktx2/little_endian.h"
+#include "io/image/ktx2/fault.h"
+#include "io/image/ktx2/little_endian.h"
 #include "renderer/core/memory_budget.h"
 
 namespace emberline::ktx2 {

@@ -1,4 +1,4 @@
-// The one error of a KTX 2 that is damaged. For io/ktx2 alone.
+// The one error of a KTX 2 that is damaged. For io/image/ktx2 alone.
 #pragma once
 
 #include <string>

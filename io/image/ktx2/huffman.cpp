@@ -1,4 +1,4 @@
-#include "io/ktx2/huffman.h"
+#include "io/image/ktx2/huffman.h"
 
 #include <algorithm>
 

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "io/ktx2/little_endian.h"
+#include "io/image/ktx2/little_endian.h"
 
 namespace emberline::ktx2 {
 

@@ -1,12 +1,12 @@
-#include "io/ktx2/ktx2.h"
+#include "io/image/ktx2/ktx2.h"
 
 #include <cassert>
 #include <string_view>
 #include <vector>
 
-#include "io/encoded_checks.h"
-#include "io/ktx2/block_rows.h"
-#include "io/ktx2/container.h"
+#include "io/image/encoded_checks.h"
+#include "io/image/ktx2/block_rows.h"
+#include "io/image/ktx2/container.h"
 
 namespace emberline {
 namespace {

@@ -10,8 +10,8 @@
 #include <span>
 #include <string>
 
-#include "io/encoded_image.h"
-#include "io/image_library.h"
+#include "io/image/encoded_image.h"
+#include "io/image/library.h"
 
 namespace emberline {
 

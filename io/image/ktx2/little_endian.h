@@ -1,4 +1,4 @@
-// Numbers and bits as KTX 2 stores them, the least significant first. For io/ktx2 alone.
+// Numbers and bits as KTX 2 stores them, the least significant first. For io/image/ktx2 alone.
 #pragma once
 
 #include <cassert>
@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "io/ktx2/fault.h"
+#include "io/image/ktx2/fault.h"
 
 namespace emberline::ktx2 {
 

@@ -1,4 +1,4 @@
-#include "io/ktx2/uastc.h"
+#include "io/image/ktx2/uastc.h"
 
 #include <algorithm>
 #include <cassert>

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <span>
 
-#include "io/ktx2/container.h"
+#include "io/image/ktx2/container.h"
 
 namespace emberline::ktx2 {
 

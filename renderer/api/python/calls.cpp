@@ -1,4 +1,4 @@
-#include "renderer/python/calls.h"
+#include "renderer/api/python/calls.h"
 
 #include <unistd.h>
 
@@ -6,12 +6,13 @@
 #include <chrono>
 #include <condition_variable>
 #include <exception>
+#include <memory>
 #include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
 
-#include "renderer/library/emberline.h"
+#include "renderer/api/emberline.h"
 
 namespace emberline::python {
 namespace {
@@ -50,15 +51,19 @@ void log_messages() {
 std::atomic<bool> g_interpreter_ends{false};
 std::atomic<int> g_calls{0};
 
+constexpr const char* kForked =
+    "this process was forked from one that has used emberline; multiprocessing needs "
+    "set_start_method(\"spawn\")";
+
+// The process of the first call; 0: there was none.
+std::atomic<pid_t> g_process{0};
+
 // The library's threads are not there in a process that was forked after they were started, and
 // whoever waits for them waits for ever.
 void check_process() {
-  static const pid_t first = ::getpid();
-  if (::getpid() != first) {
-    throw api::RenderError(
-        "this process was forked from one that has used emberline; multiprocessing needs "
-        "set_start_method(\"spawn\")");
-  }
+  pid_t none = 0;
+  g_process.compare_exchange_strong(none, ::getpid());
+  if (is_forked()) throw api::RenderError(kForked);
 }
 
 class WaitingCall final : public Call {
@@ -74,7 +79,7 @@ class WaitingCall final : public Call {
 
   // On the thread that called from Python, without the GIL.
   void wait_for(const std::function<void(Call&)>& work) {
-    const std::jthread worker([&] {
+    std::jthread worker([&] {
       std::exception_ptr error;
       try {
         work(*this);
@@ -93,6 +98,11 @@ class WaitingCall final : public Call {
       const std::function<void()>* const asked = asked_;
       lock.unlock();
       attend(asked);
+      if (is_forked()) {  // by a callback; the worker is in the other process
+        worker.detach();
+        error_ = std::make_exception_ptr(api::RenderError(kForked));
+        return;
+      }
       lock.lock();
       if (asked) {
         asked_ = nullptr;
@@ -132,7 +142,9 @@ class WaitingCall final : public Call {
 // A thread that waits for the GIL when the interpreter is gone is ended where it stands, which its
 // C++ frames do not survive: Python's threads that are no daemons have ended by now, the others'
 // calls are.
+// A forked process has none of them, although it has their number.
 void end_calls() {
+  if (is_forked()) return;
   g_interpreter_ends = true;
   const py::gil_scoped_release no_gil;
   while (g_calls > 0) std::this_thread::sleep_for(kPoll / 4);
@@ -140,16 +152,23 @@ void end_calls() {
 
 }  // namespace
 
+bool is_forked() {
+  const pid_t first = g_process;
+  return first != 0 && first != ::getpid();
+}
+
 void carry_out(const std::function<void(Call&)>& work) {
   check_process();
-  WaitingCall call;
+  auto call = std::make_unique<WaitingCall>();
   ++g_calls;
   {
     const py::gil_scoped_release no_gil;
-    call.wait_for(work);
+    call->wait_for(work);
   }
   --g_calls;
-  call.rethrow();
+  // Not destroyed in a process that a callback forked: it would wait for the worker to be gone.
+  if (is_forked()) call.release()->rethrow();
+  call->rethrow();
   log_messages();
 }
 

@@ -36,6 +36,9 @@ auto result_of(const Work& work) {
   return std::move(*result);
 }
 
+// Whether this process was forked from one that had used the library: its threads are not here.
+bool is_forked();
+
 // Once, when the module is imported.
 void set_up_calls();
 

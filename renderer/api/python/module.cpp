@@ -1,4 +1,4 @@
-// `import emberline`: the library's interface (renderer/library/emberline.h) in Python.
+// `import emberline`: the library's interface (renderer/api/emberline.h) in Python.
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
@@ -14,9 +14,9 @@
 #include <utility>
 #include <vector>
 
-#include "renderer/library/emberline.h"
-#include "renderer/python/calls.h"
-#include "renderer/python/values.h"
+#include "renderer/api/emberline.h"
+#include "renderer/api/python/calls.h"
+#include "renderer/api/python/values.h"
 
 namespace emberline::python {
 namespace {
@@ -124,7 +124,7 @@ void add_settings(py::module_& module) {
       .def(
           "read",
           [](api::Settings& settings, const py::object& path) { settings.read(path_of(path)); },
-          "path"_a, "Takes over what a file of --save-settings has.")
+          "path"_a, "Takes over the settings in a file that the command has saved.")
       .def("__getitem__", get, "name"_a, "Its text; None where none is given.")
       .def("__setitem__", set, "name"_a, "value"_a)
       .def("keys", &given, "Those that have a value.")
@@ -139,17 +139,43 @@ void add_settings(py::module_& module) {
 
 // ---- scenes ----------------------------------------------------------------------------------
 
-api::Resources resources_of(int threads, std::optional<uint64_t> memory_limit,
-                            std::optional<double> load_timeout) {
-  if (threads < 0) throw api::UsageError("threads: " + std::to_string(threads) + " is below 0");
-  return {threads, memory_limit, load_timeout};
+// Their types; the library knows which values are valid.
+api::Resources resources_of(const py::object& threads, const py::object& memory_limit,
+                            const py::object& load_timeout) {
+  const int64_t count = whole_number(threads, "threads").value_or(0);
+  if (!std::in_range<int>(count)) {
+    throw api::UsageError("threads: " + std::to_string(count) + " is out of range");
+  }
+  const std::optional<int64_t> bytes = whole_number(memory_limit, "memory_limit");
+  if (bytes && *bytes < 0) {
+    throw api::UsageError("memory_limit: " + std::to_string(*bytes) + " is below 0");
+  }
+  return {int(count), bytes ? std::optional(uint64_t(*bytes)) : std::nullopt,
+          real_number(load_timeout, "load_timeout")};
 }
 
+// A forked process has its parent's scenes without the threads and locks that they need to end.
+struct LeaveInForks {
+  void operator()(const api::Scene* scene) const {
+    if (!is_forked()) delete scene;
+  }
+};
+
+using LoadedScene = std::unique_ptr<api::Scene, LeaveInForks>;
+
 struct Scene {
-  api::Scene scene;
-  api::Settings settings;
-  int renders = 0;  // under way; read and written with the GIL
+  LoadedScene scene;
+  api::Settings loaded;    // with these,
+  api::Settings settings;  // and with those of its pose: what render() takes
+  int renders = 0;         // under way; read and written with the GIL
   bool edited = false;
+};
+
+// What a progress callback is given, its own for ever.
+struct Progress {
+  uint64_t samples;
+  std::optional<double> error_estimate;
+  py::object rgba;
 };
 
 // Who uses a scene: one that edits it, or any number that render.
@@ -171,15 +197,27 @@ class Use {
   const bool edits_;
 };
 
-std::shared_ptr<Scene> load(const py::object& path, const api::Settings* settings, int threads,
-                            std::optional<uint64_t> memory_limit,
-                            std::optional<double> load_timeout, const py::kwargs& options) {
+}  // namespace
+}  // namespace emberline::python
+
+EMBERLINE_CHECK_IS_MADE(emberline::python::Scene);
+EMBERLINE_CHECK_IS_MADE(emberline::python::Progress);
+
+namespace emberline::python {
+namespace {
+
+std::shared_ptr<Scene> load(const py::object& path, const api::Settings* settings,
+                            const py::object& threads, const py::object& memory_limit,
+                            const py::object& load_timeout, bool animated,
+                            const py::kwargs& options) {
   const std::string file = path_of(path);
   api::Settings all = settings ? *settings : api::Settings();
   apply(options, all);
   const api::Resources resources = resources_of(threads, memory_limit, load_timeout);
   return result_of([&](Call& call) {
-    return std::make_shared<Scene>(Scene{api::Scene(file, all, resources, call.given_up()), all});
+    api::Scene scene = animated ? api::Scene::animated(file, all, resources, call.given_up())
+                                : api::Scene(file, all, resources, call.given_up());
+    return std::make_shared<Scene>(Scene{LoadedScene(new api::Scene(std::move(scene))), all, all});
   });
 }
 
@@ -189,9 +227,17 @@ void edit(Scene& scene, const py::object& edits, const py::object& environment) 
   if (!environment.is_none()) rgb = rgb_of(environment, "environment");
   const Use use(scene, true);
   carry_out([&](Call&) {
-    if (!rgb) return scene.scene.edit(json);
-    scene.scene.edit(json, {rgb->data(), int(rgb->shape(1)), int(rgb->shape(0))});
+    if (!rgb) return scene.scene->edit(json);
+    scene.scene->edit(json, {rgb->data(), int(rgb->shape(1)), int(rgb->shape(0))});
   });
+}
+
+void pose(Scene& scene, const py::kwargs& options) {
+  api::Settings settings = scene.loaded;
+  apply(options, settings);
+  const Use use(scene, true);
+  carry_out([&](Call& call) { scene.scene->pose(settings, call.given_up()); });
+  scene.settings = std::move(settings);
 }
 
 py::list texts(const std::vector<std::string>& names) {
@@ -203,7 +249,7 @@ py::list texts(const std::vector<std::string>& names) {
 template <std::vector<std::string> (api::Scene::*names)() const>
 py::list names_of(Scene& scene) {
   const Use use(scene, false);
-  return texts((scene.scene.*names)());
+  return texts(((*scene.scene).*names)());
 }
 
 void add_scene(py::module_& module) {
@@ -212,16 +258,20 @@ void add_scene(py::module_& module) {
       "A loaded glTF scene. Settings that concern its files (env, backfaces, time ...) count here, "
       "and all are what render() takes where it is given none.")
       .def(py::init(&load), "path"_a, "settings"_a = nullptr, py::kw_only(), "threads"_a = 0,
-           "memory_limit"_a = py::none(), "load_timeout"_a = py::none())
+           "memory_limit"_a = py::none(), "load_timeout"_a = py::none(), "animated"_a = false)
+      .def("pose", &pose,
+           "pose(time=1.5): puts a scene that was loaded with animated=True where its animation "
+           "has it. Takes animation, time or frame, fps, shutter and aov (for velocities), each "
+           "as it was loaded unless it is given. The edits stay. What is wrong is raised, and the "
+           "scene is then as it was.")
       .def("edit", &edit, "edits"_a, py::kw_only(), "environment"_a = py::none(),
-           "All that differs from the file from now on, as --edits reads it: a dict or JSON. {} is "
-           "the "
-           "file again. The environment may be an array or Picture: latitude-longitude, linear, "
-           "rows "
-           "from the top. What is wrong is raised, and the scene is then as it was.")
+           "All that differs from the file from now on, as a file of edits has it: a dict or "
+           "JSON. {} is the file again. The environment may be an array or Picture: "
+           "latitude-longitude, linear, rows from the top. What is wrong is raised, and the scene "
+           "is then as it was.")
       .def_property_readonly(
           "settings", [](const Scene& scene) { return scene.settings; },
-          "A copy of those that it was loaded with.")
+          "A copy of those that it was loaded with, and posed with.")
       .def_property_readonly("lights", &names_of<&api::Scene::lights>)
       .def_property_readonly("materials", &names_of<&api::Scene::materials>)
       .def_property_readonly("cameras", &names_of<&api::Scene::cameras>)
@@ -231,13 +281,6 @@ void add_scene(py::module_& module) {
 }
 
 // ---- pictures --------------------------------------------------------------------------------
-
-// What a progress callback is given, its own for ever.
-struct Progress {
-  uint64_t samples;
-  std::optional<double> error_estimate;
-  py::object rgba;
-};
 
 Progress progress_of(const api::Progress& now) {
   py::object rgba = py::none();
@@ -249,8 +292,9 @@ Progress progress_of(const api::Progress& now) {
   return {now.samples, now.error_estimate, std::move(rgba)};
 }
 
-std::shared_ptr<api::Picture> render(Scene& scene, const api::Settings* settings, int threads,
-                                     const py::object& progress, const py::kwargs& options) {
+std::shared_ptr<api::Picture> render(Scene& scene, const api::Settings* settings,
+                                     const py::object& threads, const py::object& progress,
+                                     const py::kwargs& options) {
   for (const auto& row : api::Settings::help()) {
     std::string name = row.name;
     std::ranges::replace(name, '-', '_');
@@ -263,7 +307,7 @@ std::shared_ptr<api::Picture> render(Scene& scene, const api::Settings* settings
   if (!progress.is_none() && !PyCallable_Check(progress.ptr())) {
     throw py::type_error("progress: not callable");
   }
-  const api::Resources resources = resources_of(threads, {}, {});
+  const api::Resources resources = resources_of(threads, py::none(), py::none());
   const Use use(scene, false);
   std::stop_source stop;
   return result_of([&](Call& call) {
@@ -278,14 +322,14 @@ std::shared_ptr<api::Picture> render(Scene& scene, const api::Settings* settings
       };
     }
     return std::make_shared<api::Picture>(
-        api::render(scene.scene, all, resources, stop.get_token(), watch, call.given_up()));
+        api::render(*scene.scene, all, resources, stop.get_token(), watch, call.given_up()));
   });
 }
 
-std::shared_ptr<api::Picture> read(const py::object& path, std::optional<uint64_t> memory_limit,
-                                   std::optional<double> load_timeout) {
+std::shared_ptr<api::Picture> read(const py::object& path, const py::object& memory_limit,
+                                   const py::object& load_timeout) {
   const std::string file = path_of(path);
-  const api::Resources resources = resources_of(0, memory_limit, load_timeout);
+  const api::Resources resources = resources_of(py::none(), memory_limit, load_timeout);
   return result_of([&](Call& call) {
     return std::make_shared<api::Picture>(api::read_picture(file, resources, call.given_up()));
   });
@@ -315,7 +359,7 @@ bool holds_bytes(const py::object& picture) {
 void write(const py::object& path, const py::object& picture, double exposure,
            const py::object& channels) {
   const std::string file = path_of(path);
-  if (py::isinstance<api::Picture>(picture)) {
+  if (is_object_of<api::Picture>(picture)) {
     if (!channels.is_none()) throw py::type_error("channels: a Picture has names of its own");
     const auto& values = py::cast<const api::Picture&>(picture);
     return carry_out([&](Call&) { api::write_picture(file, values, exposure); });
@@ -478,15 +522,32 @@ void add_comparisons(py::module_& module) {
       "FLIP's error of each pixel, (height, width), 0 to 1.");
 }
 
+// Python's own way makes an object of pybind11's base class for old protocols, which ends the
+// process.
+void refuse_pickling(py::module_& module) {
+  const auto refuse = [](const py::handle& self, const py::args&) -> py::object {
+    throw py::type_error("cannot pickle or copy a " +
+                         std::string(py::str(py::type::handle_of(self).attr("__name__"))));
+  };
+  for (const char* const name : {"Settings", "Scene", "Progress", "Picture", "Comparison"}) {
+    const py::object type = module.attr(name);
+    for (const char* const method : {"__reduce__", "__reduce_ex__"}) {
+      type.attr(method) = py::cpp_function(refuse, py::name(method), py::is_method(type));
+    }
+  }
+}
+
 }  // namespace
 
 PYBIND11_MODULE(_emberline, module) {
+  api::spell_settings(api::SettingSpelling::kUnderscores);
   module.attr("__version__") = api::version();
   add_errors(module);
   add_settings(module);
   add_scene(module);
   add_pictures(module);
   add_comparisons(module);
+  refuse_pickling(module);
   set_up_calls();
 }
 

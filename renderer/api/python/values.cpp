@@ -1,4 +1,4 @@
-#include "renderer/python/values.h"
+#include "renderer/api/python/values.h"
 
 #include <algorithm>
 #include <climits>
@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "renderer/python/calls.h"
+#include "renderer/api/python/calls.h"
 
 namespace emberline::python {
 namespace {
@@ -77,11 +77,42 @@ py::array planes(const std::shared_ptr<api::Picture>& picture, const std::vector
   return copy;
 }
 
+std::string channel_name(const py::handle& name) {
+  if (!py::isinstance<py::str>(name)) {
+    throw py::type_error("channels: a " + type_name(name) + ", where a text is needed");
+  }
+  Py_ssize_t size = 0;
+  const char* const bytes = PyUnicode_AsUTF8AndSize(name.ptr(), &size);
+  const auto is_control = [](char c) { return (c >= 0 && c < ' ') || c == '\x7f'; };
+  if (bytes && std::any_of(bytes, bytes + size, is_control)) {
+    throw py::value_error("channels: " + std::string(py::repr(name)) + " has control characters");
+  }
+  if (bytes) return {bytes, size_t(size)};
+  PyErr_Clear();  // a surrogate alone, which no encoding has
+  throw py::value_error("channels: " + std::string(py::repr(name)) + " is no text");
+}
+
 py::array standard_error(const std::shared_ptr<api::Picture>& picture) {
   const std::vector<size_t> variance = channels_of(*picture, "variance");
   if (variance.empty()) throw py::key_error("error: needs the aov \"variance\"");
   const py::array values = planes(picture, variance);
   return py::module_::import("numpy").attr("sqrt")(values);
+}
+
+// Python's own limit of nested calls, for values that hold themselves.
+class NestedCall {
+ public:
+  NestedCall() {
+    if (Py_EnterRecursiveCall(" in a setting") != 0) throw py::error_already_set();
+  }
+  ~NestedCall() { Py_LeaveRecursiveCall(); }
+  NestedCall(const NestedCall&) = delete;
+  NestedCall& operator=(const NestedCall&) = delete;
+};
+
+bool is_list(const py::handle& value) {
+  if (py::isinstance<py::array>(value)) return py::reinterpret_borrow<py::array>(value).ndim() > 0;
+  return py::isinstance<py::tuple>(value) || py::isinstance<py::list>(value);
 }
 
 [[noreturn]] void wrong_type(const std::string& what, const std::string& is,
@@ -104,6 +135,7 @@ std::string setting_text(const std::string& name, const py::handle& value) {
   if (py::isinstance<py::str>(value) || py::hasattr(value, "__fspath__")) {
     return without_nul(encoded(value), name);
   }
+  const NestedCall nested;
   // A number of NumPy's, or an array without dimensions.
   const auto dimensions = py::getattr(value, "ndim", py::none());
   if (PyLong_Check(dimensions.ptr()) && dimensions.cast<int>() == 0) {
@@ -112,13 +144,10 @@ std::string setting_text(const std::string& name, const py::handle& value) {
   if (PyIndex_Check(value.ptr()) && !py::isinstance<py::array>(value))
     return py::str(py::int_(py::reinterpret_borrow<py::object>(value)));
   if (PyFloat_Check(value.ptr())) return py::repr(value);
-  if (py::isinstance<py::tuple>(value) || py::isinstance<py::list>(value) ||
-      py::isinstance<py::array>(value)) {
+  if (is_list(value)) {
     std::string list;
     for (const py::handle entry : value) {
-      if (py::isinstance<py::array>(entry) && py::reinterpret_borrow<py::array>(entry).ndim() > 0) {
-        throw py::type_error(name + ": an array of one dimension is needed");
-      }
+      if (is_list(entry)) throw py::type_error(name + ": an array of one dimension is needed");
       if (!list.empty()) list += name == "size" ? 'x' : ',';
       list += setting_text(name, entry);
     }
@@ -200,7 +229,7 @@ FloatArray floats_of(const py::handle& array, const std::string& what) {
 }
 
 FloatArray rgb_of(const py::handle& picture, const std::string& what) {
-  if (py::isinstance<api::Picture>(picture)) {
+  if (is_object_of<api::Picture>(picture)) {
     const auto of = py::cast<std::shared_ptr<api::Picture>>(picture);
     return FloatArray(layer(of, "RGB"));
   }
@@ -210,6 +239,29 @@ FloatArray rgb_of(const py::handle& picture, const std::string& what) {
                           ", where (height, width, 3) is needed");
   }
   return values;
+}
+
+std::optional<int64_t> whole_number(const py::handle& value, const std::string& what) {
+  if (value.is_none()) return std::nullopt;
+  if (PyBool_Check(value.ptr()) || !PyIndex_Check(value.ptr())) {
+    wrong_type(what, "a " + type_name(value), "a whole number is needed");
+  }
+  const py::int_ number(py::reinterpret_borrow<py::object>(value));
+  int overflow = 0;
+  const int64_t whole = PyLong_AsLongLongAndOverflow(number.ptr(), &overflow);
+  if (overflow != 0) throw py::value_error(what + ": a number of more than 64 bits");
+  return whole;
+}
+
+std::optional<double> real_number(const py::handle& value, const std::string& what) {
+  if (value.is_none()) return std::nullopt;
+  if (PyBool_Check(value.ptr())) wrong_type(what, "a bool", "a number is needed");
+  const double number = PyFloat_AsDouble(value.ptr());
+  if (number == -1.0 && PyErr_Occurred()) {
+    PyErr_Clear();
+    wrong_type(what, "a " + type_name(value), "a number is needed");
+  }
+  return number;
 }
 
 api::Picture picture_of(const py::array& array, const py::object& channels) {
@@ -222,8 +274,15 @@ api::Picture picture_of(const py::array& array, const py::object& channels) {
   api::Picture picture;
   picture.height = int(values.shape(0));
   picture.width = int(values.shape(1));
+  if (PyAnySet_Check(channels.ptr())) {
+    wrong_type("channels", "a " + type_name(channels), "names in an order are needed");
+  }
   if (!channels.is_none()) {
-    for (const py::handle name : channels) picture.channels.push_back(py::cast<std::string>(name));
+    for (const py::handle name : channels) {
+      // A generator need not end.
+      if (picture.channels.size() > count) break;
+      picture.channels.push_back(channel_name(name));
+    }
   } else if (count == 1) {
     picture.channels = {"Y"};
   } else if (count == 3 || count == 4) {

@@ -4,11 +4,14 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
-#include "renderer/library/emberline.h"
+#include "renderer/api/emberline.h"
+#include "renderer/api/python/made_objects.h"
 
 namespace emberline::python {
 
@@ -41,6 +44,10 @@ py::array pixels(const std::shared_ptr<api::Picture>& picture);
 // Linear R G B of a Picture or an array, called `what`, as the library takes it. Throws TypeError
 // for values that float32 does not hold, ValueError for another shape than (height, width, 3).
 FloatArray rgb_of(const py::handle& picture, const std::string& what);
+// None is nothing. Throws TypeError and ValueError, each of which names the argument.
+std::optional<int64_t> whole_number(const py::handle& value, const std::string& what);
+std::optional<double> real_number(const py::handle& value, const std::string& what);
+
 // What an array holds as a picture, its channels called so; without, by their number.
 api::Picture picture_of(const py::array& array, const py::object& channels);
 // Throws TypeError for values that float32 does not hold.

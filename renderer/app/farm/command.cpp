@@ -1,4 +1,4 @@
-#include "renderer/farm/farm_command.h"
+#include "renderer/app/farm/command.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -8,23 +8,26 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "io/atomic_file.h"
-#include "io/file_register.h"
-#include "io/json_input.h"
-#include "io/owned_folder.h"
-#include "io/record_file.h"
+#include "io/files/atomic_file.h"
+#include "io/files/owned_folder.h"
+#include "io/files/record_file.h"
+#include "io/files/register.h"
+#include "io/json/input.h"
+#include "renderer/app/farm/folder.h"
+#include "renderer/app/farm/scripts.h"
+#include "renderer/app/farm/status.h"
+#include "renderer/app/shell_quote.h"
+#include "renderer/app/standard_output.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
-#include "renderer/drivers/setting_table.h"
-#include "renderer/farm/farm_folder.h"
-#include "renderer/farm/farm_scripts.h"
-#include "renderer/farm/farm_status.h"
-#include "renderer/frame/bucket_schedule.h"
+#include "renderer/core/shortened.h"
+#include "renderer/core/utf8.h"
+#include "renderer/drivers/bucket_schedule.h"
+#include "renderer/engine/setting_table.h"
+#include "renderer/output/checkpoint.h"
 #include "renderer/output/checkpoint_head.h"
 #include "renderer/output/frame_merge.h"
 #include "renderer/output/outputs.h"
-#include "renderer/process/shell_quote.h"
-#include "renderer/process/standard_output.h"
 
 namespace emberline {
 namespace {
@@ -46,7 +49,8 @@ void check_request(const FarmOptions& o) {
   }
   if (is_part(o.frame)) throw UsageError("--part, --sample-range: farm gives each job its own");
   if (!is_partition(o.request.partition)) {
-    throw UsageError("--partition: '{}' is no list of Slurm's partitions", o.request.partition);
+    throw UsageError("--partition: '{}' is no list of Slurm's partitions",
+                     shortened(o.request.partition));
   }
 }
 
@@ -70,6 +74,42 @@ RenderOptions farm_frame(const FarmOptions& farm) {
   // Nodes of several kinds give the same bits, and a merge takes no others.
   o.isa = o.isa.value_or(widest_isa());
   return o;
+}
+
+bool is_utf8(std::string_view text) {
+  while (const size_t length = utf8_length(text)) text.remove_prefix(length);
+  return text.empty();
+}
+
+// job.json and settings.json hold UTF-8 alone: the parts, and `farm cancel`, read the names there.
+void check_names(const RenderOptions& o) {
+  std::vector<std::string> names = {o.scene,   o.resource_root, o.environment, o.edits,   o.camera,
+                                    o.variant, o.animation,     o.catchers,    o.holdouts};
+  for (const auto* list : {&o.outputs, &o.heatmaps, &o.reports})
+    names.insert(names.end(), list->begin(), list->end());
+  for (const std::string& name : names) {
+    if (!is_utf8(name)) throw UsageError("farm: {}: this name is not UTF-8", name);
+  }
+}
+
+// The folder may come from another user: what the jobs write must not lead out of it.
+void check_places(const FarmFolder& folder) {
+  std::error_code unknown;
+  const auto check = [&](const fs::path& path, fs::file_type wanted) {
+    const fs::file_type type = fs::symlink_status(path, unknown).type();
+    if (type == fs::file_type::not_found || type == wanted) return;
+    throw UsageError("{}: is {}; remove it, or choose another output", path.string(),
+                     type == fs::file_type::symlink       ? "a symbolic link"
+                     : wanted == fs::file_type::directory ? "no folder"
+                                                          : "no regular file");
+  };
+  for (const char* name : {"job.json", "settings.json", "part.sh", "merge.sh", "merge.json"})
+    check(folder.file(name), fs::file_type::regular);
+  for (const char* name : {"logs", "progress"}) {
+    check(folder.file(name), fs::file_type::directory);
+    for (const auto& entry : fs::directory_iterator(folder.file(name), unknown))
+      check(entry.path(), fs::file_type::regular);
+  }
 }
 
 // What can be known before any job runs.
@@ -128,6 +168,7 @@ int check_checkpoints(const FarmFolder& folder, const FrameSettings& settings, u
   int there = 0;
   for (uint32_t part = 1; part <= parts; ++part) {
     const std::string path = folder.checkpoint(part, parts);
+    check_checkpoint(path, true);
     if (!InputFile::open_if_there(path)) continue;
     const RecordFile file(path);
     const auto different = differences(head, parse_json(file.head(), path), {"part"});
@@ -154,22 +195,6 @@ std::vector<uint32_t> all_parts(uint32_t count) {
   return parts;
 }
 
-void write_settings(const FarmFrame& frame) {
-  const std::string path = frame.folder.file("settings.json");
-  write_file_atomically(path, settings_json(frame.options, path));
-  FrameSettings read;
-  read_settings(path, read);
-  const auto same_file = [](const std::string& a, const std::string& b) {
-    return fs::weakly_canonical(a) == fs::weakly_canonical(b);
-  };
-  const RenderOptions& o = frame.options;  // JSON holds UTF-8 alone
-  if (!same_file(read.environment, o.environment) || !same_file(read.edits, o.edits) ||
-      !same_file(read.resource_root, o.resource_root)) {
-    throw UsageError(
-        "--env, --edits, --resource-root: their names are no UTF-8, and {} cannot hold them", path);
-  }
-}
-
 void write_folder(const FarmFrame& frame, bool stage) {
   const FarmFolder& folder = frame.folder;
   for (const char* name : {"logs", "progress"}) {
@@ -178,7 +203,8 @@ void write_folder(const FarmFrame& frame, bool stage) {
     if (error) throw RenderError("{}: {}", folder.file(name), error.message());
   }
   forget_progress(folder, all_parts(frame.parts));
-  write_settings(frame);
+  const std::string settings = folder.file("settings.json");
+  write_file_atomically(settings, settings_json(frame.options, settings));
   write_file_atomically(folder.file("part.sh"), part_script(frame, stage));
   write_file_atomically(folder.file("merge.sh"), merge_script(frame));
 }
@@ -198,28 +224,38 @@ std::string log_word(const FarmFolder& folder, const std::string& name) {
   return "--output=" + (folder.slurm_writes_logs() ? "logs/" + name : "/dev/null");
 }
 
+void write_record(const FarmFolder& folder, const FarmRecord& record) {
+  write_file_atomically(folder.file("job.json"), record_json(record));
+}
+
 // The parts as an array, and the merge behind them and `others`, jobs or tasks that are under way.
+// job.json is written after each job: whenever this ends, `farm cancel` finds what was submitted.
 void submit(const FarmFolder& folder, FarmRecord& record, const std::vector<uint32_t>& parts,
             const std::vector<std::string>& others) {
   std::vector<std::string> waited = others;
-  if (!parts.empty()) {
-    // The signal a minute before the time limit is for the script's process: it saves what there
-    // is.
-    record.arrays.push_back(submit_job(
-        record.request, folder.path, "part.sh",
-        {"--array=" + ranges_of(parts), log_word(folder, "part-%a.log"), "--signal=B:TERM@60"}));
-    waited.push_back(std::to_string(record.arrays.back()));
-  }
-  std::vector<std::string> words = {log_word(folder, "merge.log")};
-  if (!waited.empty()) {
-    words.push_back(fmt::format("--dependency=afterok:{}", fmt::join(waited, ":")));
-    words.push_back("--kill-on-invalid-dep=yes");
-  }
+  std::vector<uint64_t> submitted;
+  write_record(folder, record);  // a file that cannot be written is known before there are jobs
   try {
-    record.merge = submit_job(record.request, folder.path, "merge.sh", words);
-    write_file_atomically(folder.file("job.json"), record_json(record));
-  } catch (const EmberlineError&) {
-    if (!parts.empty()) cancel_jobs(std::span(&record.arrays.back(), 1));
+    if (!parts.empty()) {
+      // The signal a minute before the time limit is for the script's process: it saves what there
+      // is.
+      submitted.push_back(submit_job(
+          record.request, folder.path, "part.sh",
+          {"--array=" + ranges_of(parts), log_word(folder, "part-%a.log"), "--signal=B:TERM@60"}));
+      record.arrays.push_back(submitted.back());
+      write_record(folder, record);
+      waited.push_back(std::to_string(submitted.back()));
+    }
+    std::vector<std::string> words = {log_word(folder, "merge.log")};
+    if (!waited.empty()) {
+      words.push_back(fmt::format("--dependency=afterok:{}", fmt::join(waited, ":")));
+      words.push_back("--kill-on-invalid-dep=yes");
+    }
+    submitted.push_back(submit_job(record.request, folder.path, "merge.sh", words));
+    record.merge = submitted.back();
+    write_record(folder, record);
+  } catch (const std::exception&) {
+    cancel_jobs(submitted);
     throw;
   }
   if (parts.empty()) return log_info(fmt::format("submitted the merge as job {}", *record.merge));
@@ -238,11 +274,13 @@ int submit_frame(const FarmOptions& farm) {
   check_request(farm);
   const FarmFrame frame{farm_frame(farm), FarmFolder(farm.frame.outputs.front()), farm.parts,
                         own_program()};
+  check_names(frame.options);
   check_frame(frame.options, frame.parts);
   const FarmFolder& folder = frame.folder;
   if (!farm.print) require_slurm();
   OwnedFolder owned(folder.path,
                     {.option = "-o", .marker = "emberline-farm.json", .exclusive = true});
+  check_places(folder);
   refuse_running(folder);
   const std::vector<std::string> names = {"settings.json", "part.sh", "merge.sh", "job.json"};
   owned.claim(names);
@@ -250,7 +288,7 @@ int submit_frame(const FarmOptions& farm) {
   write_folder(frame, farm.stage);
   FarmRecord record{frame.options.scene, frame.parts, farm.request, {}, {}};
   if (farm.print) {
-    write_file_atomically(folder.file("job.json"), record_json(record));
+    write_record(folder, record);
     const std::string script = "sh " + shell_quoted(folder.file("part.sh")) + " {part}";
     print_result((farm.stage ? script : part_command(frame, "{part}", "{parts}")) + "\n" +
                  merge_command(frame) + "\n");
@@ -274,6 +312,7 @@ bool is_whole(const FarmFolder& folder, uint32_t part, uint32_t parts) {
 // Parts that wait or run are left alone; the merge waits for them too.
 int retry_frame(const FarmFolder& folder) {
   FarmRecord record = read_record(folder);
+  check_places(folder);
   require_slurm();
   FrameSettings settings;
   read_settings(folder.file("settings.json"), settings);

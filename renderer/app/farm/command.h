@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "renderer/farm/slurm.h"
+#include "renderer/app/farm/slurm.h"
 #include "renderer/output/render_options.h"
 
 namespace emberline {

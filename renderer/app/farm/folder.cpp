@@ -1,12 +1,12 @@
-#include "renderer/farm/farm_folder.h"
+#include "renderer/app/farm/folder.h"
 
 #include <fmt/format.h>
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "io/json_input.h"
-#include "io/json_reader.h"
+#include "io/json/input.h"
+#include "io/json/reader.h"
 #include "renderer/core/errors.h"
 #include "renderer/output/render_options.h"
 

@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "renderer/farm/slurm.h"
+#include "renderer/app/farm/slurm.h"
 
 namespace emberline {
 

@@ -1,4 +1,4 @@
-#include "renderer/process/run_tool.h"
+#include "renderer/app/farm/run_tool.h"
 
 #include <fcntl.h>
 #include <poll.h>

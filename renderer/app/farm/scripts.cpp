@@ -1,4 +1,4 @@
-#include "renderer/farm/farm_scripts.h"
+#include "renderer/app/farm/scripts.h"
 
 #include <fmt/format.h>
 
@@ -6,35 +6,47 @@
 #include <filesystem>
 #include <set>
 
-#include "io/fingerprint.h"
-#include "io/scene_files.h"
-#include "renderer/charts/colour_map.h"
+#include "io/files/fingerprint.h"
+#include "io/gltf/scene_files.h"
+#include "renderer/app/shell_quote.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/version.h"
-#include "renderer/process/shell_quote.h"
+#include "renderer/statistics/colour_map.h"
 
 namespace emberline {
 namespace {
 
 namespace fs = std::filesystem;
 
-// What "mv -T" gives its name to on every machine: never half a copy.
+// "mv -T" gives the copy its name in one step, on every machine. In a folder that others may write
+// to, only the sticky bit keeps them from replacing the stage.
 constexpr const char* kStageBegin = R"sh(
 # A copy of the scene on this machine's own disk, named by what it holds. Of two parts that begin at
-# once both copy, and one gives its copy the name. A file that has changed since is not copied.
-stage=${{TMPDIR:-/tmp}}/emberline-$(id -u)-{}
+# once both copy, and one gives its copy the name. A file that has changed since is not copied. A
+# stage that is a link, belongs to another user or has lost a file is not read.
+folder=${{TMPDIR:-/tmp}}
+stage=$folder/emberline-$(id -u)-{}
+each() {{
+{}  :
+}}
 same() {{ [ "$(stat -L -c '%s %.9Y' -- "$1")" = "$3" ]; }}
-take() {{ same "$@" && cp -- "$1" "$2" && same "$@"; }}
-if [ ! -d "$stage" ]; then
+take() {{ same "$@" && cp -- "$1" "$copy/$2" && same "$@"; }}
+kept() {{ [ -f "$stage/$2" ] && [ "$(stat -c %s -- "$stage/$2")" = "${{3%% *}}" ]; }}
+safe() {{
+  [ -n "$(find -L "$1/." -prune \( -user 0 -o -user "$(id -u)" \) \( -perm -1000 -o ! -perm /022 \))" ]
+}}
+own() {{ [ -d "$1" ] && [ -O "$1" ] && [ ! -L "$1" ]; }}
+if [ ! -e "$stage" ] && [ ! -L "$stage" ]; then
   copy=$(mktemp -d "$stage.XXXXXX") &&
 )sh";
 
-constexpr const char* kStageEnd = R"sh(    mv -T "$copy" "$stage" 2>/dev/null
+constexpr const char* kStageEnd = R"sh(    each take &&
+    mv -T "$copy" "$stage" 2>/dev/null
   [ -z "$copy" ] || rm -rf "$copy"
 fi
-if [ -d "$stage" ] && [ -O "$stage" ]; then
+if safe "$folder" && own "$stage" && each kept; then
 {}else
-  echo "emberline: the scene is not copied to this machine; it is read where it is" >&2
+  echo "emberline: no whole copy of the scene on this machine; it is read where it is" >&2
 fi
 )sh";
 
@@ -93,14 +105,14 @@ fs::path common_folder(const std::vector<fs::path>& files) {
 
 // Copies, by their names in the stage.
 struct Stage {
-  std::string folders, copies;
+  std::string folders, files;  // of the scripts: what mkdir makes, and what each() visits
   uint64_t hash = 0;
 
   // Returns its name there, for the shell.
   std::string add(const fs::path& source, const fs::path& name) {
     hash = fingerprint(name.string(), hash);
-    copies += fmt::format("    take {} \"$copy\"/{} '{}' &&\n", shell_quoted(source.string()),
-                          shell_quoted(name.string()), state_of(source));
+    files += fmt::format("  \"$1\" {} {} '{}' &&\n", shell_quoted(source.string()),
+                         shell_quoted(name.string()), state_of(source));
     if (made.insert(name.parent_path()).second) {
       folders += " \"$copy\"/" + shell_quoted(name.parent_path().string());
     }
@@ -128,8 +140,8 @@ std::string stage_script(const RenderOptions& options) {
     stage.hash = fingerprint(hexadecimal(file_fingerprint(file.string(), progress)), stage.hash);
     staged += "  env=" + stage.add(file, "env" / file.filename()) + "\n";
   }
-  return fmt::format(fmt::runtime(kStageBegin), hexadecimal(stage.hash)) + "    mkdir -p" +
-         stage.folders + " &&\n" + stage.copies + fmt::format(fmt::runtime(kStageEnd), staged);
+  return fmt::format(fmt::runtime(kStageBegin), hexadecimal(stage.hash), stage.files) +
+         "    mkdir -p" + stage.folders + " &&\n" + fmt::format(fmt::runtime(kStageEnd), staged);
 }
 
 // `rest` of the name as the shell has it.

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "renderer/farm/farm_folder.h"
+#include "renderer/app/farm/folder.h"
 #include "renderer/output/render_options.h"
 
 namespace emberline {

@@ -1,4 +1,4 @@
-#include "renderer/farm/slurm.h"
+#include "renderer/app/farm/slurm.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -9,9 +9,10 @@
 #include <sstream>
 #include <string_view>
 
+#include "renderer/app/farm/run_tool.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/option_values.h"
-#include "renderer/process/run_tool.h"
+#include "renderer/core/shortened.h"
 
 namespace emberline {
 namespace {
@@ -86,7 +87,7 @@ uint64_t submit_job(const SlurmRequest& request, const std::string& folder,
   const std::string answer = first_line(run_slurm(all).out);  // "12", or "12;cluster"
   const auto job = parse_number<uint64_t>(answer.substr(0, answer.find(';')));
   if (!job || *job == 0)
-    throw RenderError("sbatch answers '{}', which is no number of a job", answer);
+    throw RenderError("sbatch answers '{}', which is no number of a job", shortened(answer));
   return *job;
 }
 

@@ -1,4 +1,4 @@
-#include "renderer/farm/farm_status.h"
+#include "renderer/app/farm/status.h"
 
 #include <fmt/format.h>
 
@@ -9,9 +9,9 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "io/input_file.h"
-#include "io/json_input.h"
-#include "io/json_reader.h"
+#include "io/files/input_file.h"
+#include "io/json/input.h"
+#include "io/json/reader.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/core/names.h"

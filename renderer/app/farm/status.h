@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "renderer/farm/farm_folder.h"
+#include "renderer/app/farm/folder.h"
 
 namespace emberline {
 

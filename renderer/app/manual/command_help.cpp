@@ -1,4 +1,4 @@
-#include "renderer/app/command_help.h"
+#include "renderer/app/manual/command_help.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include "renderer/app/completion.h"
+#include "renderer/app/manual/completion.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

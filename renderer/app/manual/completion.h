@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "renderer/app/command_help.h"
+#include "renderer/app/manual/command_help.h"
 
 namespace emberline {
 

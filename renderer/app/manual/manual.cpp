@@ -1,4 +1,4 @@
-#include "renderer/app/manual.h"
+#include "renderer/app/manual/manual.h"
 
 #include <algorithm>
 #include <cctype>

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "renderer/app/command_help.h"
+#include "renderer/app/manual/command_help.h"
 
 namespace emberline {
 

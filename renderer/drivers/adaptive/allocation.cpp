@@ -11,8 +11,9 @@
 namespace emberline {
 namespace {
 
+// std::max(a, b) is a where b is no number: a rate that is none counts as 0.
 float share(float rate, float least, float most, float k) {
-  return std::min(std::max(k * rate, least), std::max(least, most));
+  return std::min(std::max(least, k * rate), std::max(least, most));
 }
 
 // What bounds K, and what no K goes beyond.
@@ -40,7 +41,8 @@ Extent extent_of_part(const float* rates, const SampleBounds* bounds, size_t beg
   } lanes;
   std::ranges::fill(lanes.least_rate, std::numeric_limits<float>::max());
   for_lanes(begin, end, [&](size_t i, size_t lane) {
-    const float rate = rates[i], least = bounds[i].least, most = std::max(least, bounds[i].most);
+    const float rate = std::max(0.0f, rates[i]), least = bounds[i].least;
+    const float most = std::max(least, bounds[i].most);
     const bool grows = rate > 0.0f;
     lanes.most_rate[lane] = std::max(lanes.most_rate[lane], rate);
     lanes.least_rate[lane] = std::min(lanes.least_rate[lane], grows ? rate : 3e38f);
@@ -122,7 +124,7 @@ float nearest_step(float x) {
 }
 
 float stepped_share(float rate, float least, float most, float k) {
-  return std::min(std::max(nearest_step(k * rate), least), std::max(least, most));
+  return std::min(std::max(least, nearest_step(std::max(0.0f, k * rate))), std::max(least, most));
 }
 
 double sum_of_steps(std::span<const float> rates, std::span<const SampleBounds> bounds, float k) {

@@ -22,7 +22,8 @@ struct SampleBounds {
 
 // Counts n_i = clamp(K x rate_i, least_i, most_i) with K such that their sum is `total`, or all at
 // `most` if that is less than the total, or all at `least` if that is more. Rates are >= 0 and
-// finite. In parallel, with the same result whatever the threads.
+// finite; one that is no number counts as 0. In parallel, with the same result whatever the
+// threads.
 void share_samples(std::span<const float> rates, std::span<const SampleBounds> bounds, double total,
                    std::vector<float>* counts);
 

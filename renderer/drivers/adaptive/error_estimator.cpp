@@ -68,7 +68,7 @@ constexpr EstimatorEntry kEstimators[] = {
 std::span<const EstimatorEntry> estimator_table() { return kEstimators; }
 
 const EstimatorEntry& find_estimator(std::string_view name) {
-  return find_named(kEstimators, "--estimator", "estimator", name);
+  return find_named(kEstimators, "`estimator`", "estimator", name);
 }
 
 }  // namespace emberline

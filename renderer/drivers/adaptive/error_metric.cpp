@@ -7,7 +7,7 @@ constexpr NamedValue<ErrorMetric> kMetrics[] = {
     {"display", "squared error of the picture as it is looked at (sRGB)", ErrorMetric::kDisplay},
     {"mse", "squared error of linear radiance", ErrorMetric::kMse},
     {"relmse", "squared error over squared radiance", ErrorMetric::kRelMse},
-    {"denoised", "as display, of the denoised picture: with --denoise, which comes with it",
+    {"denoised", "as display, of the denoised picture: with `denoise`, which comes with it",
      ErrorMetric::kDenoised},
 };
 

@@ -7,7 +7,8 @@
 #include <span>
 
 #include "renderer/core/display_error.h"
-#include "renderer/frame/frame_settings.h"
+#include "renderer/core/names.h"
+#include "renderer/drivers/driver_choices.h"
 
 namespace emberline {
 

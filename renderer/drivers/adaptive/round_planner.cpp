@@ -11,7 +11,7 @@
 #include "renderer/core/parallel.h"
 #include "renderer/drivers/adaptive/frame_error.h"
 #include "renderer/drivers/adaptive/ordered_sum.h"
-#include "renderer/frame/frame_settings.h"
+#include "renderer/drivers/driver_choices.h"
 
 namespace emberline {
 namespace {

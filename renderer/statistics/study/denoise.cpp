@@ -1,10 +1,10 @@
-#include "renderer/study/study_denoise.h"
+#include "renderer/statistics/study/denoise.h"
 
 #include <algorithm>
 
+#include "renderer/engine/render_clock.h"
 #include "renderer/film/shared_samples.h"
 #include "renderer/output/denoise_pass.h"
-#include "renderer/process/render_clock.h"
 
 namespace emberline {
 

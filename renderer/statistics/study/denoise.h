@@ -2,7 +2,7 @@
 #pragma once
 
 #include "renderer/core/rect.h"
-#include "renderer/study/study_renderer.h"
+#include "renderer/statistics/study/renderer.h"
 
 namespace emberline {
 

@@ -1,4 +1,4 @@
-#include "renderer/study/study_files.h"
+#include "renderer/statistics/study/files.h"
 
 #include <fmt/format.h>
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "io/json_reader.h"
+#include "io/json/reader.h"
 #include "renderer/statistics/study_results.h"
 
 namespace emberline {

@@ -1,4 +1,4 @@
-#include "renderer/study/study_folder.h"
+#include "renderer/statistics/study/folder.h"
 
 #include <fmt/format.h>
 
@@ -6,14 +6,14 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "io/atomic_file.h"
-#include "io/input_file.h"
-#include "io/json_input.h"
-#include "io/json_reader.h"
+#include "io/files/atomic_file.h"
+#include "io/files/input_file.h"
+#include "io/json/input.h"
+#include "io/json/reader.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/output/render_options.h"
-#include "renderer/study/study_files.h"
+#include "renderer/statistics/study/files.h"
 
 namespace emberline {
 namespace {
@@ -73,12 +73,12 @@ void StudyFolder::begin(const std::string& key, std::vector<std::string> files, 
       known = JsonReader(json, settings)["key"].text() == key;
     } catch (const InputError& error) {
       throw EmberlineError(error.exit_code(),
-                           std::string(error.what()) + "; give --restart to begin the study anew");
+                           std::string(error.what()) + "; give `restart` to begin the study anew");
     }
     if (!known) {
       throw UsageError("-o " + folder_.path() +
                        ": holds a study of another frame, budgets or settings; name another "
-                       "folder, or give --restart to replace it");
+                       "folder, or give `restart` to replace it");
     }
   }
   files.insert(files.end(), {kSettings, kPace});

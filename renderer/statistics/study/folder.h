@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "io/owned_folder.h"
+#include "io/files/owned_folder.h"
 #include "renderer/statistics/study_results.h"
 
 namespace emberline {

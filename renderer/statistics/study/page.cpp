@@ -1,4 +1,4 @@
-#include "renderer/study/study_page.h"
+#include "renderer/statistics/study/page.h"
 
 #include <fmt/format.h>
 
@@ -9,12 +9,12 @@
 #include <optional>
 #include <span>
 
-#include "io/atomic_file.h"
-#include "renderer/charts/html_page.h"
-#include "renderer/charts/svg_chart.h"
+#include "io/files/atomic_file.h"
 #include "renderer/core/readable.h"
+#include "renderer/statistics/html_page.h"
+#include "renderer/statistics/study/page_pictures.h"
 #include "renderer/statistics/study_summary.h"
-#include "renderer/study/study_page_pictures.h"
+#include "renderer/statistics/svg_chart.h"
 
 namespace emberline {
 namespace {

@@ -1,4 +1,4 @@
-#include "renderer/study/study_page_pictures.h"
+#include "renderer/statistics/study/page_pictures.h"
 
 #include <fmt/format.h>
 
@@ -7,12 +7,12 @@
 #include <filesystem>
 #include <optional>
 
-#include "io/image_input.h"
-#include "io/input_file.h"
-#include "renderer/charts/heatmap_quantity.h"
+#include "io/files/input_file.h"
+#include "io/image/input.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/readable.h"
-#include "renderer/process/run_limits.h"
+#include "renderer/engine/run_limits.h"
+#include "renderer/statistics/heatmap_quantity.h"
 #include "renderer/statistics/study_summary.h"
 
 namespace emberline {

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "io/image_output.h"
-#include "renderer/charts/html_page.h"
+#include "io/image/output.h"
 #include "renderer/core/rect.h"
+#include "renderer/statistics/html_page.h"
 #include "renderer/statistics/study_results.h"
 
 namespace emberline {

@@ -1,6 +1,6 @@
-#include "renderer/study/study_pictures.h"
+#include "renderer/statistics/study/pictures.h"
 
-#include "io/input_file.h"
+#include "io/files/input_file.h"
 #include "renderer/output/flip_picture.h"
 #include "renderer/output/rgb_file.h"
 

@@ -4,11 +4,11 @@
 #include <memory>
 #include <string>
 
-#include "io/display.h"
-#include "io/exr_writer.h"
+#include "io/display/display.h"
+#include "io/exr/writer.h"
 #include "renderer/statistics/reference_error.h"
-#include "renderer/study/study_folder.h"
-#include "renderer/study/study_renderer.h"
+#include "renderer/statistics/study/folder.h"
+#include "renderer/statistics/study/renderer.h"
 
 namespace emberline {
 

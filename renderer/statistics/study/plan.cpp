@@ -1,4 +1,4 @@
-#include "renderer/study/study_plan.h"
+#include "renderer/statistics/study/plan.h"
 
 #include <fmt/format.h>
 
@@ -10,8 +10,9 @@
 #include "renderer/core/hash.h"
 #include "renderer/core/names.h"
 #include "renderer/core/option_values.h"
+#include "renderer/core/shortened.h"
 #include "renderer/drivers/driver_table.h"
-#include "renderer/drivers/frame_plan.h"
+#include "renderer/engine/frame_plan.h"
 
 namespace emberline {
 namespace {
@@ -33,7 +34,7 @@ std::vector<std::string> split(std::string_view text, char separator) {
 void refuse_repeated(const std::vector<std::string>& names, const std::string& option) {
   for (size_t i = 0; i < names.size(); ++i) {
     if (std::count(names.begin(), names.end(), names[i]) > 1) {
-      throw UsageError(option + ": '" + names[i] + "' is listed twice");
+      throw UsageError(option + ": '" + shortened(names[i]) + "' is listed twice");
     }
   }
 }
@@ -58,7 +59,7 @@ EstimatorChoice parse_estimator(const std::string& text) {
   std::vector<std::string> parts = split(text, '/');
   EstimatorChoice choice;
   choice.text = text;
-  choice.name = find_named(estimator_table(), "--estimators", "estimator", parts[0]).name;
+  choice.name = find_named(estimator_table(), "`estimators`", "estimator", parts[0]).name;
   parts.erase(parts.begin());
   if (!parts.empty() && parts.back() == "unbiased") {
     choice.unbiased = true;
@@ -66,24 +67,25 @@ EstimatorChoice parse_estimator(const std::string& text) {
   }
   if (!parts.empty()) {
     choice.allocation =
-        find_named(error_metric_table(), "--estimators", "allocation", parts[0]).value;
+        find_named(error_metric_table(), "`estimators`", "allocation", parts[0]).value;
     parts.erase(parts.begin());
   }
   if (!parts.empty()) {
-    throw UsageError("--estimators: '" + text + "' is not ESTIMATOR[/ALLOCATION][/unbiased]");
+    throw UsageError("`estimators`: '" + shortened(text) +
+                     "' is not ESTIMATOR[/ALLOCATION][/unbiased]");
   }
   return choice;
 }
 
 std::vector<double> parse_budgets(const std::string& list, bool by_time) {
-  const char* option = by_time ? "--seconds" : "--spp";
+  const char* option = by_time ? "`seconds`" : "`spp`";
   std::vector<double> budgets;
   for (const std::string& text : split(list, ',')) {
     const std::optional<double> value =
         by_time ? parse_real(text) : std::optional<double>(parse_number<uint32_t>(text));
     const double least = by_time ? kLeastSeconds : 1, most = by_time ? kMostSeconds : kMaxSamples;
     if (!value || *value < least || *value > most) {
-      throw UsageError(fmt::format("{}: '{}' is not a {} from {} to {}", option, text,
+      throw UsageError(fmt::format("{}: '{}' is not a {} from {} to {}", option, shortened(text),
                                    by_time ? "number" : "whole number", least, most));
     }
     if (!budgets.empty() && *value <= budgets.back()) {
@@ -96,7 +98,7 @@ std::vector<double> parse_budgets(const std::string& list, bool by_time) {
 }
 
 bool is_fixed_count(const std::string& sampler) {
-  return find_named(sampler_table(), "--samplers", "sampler", sampler).counts != SampleCounts::kAny;
+  return find_named(sampler_table(), "`samplers`", "sampler", sampler).counts != SampleCounts::kAny;
 }
 
 // Why the method cannot be rendered at one of the budgets; empty if it can.
@@ -146,7 +148,7 @@ PlannedMethod plan_method(const StudyOptions& options, const std::string& driver
   }
   planned.id += "-" + sampler;
   planned.separate = options.separate || options.denoise || m.denoised || is_fixed_count(sampler) ||
-                     find_named(driver_table(), "--drivers", "driver", driver).tiles;
+                     find_named(driver_table(), "`drivers`", "driver", driver).tiles;
   return planned;
 }
 
@@ -161,7 +163,7 @@ std::string reference_sampler(const std::vector<std::string>& studied) {
 }  // namespace
 
 std::vector<std::string> parse_samplers(const std::string& list) {
-  return parse_names(list, "--samplers", "sampler", sampler_table());
+  return parse_names(list, "`samplers`", "sampler", sampler_table());
 }
 
 std::vector<size_t> study_order(size_t methods, uint32_t seed) {
@@ -175,7 +177,7 @@ std::vector<size_t> study_order(size_t methods, uint32_t seed) {
 
 RenderOptions frame_options(const PlannedMethod& method, uint32_t samples, uint32_t seed) {
   RenderOptions options = method.options;
-  const auto& sampler = find_named(sampler_table(), "--samplers", "sampler", method.method.sampler);
+  const auto& sampler = find_named(sampler_table(), "`samplers`", "sampler", method.method.sampler);
   options.spp = sampler.counts == SampleCounts::kPowerOfTwo ? std::bit_floor(samples) : samples;
   options.seed = seed;
   return options;
@@ -184,14 +186,14 @@ RenderOptions frame_options(const PlannedMethod& method, uint32_t samples, uint3
 StudyPlan plan_study(const StudyOptions& options) {
   StudyPlan plan;
   const std::vector<std::string> drivers =
-      parse_names(options.drivers, "--drivers", "driver", driver_table());
+      parse_names(options.drivers, "`drivers`", "driver", driver_table());
   const std::vector<std::string> samplers = parse_samplers(options.samplers.value_or("sobol"));
   std::vector<EstimatorChoice> estimators;
   const std::vector<std::string> estimator_texts = split(options.estimators, ',');
   for (const std::string& text : estimator_texts) estimators.push_back(parse_estimator(text));
-  refuse_repeated(estimator_texts, "--estimators");
+  refuse_repeated(estimator_texts, "`estimators`");
   if (options.spp && options.seconds) {
-    throw UsageError("--seconds: budgets are samples or seconds; give --spp or --seconds");
+    throw UsageError("`seconds`: budgets are samples or seconds; give `spp` or `seconds`");
   }
   plan.by_time = options.seconds.has_value();
   plan.budgets = parse_budgets(
@@ -223,7 +225,7 @@ StudyPlan plan_study(const StudyOptions& options) {
   if (!possible) throw UsageError("no method is possible: " + plan.methods[0].impossible);
   plan.baseline = options.baseline.empty() ? std::string(names[0]) : options.baseline;
   if (std::ranges::find(names, plan.baseline) == names.end()) {
-    throw UsageError("--baseline: " + unknown_name_message("method", plan.baseline, names));
+    throw UsageError("`baseline`: " + unknown_name_message("method", plan.baseline, names));
   }
   plan.reference_sampler = reference_sampler(samplers);
   return plan;

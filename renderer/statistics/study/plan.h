@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "renderer/statistics/study/options.h"
 #include "renderer/statistics/study_results.h"
-#include "renderer/study/study_options.h"
 
 namespace emberline {
 

@@ -1,20 +1,20 @@
-#include "renderer/study/study_reference.h"
+#include "renderer/statistics/study/reference.h"
 
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "io/atomic_file.h"
-#include "io/fingerprint.h"
-#include "io/image_input.h"
-#include "io/input_file.h"
-#include "io/json_input.h"
-#include "io/json_reader.h"
+#include "io/files/atomic_file.h"
+#include "io/files/fingerprint.h"
+#include "io/files/input_file.h"
+#include "io/image/input.h"
+#include "io/json/input.h"
+#include "io/json/reader.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
+#include "renderer/engine/run_limits.h"
 #include "renderer/output/outputs.h"
 #include "renderer/output/rgb_file.h"
-#include "renderer/process/run_limits.h"
 
 namespace emberline {
 namespace {
@@ -93,7 +93,7 @@ void check_cached_files(const ReferenceRequest& request) {
     const std::filesystem::file_status status = std::filesystem::symlink_status(file, unknown);
     if (!std::filesystem::exists(status)) continue;
     if (ours && std::filesystem::is_regular_file(status)) continue;
-    throw UsageError("--cache " + file + ": is no reference of a study, and would be replaced; " +
+    throw UsageError("`cache` " + file + ": is no reference of a study, and would be replaced; " +
                      "move it away or name another folder");
   }
 }

@@ -10,7 +10,7 @@
 
 #include "renderer/statistics/neyman_limit.h"
 #include "renderer/statistics/reference_error.h"
-#include "renderer/study/study_renderer.h"
+#include "renderer/statistics/study/renderer.h"
 
 namespace emberline {
 

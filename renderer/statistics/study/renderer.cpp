@@ -1,25 +1,27 @@
-#include "renderer/study/study_renderer.h"
+#include "renderer/statistics/study/renderer.h"
 
 #include <fmt/format.h>
 
 #include <cmath>
 
-#include "renderer/drivers/frame_plan.h"
-#include "renderer/frame/frame_render.h"
-#include "renderer/frame/frame_scene.h"
+#include "renderer/drivers/driver_table.h"
+#include "renderer/engine/frame_plan.h"
+#include "renderer/engine/frame_render.h"
+#include "renderer/engine/frame_scene.h"
+#include "renderer/engine/render_clock.h"
 #include "renderer/output/denoise_pass.h"
 #include "renderer/output/report.h"
 #include "renderer/output/rgb_file.h"
-#include "renderer/process/render_clock.h"
 
 namespace emberline {
 namespace {
 
-void warn_of_non_finite(const RenderOptions& o, const FrameCounters& counters) {
-  const std::string estimator = o.estimator.empty() ? "" : " --estimator " + o.estimator;
+void warn_of_counters(const RenderOptions& o, const FrameCounters& counters) {
+  const std::string estimator = o.estimator.empty() ? "" : " `estimator` " + o.estimator;
   warn_of_non_finite(counters, o.seed,
-                     fmt::format("by render with --driver {}{} --sampler {} --seed {}", o.driver,
+                     fmt::format("by render with `driver` {}{} `sampler` {} `seed` {}", o.driver,
                                  estimator, o.sampler, o.seed));
+  warn_of_optics(counters.optics);
 }
 
 // Keeps the delivered tiles' channels.
@@ -130,13 +132,12 @@ FrameRender render_of(const FramePlan& plan) {
 StudyRenderer::StudyRenderer(const RenderOptions& frame, const LoadLimits& limits,
                              FileRegister& files)
     : crop_(crop_of(frame)) {
-  const SceneBuildOptions build = FramePlan(frame).build;
   LoadProgress progress({}, {}, limits);
-  SceneDescription description = load_scene(frame, progress, false);
-  files.read(description.files, "the scene reads");
-  const CameraDescription camera = choose_camera(frame, description);
-  scene_ = build_scene(std::move(description), build, progress);
-  camera_ = create_camera(frame, camera, *scene_);
+  ReadScene read(frame, {}, {.build = FramePlan(frame).build}, progress);
+  files.read(read.description().files, "the scene reads");
+  const CameraDescription camera = choose_camera(frame, read.description());
+  scene_ = std::move(read).build(progress);
+  camera_ = create_camera(frame, camera, scene_->scene());
 }
 
 uint64_t StudyRenderer::frame_bytes(const RenderOptions& options, size_t budgets) const {
@@ -157,11 +158,11 @@ std::optional<StudyPicture> StudyRenderer::render(const RenderOptions& options, 
   StudyPicture picture;
   const RenderClock clock;
   const FrameCounters counters =
-      frame_render.render(plan.frame(*scene_, camera_, {.stop = stop}), keeper, stop);
+      frame_render.render(plan.frame(scene_->scene(), camera_, {.stop = stop}), keeper, stop);
   picture.wall_s = clock.seconds();
   picture.cpu_s = clock.cpu_seconds();
   if (counters.stopped) return std::nullopt;
-  warn_of_non_finite(options, counters);
+  warn_of_counters(options, counters);
   picture.non_finite_samples = counters.non_finite_samples;
   frame_render.deliver(keeper);
   picture.samples = counters.samples;
@@ -179,13 +180,13 @@ ProgressiveFrame StudyRenderer::render_progressive(const RenderOptions& options,
   ProgressiveKeeper keeper(crop_, budgets, by_time, plan.even, on_samples_);
   const std::stop_callback pass_on(stop, [&] { keeper.spent.request_stop(); });
   keeper.clock = RenderClock();
-  const FrameCounters counters = frame_render.render(plan.frame(*scene_, camera_, {.stop = stop}),
-                                                     keeper, keeper.spent.get_token());
+  const FrameCounters counters = frame_render.render(
+      plan.frame(scene_->scene(), camera_, {.stop = stop}), keeper, keeper.spent.get_token());
   const double wall = keeper.clock.seconds(), cpu = keeper.clock.cpu_seconds();
   ProgressiveFrame result;
   result.stopped = stop.stop_requested();
   if (result.stopped) return result;
-  warn_of_non_finite(options, counters);
+  warn_of_counters(options, counters);
   result.non_finite_samples = counters.non_finite_samples;
   result.pictures = std::move(keeper.pictures);
   result.claims = std::move(keeper.claims);

@@ -9,11 +9,11 @@
 #include <stop_token>
 #include <vector>
 
-#include "io/file_register.h"
+#include "io/files/register.h"
+#include "renderer/engine/open_scene.h"
 #include "renderer/film/film.h"
 #include "renderer/output/render_options.h"
 #include "renderer/scene/camera.h"
-#include "renderer/scene/scene.h"
 #include "renderer/statistics/error_metrics.h"
 #include "renderer/statistics/study_results.h"
 
@@ -80,7 +80,7 @@ class StudyRenderer {
 
  private:
   Rect crop_;
-  std::unique_ptr<Scene> scene_;
+  std::unique_ptr<OpenScene> scene_;
   Camera camera_;
   std::function<void(uint64_t)> on_samples_;
 };

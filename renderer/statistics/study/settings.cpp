@@ -1,8 +1,8 @@
-#include "renderer/study/study_settings.h"
+#include "renderer/statistics/study/settings.h"
 
 #include <nlohmann/json.hpp>
 
-#include "io/fingerprint.h"
+#include "io/files/fingerprint.h"
 #include "renderer/core/version.h"
 
 namespace emberline {

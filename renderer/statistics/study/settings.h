@@ -4,8 +4,8 @@
 #include <string>
 
 #include "renderer/core/load_progress.h"
-#include "renderer/drivers/setting_table.h"
-#include "renderer/study/study_plan.h"
+#include "renderer/engine/setting_table.h"
+#include "renderer/statistics/study/plan.h"
 
 namespace emberline {
 

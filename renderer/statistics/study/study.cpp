@@ -1,4 +1,4 @@
-#include "renderer/study/study.h"
+#include "renderer/statistics/study/study.h"
 
 #include <fmt/format.h>
 
@@ -6,19 +6,19 @@
 #include <cmath>
 #include <filesystem>
 
-#include "io/atomic_file.h"
+#include "io/files/atomic_file.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/core/readable.h"
-#include "renderer/drivers/frame_plan.h"
+#include "renderer/engine/frame_plan.h"
 #include "renderer/output/frame_memory.h"
 #include "renderer/output/report.h"
 #include "renderer/output/rgb_file.h"
+#include "renderer/statistics/study/denoise.h"
+#include "renderer/statistics/study/files.h"
+#include "renderer/statistics/study/page.h"
+#include "renderer/statistics/study/settings.h"
 #include "renderer/statistics/study_summary.h"
-#include "renderer/study/study_denoise.h"
-#include "renderer/study/study_files.h"
-#include "renderer/study/study_page.h"
-#include "renderer/study/study_settings.h"
 
 namespace emberline {
 namespace {
@@ -392,7 +392,7 @@ void Study::prepare() {
   for (const auto& [id, value] : pace_.samples_per_s) pace = std::max(pace, value);
   const uint32_t samples = results_.reference.samples_per_pixel;
   log_info(fmt::format(
-      "rendering the reference: {} samples per pixel, about {} (--reference-spp for fewer)",
+      "rendering the reference: {} samples per pixel, about {} (`reference-spp` for fewer)",
       samples, readable_seconds(double(renderer_.pixels()) * samples / pace)));
 }
 

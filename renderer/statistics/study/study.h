@@ -9,12 +9,12 @@
 #include <string>
 #include <vector>
 
-#include "io/write_attempts.h"
-#include "renderer/study/study_folder.h"
-#include "renderer/study/study_pictures.h"
-#include "renderer/study/study_plan.h"
-#include "renderer/study/study_reference.h"
-#include "renderer/study/study_renderer.h"
+#include "io/files/write_attempts.h"
+#include "renderer/statistics/study/folder.h"
+#include "renderer/statistics/study/pictures.h"
+#include "renderer/statistics/study/plan.h"
+#include "renderer/statistics/study/reference.h"
+#include "renderer/statistics/study/renderer.h"
 
 namespace emberline {
 

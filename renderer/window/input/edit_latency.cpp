@@ -1,4 +1,4 @@
-#include "renderer/window/edit_latency.h"
+#include "renderer/window/input/edit_latency.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "renderer/window/imgui_input.h"
+#include "renderer/window/input/imgui_input.h"
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>

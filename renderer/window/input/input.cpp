@@ -1,4 +1,4 @@
-#include "renderer/window/input.h"
+#include "renderer/window/input/input.h"
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>

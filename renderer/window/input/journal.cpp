@@ -1,4 +1,4 @@
-#include "renderer/window/journal.h"
+#include "renderer/window/input/journal.h"
 
 #include <nlohmann/json.hpp>
 #include <utility>

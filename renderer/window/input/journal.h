@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "io/atomic_file.h"
+#include "io/files/atomic_file.h"
 
 namespace emberline {
 

@@ -1,4 +1,4 @@
-#include "renderer/window/picture_input.h"
+#include "renderer/window/input/picture_input.h"
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>

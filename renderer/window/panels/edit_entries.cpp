@@ -1,4 +1,4 @@
-#include "renderer/window/edit_entries.h"
+#include "renderer/window/panels/edit_entries.h"
 
 #include <algorithm>
 

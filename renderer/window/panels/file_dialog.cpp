@@ -1,4 +1,4 @@
-#include "renderer/window/file_dialog.h"
+#include "renderer/window/panels/file_dialog.h"
 
 #include <imgui.h>
 #include <imgui_stdlib.h>
@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "renderer/core/file_suffix.h"
-#include "renderer/window/theme.h"
+#include "renderer/window/panels/theme.h"
 
 namespace emberline {
 namespace {

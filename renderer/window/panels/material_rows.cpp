@@ -1,4 +1,4 @@
-#include "renderer/window/material_rows.h"
+#include "renderer/window/panels/material_rows.h"
 
 #include <algorithm>
 

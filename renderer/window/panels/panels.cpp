@@ -1,4 +1,4 @@
-#include "renderer/window/panels.h"
+#include "renderer/window/panels/panels.h"
 
 #include <fmt/format.h>
 #include <imgui.h>
@@ -9,8 +9,8 @@
 #include <filesystem>
 
 #include "renderer/core/readable.h"
-#include "renderer/window/theme.h"
-#include "renderer/window/widgets.h"
+#include "renderer/window/panels/theme.h"
+#include "renderer/window/panels/widgets.h"
 
 namespace emberline {
 namespace {

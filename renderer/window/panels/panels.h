@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "renderer/core/rect.h"
-#include "renderer/window/file_dialog.h"
+#include "renderer/window/panels/file_dialog.h"
 #include "renderer/window/workbench.h"
 
 namespace emberline {

@@ -5,16 +5,16 @@
 #include <algorithm>
 #include <array>
 
-#include "renderer/charts/colour_map.h"
 #include "renderer/core/readable.h"
+#include "renderer/drivers/bucket_schedule.h"
 #include "renderer/drivers/driver_table.h"
-#include "renderer/frame/bucket_schedule.h"
 #include "renderer/session/overlay_picture.h"
 #include "renderer/session/prepared_settings.h"
-#include "renderer/window/histogram.h"
-#include "renderer/window/panels.h"
-#include "renderer/window/theme.h"
-#include "renderer/window/widgets.h"
+#include "renderer/statistics/colour_map.h"
+#include "renderer/window/panels/panels.h"
+#include "renderer/window/panels/theme.h"
+#include "renderer/window/panels/widgets.h"
+#include "renderer/window/picture/histogram.h"
 #include "samplers/sampler.h"
 
 namespace emberline {
@@ -250,7 +250,7 @@ void draw_sampling(Workbench& bench) {
     std::string order(name_of(bucket_order_table(), options.bucket_order));
     if (widgets::choose({"Bucket order"}, order, widgets::choices_of(bucket_order_table()))) {
       options.bucket_order =
-          find_named(bucket_order_table(), "--bucket-order", "order", order).value;
+          find_named(bucket_order_table(), "`bucket-order`", "order", order).value;
       changed = true;
     }
   }

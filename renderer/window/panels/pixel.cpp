@@ -4,9 +4,9 @@
 #include <algorithm>
 
 #include "renderer/session/prepared_settings.h"
-#include "renderer/window/panels.h"
-#include "renderer/window/theme.h"
-#include "renderer/window/widgets.h"
+#include "renderer/window/panels/panels.h"
+#include "renderer/window/panels/theme.h"
+#include "renderer/window/panels/widgets.h"
 
 namespace emberline {
 namespace {

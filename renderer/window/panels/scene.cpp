@@ -13,11 +13,11 @@
 #include "renderer/core/names.h"
 #include "renderer/description/material_parameters.h"
 #include "renderer/session/prepared_settings.h"
-#include "renderer/window/edit_entries.h"
-#include "renderer/window/material_rows.h"
-#include "renderer/window/panels.h"
-#include "renderer/window/theme.h"
-#include "renderer/window/widgets.h"
+#include "renderer/window/panels/edit_entries.h"
+#include "renderer/window/panels/material_rows.h"
+#include "renderer/window/panels/panels.h"
+#include "renderer/window/panels/theme.h"
+#include "renderer/window/panels/widgets.h"
 
 namespace emberline {
 namespace {

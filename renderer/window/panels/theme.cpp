@@ -1,4 +1,4 @@
-#include "renderer/window/theme.h"
+#include "renderer/window/panels/theme.h"
 
 #include <imgui.h>
 
@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "io/input_file.h"
+#include "io/files/input_file.h"
 
 namespace emberline {
 namespace {

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <optional>
 
-#include "renderer/window/panels.h"
-#include "renderer/window/theme.h"
-#include "renderer/window/time_line.h"
-#include "renderer/window/widgets.h"
+#include "renderer/window/panels/panels.h"
+#include "renderer/window/panels/theme.h"
+#include "renderer/window/panels/time_line.h"
+#include "renderer/window/panels/widgets.h"
 
 namespace emberline {
 namespace {

@@ -1,4 +1,4 @@
-#include "renderer/window/time_line.h"
+#include "renderer/window/panels/time_line.h"
 
 #include <algorithm>
 #include <charconv>

@@ -1,10 +1,10 @@
-#include "renderer/window/widgets.h"
+#include "renderer/window/panels/widgets.h"
 
 #include <imgui.h>
 
 #include <algorithm>
 
-#include "renderer/window/theme.h"
+#include "renderer/window/panels/theme.h"
 
 namespace emberline::widgets {
 namespace {

@@ -1,4 +1,4 @@
-#include "renderer/window/histogram.h"
+#include "renderer/window/picture/histogram.h"
 
 #include <algorithm>
 

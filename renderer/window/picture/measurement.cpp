@@ -1,13 +1,13 @@
-#include "renderer/window/measurement.h"
+#include "renderer/window/picture/measurement.h"
 
 #include <algorithm>
 #include <map>
 
-#include "io/atomic_file.h"
-#include "io/json_input.h"
-#include "io/json_reader.h"
+#include "io/files/atomic_file.h"
+#include "io/json/input.h"
+#include "io/json/reader.h"
 #include "renderer/core/errors.h"
-#include "renderer/window/edit_entries.h"
+#include "renderer/window/panels/edit_entries.h"
 
 namespace emberline {
 namespace {
@@ -206,7 +206,7 @@ void Measurement::write() const {
                        {"window_busy_ms", milliseconds(busy_s_)},
                        {"idle", idle},
                        {"edits", edits}};
-  bench_.check_output("--measure", file_);
+  bench_.check_output("`measure`", file_);
   write_file_atomically(file_, report.dump(2) + "\n");
 }
 

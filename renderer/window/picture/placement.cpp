@@ -1,4 +1,4 @@
-#include "renderer/window/picture_placement.h"
+#include "renderer/window/picture/placement.h"
 
 #include <algorithm>
 #include <cmath>

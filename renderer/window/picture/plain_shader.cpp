@@ -1,4 +1,4 @@
-#include "renderer/window/plain_shader.h"
+#include "renderer/window/picture/plain_shader.h"
 
 #define GLFW_INCLUDE_GLEXT
 #include <GLFW/glfw3.h>

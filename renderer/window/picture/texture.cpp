@@ -1,4 +1,4 @@
-#include "renderer/window/picture_texture.h"
+#include "renderer/window/picture/texture.h"
 
 #define GLFW_INCLUDE_GLEXT  // some gl.h end at OpenGL 1.1
 #include <GLFW/glfw3.h>

@@ -1,4 +1,4 @@
-#include "renderer/window/picture_view.h"
+#include "renderer/window/picture/view.h"
 
 #include <fmt/format.h>
 #include <imgui.h>
@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "renderer/charts/heatmap_quantity.h"
 #include "renderer/core/readable.h"
 #include "renderer/film/film.h"
-#include "renderer/window/edit_entries.h"
-#include "renderer/window/theme.h"
+#include "renderer/statistics/heatmap_quantity.h"
+#include "renderer/window/panels/edit_entries.h"
+#include "renderer/window/panels/theme.h"
 
 namespace emberline {
 namespace {
@@ -252,8 +252,7 @@ void draw_inspector(const Workbench& bench) {
   }
   if (pixel.known && pixel.non_finite > 0) row("not finite", readable_count(pixel.non_finite));
   if (pixel.known && pixel.stop != PixelStop::kNone) {
-    row(pixel.stop == PixelStop::kGoingOn ? "" : "ended by",
-        std::string(pixel_stop_name(pixel.stop)));
+    row(pixel.stop == PixelStop::kGoingOn ? "" : "ended by", pixel_stop_name(pixel.stop));
   }
   if (pixel.known) {
     row("object",

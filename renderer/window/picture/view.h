@@ -2,8 +2,8 @@
 // the region, the values of pixels when they are large. None of it is ever in the pixels.
 #pragma once
 
-#include "renderer/window/picture_texture.h"
-#include "renderer/window/plain_shader.h"
+#include "renderer/window/picture/plain_shader.h"
+#include "renderer/window/picture/texture.h"
 #include "renderer/window/workbench.h"
 
 namespace emberline {

@@ -1,0 +1,199 @@
+"""Images as Cycles reads them, and stand-ins for those of which Blender's glTF exporter would make something else.
+
+The exporter writes stored values, and glTF says what they mean: colours are sRGB, other values linear, alpha does not darken.
+"""
+import os
+import re
+
+import bpy
+import numpy
+
+_LINEAR = ("Linear", "Linear Rec.709")
+_opaque = {}  # whether an image is, by what tells it apart
+
+
+def space(image):
+    """"sRGB", "linear", "data"; None for others, whose values Python cannot convert. Floats are linear when they are loaded."""
+    settings = image.colorspace_settings
+    if settings.is_data or settings.name == "Raw":
+        return "data"
+    if image.is_float or settings.name in _LINEAR:
+        return "linear"
+    return "sRGB" if settings.name == "sRGB" else None
+
+
+def _pixels(image):
+    """R G B A as stored, rows from the bottom; of tiles the first one's."""
+    width, height = image.size
+    pixels = numpy.empty(width * height * image.channels, numpy.float32)
+    image.pixels.foreach_get(pixels)
+    pixels = pixels.reshape(height, width, image.channels)
+    if image.channels < 3:
+        pixels = numpy.repeat(pixels[:, :, :1], 3, axis=2)
+    if pixels.shape[2] == 3:
+        pixels = numpy.concatenate([pixels, numpy.ones_like(pixels[:, :, :1])], axis=2)
+    return pixels
+
+
+def is_opaque(image):
+    """Whether its alpha is 1 everywhere."""
+    if not image.is_float and image.depth == 24:
+        return True
+    path = bpy.path.abspath(image.filepath_raw, library=image.library)
+    changed = os.path.getmtime(path) if os.path.isfile(path) else 0
+    packed = image.packed_file.size if image.packed_file else 0
+    key = (image.name_full, path, changed, packed, image.source, *image.size)
+    if image.is_dirty or key not in _opaque:
+        _opaque[key] = bool(_pixels(image)[:, :, 3].min() >= 1)
+    return _opaque[key]
+
+
+def _is_associated(image):
+    """Whether alpha darkens the colour that a node gives, unless it gives alpha, too: Cycles divides by it then."""
+    return image.alpha_mode in ("STRAIGHT", "PREMUL") and space(image) != "data"
+
+
+def linear(image, uses_alpha=False):
+    """R G B A of what Cycles computes with, rows from the bottom."""
+    pixels = _pixels(image)
+    # In Blender's memory the colours of floats are multiplied by alpha, those of bytes are not.
+    if _is_associated(image) and not uses_alpha and not image.is_float:
+        pixels[:, :, :3] *= pixels[:, :, 3:]
+    if _is_associated(image) and uses_alpha and image.is_float:
+        pixels[:, :, :3] /= numpy.where(pixels[:, :, 3:] == 0, 1, pixels[:, :, 3:])
+    if space(image) in ("sRGB", None) and not image.is_float:
+        rgb = pixels[:, :, :3]
+        pixels[:, :, :3] = numpy.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    if image.alpha_mode == "NONE":
+        pixels[:, :, 3] = 1
+    return pixels
+
+
+def is_exported(image, is_colour, uses_alpha):
+    """Whether the exporter's file means what Cycles reads."""
+    if image.source == "TILED":
+        return False
+    kind, settings = space(image), image.colorspace_settings
+    if image.is_float:  # encoded if the file is said to be linear
+        return (settings.name in _LINEAR if is_colour else settings.is_data) and is_opaque(image)
+    if uses_alpha and image.alpha_mode == "NONE" and not is_opaque(image):
+        return False
+    means = "sRGB" if is_colour else "linear"
+    known = kind is None or kind == means or kind == "data" and not is_colour
+    return known and (uses_alpha or not _is_associated(image) or is_opaque(image))
+
+
+def _encoded(image, is_colour, uses_alpha):
+    """A new image whose stored bytes mean for glTF what Cycles reads."""
+    pixels = linear(image, uses_alpha).clip(0, 1)
+    if is_colour or space(image) is None:
+        rgb = pixels[:, :, :3]
+        pixels[:, :, :3] = numpy.where(rgb <= 0.0031308, rgb * 12.92, 1.055 * rgb ** (1 / 2.4) - 0.055)
+    made = bpy.data.images.new(image.name, *image.size, alpha=True)
+    made.pixels.foreach_set(pixels.ravel())
+    return made
+
+
+def uses(node):
+    """Of an image's node: its links to colours, those to other values, and whether its alpha is used."""
+    colours, values = [], []
+    for link in node.outputs["Color"].links:
+        (colours if _is_colour(link, set()) else values).append(link)
+    return colours, values, node.outputs["Alpha"].is_linked
+
+
+def _is_colour(link, seen):
+    """Whether a link ends in a shader's colour, through whatever nodes."""
+    node = link.to_node
+    if any(output.type == "SHADER" for output in node.outputs):
+        return link.to_socket.type == "RGBA"
+    if node in seen or node.type in ("GROUP", "NORMAL_MAP"):
+        return False
+    return any(_is_colour(after, seen | {node}) for output in node.outputs for after in output.links)
+
+
+def _path(node, frame):
+    """The file that a node shows of a sequence, as Blender counts its frames."""
+    user, number = node.image_user, node.image_user.frame_current
+    if user.use_auto_refresh:
+        at, count = frame - user.frame_start + 1, max(user.frame_duration, 1)
+        if user.use_cyclic:
+            at = (at - 1) % count + 1
+        number = min(max(at, 0), count) + user.frame_offset
+    stem, suffix = os.path.splitext(bpy.path.abspath(node.image.filepath_raw, library=node.image.library))
+    return re.sub(r"\d+(?=\D*$)", lambda digits: str(number).zfill(len(digits[0])), stem) + suffix
+
+
+def is_missing(node, frame):
+    if node.image.source == "SEQUENCE":
+        return not os.path.isfile(_path(node, frame))
+    return not node.image.size[0]
+
+
+def faults(image):
+    """What is not as in Blender, though the image is there."""
+    said = []
+    if image.source == "TILED" and len(image.tiles) > 1:
+        said.append(f"its image '{image.name}' has {len(image.tiles)} tiles (UDIM): the first one is shown everywhere")
+    if image.source == "MOVIE":
+        said.append(f"of its movie '{image.name}' one frame is shown")
+    if space(image) is None:
+        said.append(f"the colour space of its image '{image.name}', {image.colorspace_settings.name}, is taken for sRGB")
+    return said
+
+
+class StandIns:
+    """Made for one export. What is made is put into `ids`, to be removed after it."""
+
+    def __init__(self, ids, frame):
+        self._ids, self._frame, self._made = ids, frame, {}
+
+    def of(self, node):
+        """What takes the place of a node's image, by whether it is used as a colour; {} where nothing has to."""
+        colours, values, uses_alpha = uses(node)
+        if not (colours or values or uses_alpha) or is_missing(node, self._frame):
+            return {}
+        image = self._loaded(node) if node.image.source == "SEQUENCE" else node.image
+        found = {}
+        for is_colour in [True] * bool(colours) + [False] * bool(values or not colours):
+            # Where alpha alone is used, the rest may mean anything.
+            encoded = is_colour or not values and space(image) == "sRGB"
+            wanted = image
+            if image.size[0] and not is_exported(image, encoded, uses_alpha):
+                wanted = self._make((image, encoded, uses_alpha), lambda: _encoded(image, encoded, uses_alpha))
+            if wanted != node.image:
+                found[is_colour] = wanted
+        return found
+
+    def _make(self, key, make):
+        if key not in self._made:
+            self._made[key] = make()
+            self._ids.append(self._made[key])
+        return self._made[key]
+
+    def _loaded(self, node):
+        path, image = _path(node, self._frame), node.image
+
+        def load():
+            frame = bpy.data.images.load(path)
+            frame.colorspace_settings.name = image.colorspace_settings.name
+            frame.alpha_mode = image.alpha_mode
+            return frame
+
+        return self._make((path, image), load)
+
+
+def put_in(node, stand_ins):
+    """Gives a node what StandIns.of() has found for it; where its uses want two images, another node has the values'."""
+    colours, values, _ = uses(node)
+    if colours and values and stand_ins.get(True) != stand_ins.get(False):
+        tree = node.id_data
+        other = tree.nodes.new(node.bl_idname)
+        for name in ("interpolation", "projection", "extension"):
+            setattr(other, name, getattr(node, name))
+        other.image = stand_ins.get(False, node.image)
+        for link in node.inputs["Vector"].links:
+            tree.links.new(link.from_socket, other.inputs["Vector"])
+        for socket in [link.to_socket for link in values]:
+            tree.links.new(other.outputs["Color"], socket)
+    node.image = stand_ins.get(bool(colours), node.image)

@@ -1,0 +1,195 @@
+#include "io/image/colour.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+#include <map>
+#include <span>
+#include <string_view>
+
+#include "renderer/core/errors.h"
+
+namespace emberline {
+namespace {
+
+using Names = std::vector<std::string>;
+
+// At most so many names in a message: an EXR may have thousands.
+constexpr size_t kMostListed = 12;
+
+std::string list_of(const Names& names) {
+  const size_t shown = std::min(names.size(), kMostListed);
+  std::string text = fmt::format("{}", fmt::join(std::span(names).first(shown), ", "));
+  if (shown < names.size()) text += fmt::format(" and {} more", names.size() - shown);
+  return text;
+}
+
+std::string lower(std::string_view text) {
+  std::string result(text);
+  for (char& c : result) {
+    if (c >= 'A' && c <= 'Z') c = char(c - 'A' + 'a');
+  }
+  return result;
+}
+
+// "sky." of "sky.R".
+std::string_view layer_prefix(const std::string& channel) {
+  const size_t stop = channel.rfind('.');
+  return std::string_view(channel).substr(0, stop == std::string::npos ? 0 : stop + 1);
+}
+
+// Whether a channel without its layer has this name or its initial, in either case: OpenEXR's files
+// say R where Nuke's say red.
+bool is_named(std::string_view leaf, std::string_view name) {
+  const std::string text = lower(leaf);
+  return text == name || text == name.substr(0, 1);
+}
+
+// Channels of a layer, or of none.
+struct Layer {
+  std::string prefix;  // "sky.", or empty
+  const ImagePart* part = nullptr;
+  std::array<int, 4> rgba = {-1, -1, -1, -1};  // among the part's channels; -1 if absent
+
+  bool has_rgb() const { return std::min({rgba[0], rgba[1], rgba[2]}) >= 0; }
+  std::string name() const {
+    const std::string layer = prefix.empty() ? "" : prefix.substr(0, prefix.size() - 1);
+    const std::string channels = layer.empty() ? "R, G, B" : layer;
+    if (part->name.empty() || part->name == layer) return channels;
+    return fmt::format("{} of part {}", channels, part->name);
+  }
+};
+
+// Cryptomatte's channels are ids and coverage, "CryptoObject00.R" or "crypto_asset01.r".
+bool is_cryptomatte(const std::string& prefix) {
+  const std::string name = lower(prefix);
+  return name.find("crypto") != std::string::npos && name.size() >= 3 && name.back() == '.' &&
+         name[name.size() - 2] >= '0' && name[name.size() - 2] <= '9' &&
+         name[name.size() - 3] >= '0' && name[name.size() - 3] <= '9';
+}
+
+// In the order in which they come.
+std::vector<Layer> layers_of(const ImagePart& part) {
+  constexpr std::array<std::string_view, 4> kNames = {"red", "green", "blue", "alpha"};
+  std::vector<Layer> layers;
+  std::map<std::string_view, size_t> known;
+  for (size_t c = 0; c < part.channels.size(); ++c) {
+    const std::string_view prefix = layer_prefix(part.channels[c]);
+    const auto [entry, is_new] = known.try_emplace(prefix, layers.size());
+    if (is_new) layers.push_back({std::string(prefix), &part});
+    const std::string_view leaf = std::string_view(part.channels[c]).substr(prefix.size());
+    for (size_t i = 0; i < kNames.size(); ++i) {
+      int& channel = layers[entry->second].rgba[i];
+      if (channel < 0 && is_named(leaf, kNames[i])) channel = int(c);
+    }
+  }
+  return layers;
+}
+
+std::vector<Layer> rgb_layers(const std::vector<ImagePart>& parts) {
+  std::vector<Layer> found;
+  for (const ImagePart& part : parts) {
+    std::ranges::copy_if(layers_of(part), std::back_inserter(found), [](const Layer& layer) {
+      return layer.has_rgb() && !is_cryptomatte(layer.prefix);
+    });
+  }
+  return found;
+}
+
+// The channels of a layer that differ in nothing but their case: "R, r".
+std::string repeated_in_cases(const Layer& layer) {
+  const Names& channels = layer.part->channels;
+  Names found;
+  for (const int c : {layer.rgba[0], layer.rgba[1], layer.rgba[2]}) {
+    for (const std::string& other : channels) {
+      const std::string& name = channels[size_t(c)];
+      if (other != name && lower(other) == lower(name)) found.insert(found.end(), {name, other});
+    }
+  }
+  return list_of(found);
+}
+
+ColourChannels channels_of(const Layer& layer, const std::string& place) {
+  const auto [red, green, blue, alpha] = layer.rgba;
+  if (layer.part->first < 0) {
+    throw InputError(place,
+                     "{}: the part has other pixels than the first one, or channels of its names; "
+                     "save it as a file of its own",
+                     layer.name());
+  }
+  if (green != red + 1 || blue != red + 2) {
+    if (const std::string twice = repeated_in_cases(layer); !twice.empty()) {
+      throw InputError(place, "it has {} in upper and in lower case: which are meant?", twice);
+    }
+    throw InputError(place, "the channels R, G and B do not stand together");
+  }
+  return {layer.part->first + red, 3, alpha == red + 3};
+}
+
+bool is_luminance_chroma(const Names& channels) {
+  return std::ranges::any_of(channels, [](const std::string& channel) {
+    const std::string leaf = lower(std::string_view(channel).substr(layer_prefix(channel).size()));
+    return leaf == "ry" || leaf == "by";
+  });
+}
+
+// Y, unless X says that it is a coordinate; or the only channel, if it is R.
+int find_grey(const Names& channels) {
+  int y = -1;
+  for (size_t c = 0; c < channels.size(); ++c) {
+    const std::string name = lower(channels[c]);
+    if (name == "x") return -1;
+    if (name == "y" || (channels.size() == 1 && is_named(name, "red"))) y = int(c);
+  }
+  return y;
+}
+
+Names all_names(const std::vector<ImagePart>& parts) {
+  Names names;
+  for (const ImagePart& part : parts) {
+    for (const std::string& channel : part.channels) {
+      names.push_back(part.first >= 0 ? channel : fmt::format("{} of part {}", channel, part.name));
+    }
+  }
+  return names;
+}
+
+}  // namespace
+
+ColourChannels find_colour(const Names& channels, const std::vector<ImagePart>& parts,
+                           const std::string& place) {
+  const std::vector<ImagePart> whole = {{"", channels, 0}};
+  const std::vector<ImagePart>& all = parts.empty() ? whole : parts;
+  std::vector<Layer> layers = rgb_layers(all);
+  const auto has_prefix = [](const Layer& layer) { return !layer.prefix.empty(); };
+  if (!std::ranges::all_of(layers, has_prefix)) std::erase_if(layers, has_prefix);
+  if (layers.size() == 1) return channels_of(layers.front(), place);
+  if (layers.size() > 1) {
+    Names names;
+    std::ranges::transform(layers, std::back_inserter(names), &Layer::name);
+    throw InputError(place, "{} layers have R, G and B, but the picture is one of them: {}",
+                     names.size(), list_of(names));
+  }
+  if (is_luminance_chroma(channels)) {
+    throw InputError(place, "luminance-chroma EXR is not supported, save it as RGB");
+  }
+  const int grey = find_grey(channels);
+  if (grey < 0) {
+    throw InputError(place, "no channels R, G and B, or Y alone; it has {}",
+                     list_of(all_names(all)));
+  }
+  const size_t next = size_t(grey) + 1;
+  return {grey, 1, next < channels.size() && is_named(channels[next], "alpha")};
+}
+
+bool is_cube_map(const std::vector<ImagePart>& parts, int channel) {
+  return std::ranges::any_of(parts, [channel](const ImagePart& part) {
+    return part.cube && part.first >= 0 && channel >= part.first &&
+           channel < part.first + int(part.channels.size());
+  });
+}
+
+}  // namespace emberline

@@ -1,0 +1,59 @@
+// Casters that refuse an object whose __init__ has not run: pybind11 would hand out memory that
+// nothing was ever built in. Such objects come from Scene.__new__(Scene), and from a subclass that
+// uses itself before it calls super().__init__().
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <memory>
+#include <string>
+#include <typeinfo>
+
+#include "renderer/api/emberline.h"
+
+namespace emberline::python {
+
+namespace py = pybind11;
+
+// Whether `value` is an object of the class itself. isinstance() also believes what an object says
+// of its __class__, as a mock does.
+template <typename Class>
+bool is_object_of(const py::handle& value) {
+  const auto* const type = py::detail::get_type_info(typeid(Class));
+  return value && PyType_IsSubtype(Py_TYPE(value.ptr()), type->type);
+}
+
+template <typename Class>
+void check_is_made(const py::handle& value) {
+  if (!is_object_of<Class>(value)) return;
+  const auto* const type = py::detail::get_type_info(typeid(Class));
+  auto* const object = reinterpret_cast<py::detail::instance*>(value.ptr());
+  if (object->get_value_and_holder(type).holder_constructed()) return;
+  const std::string name =
+      py::str(py::handle(reinterpret_cast<PyObject*>(type->type)).attr("__name__"));
+  throw py::type_error("this " + name + " is used before its __init__() has run");
+}
+
+template <typename Class, typename Base>
+struct MadeCaster : Base {
+  bool load(py::handle object, bool convert) {
+    check_is_made<Class>(object);
+    return Base::load(object, convert);
+  }
+};
+
+}  // namespace emberline::python
+
+// For each class of the module, in the global namespace and before anything takes or gives one.
+#define EMBERLINE_CHECK_IS_MADE(Class)                                                      \
+  template <>                                                                               \
+  struct pybind11::detail::type_caster<Class>                                               \
+      : emberline::python::MadeCaster<Class, pybind11::detail::type_caster_base<Class>> {}; \
+  template <>                                                                               \
+  struct pybind11::detail::type_caster<std::shared_ptr<Class>>                              \
+      : emberline::python::MadeCaster<                                                      \
+            Class, pybind11::detail::copyable_holder_caster<Class, std::shared_ptr<Class>>> {}
+
+EMBERLINE_CHECK_IS_MADE(emberline::api::Settings);
+EMBERLINE_CHECK_IS_MADE(emberline::api::Picture);
+EMBERLINE_CHECK_IS_MADE(emberline::api::Comparison);

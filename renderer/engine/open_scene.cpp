@@ -1,0 +1,107 @@
+#include "renderer/engine/open_scene.h"
+
+#include <utility>
+
+#include "renderer/engine/frame_scene.h"
+#include "renderer/engine/scene_file.h"
+
+namespace emberline {
+
+ReadScene::ReadScene(const FrameSettings& settings, SceneEdits edits, const OpenOptions& options,
+                     std::shared_ptr<SceneSource> source)
+    : settings_(settings), edits_(std::move(edits)), options_(options), source_(std::move(source)) {
+  apply_animation(edits_.animation, settings_);
+  source_->begin();
+}
+
+ReadScene::ReadScene(const FrameSettings& settings, SceneEdits edits, const OpenOptions& options,
+                     LoadProgress& progress)
+    : ReadScene(settings, std::move(edits), options,
+                std::make_shared<SceneSource>(progress.budget())) {
+  source_->open(settings_, progress, options.edits || edits_.variant, need_tangents(edits_));
+  read({}, progress);
+  const bool may_pose = options.poses && !description_.animations.empty();
+  if (!may_pose) source_->close();
+  if (!options.edits) options_.build.editable = may_pose;
+  options_.build.posable = may_pose;
+}
+
+ReadScene::~ReadScene() {
+  if (source_) source_->fail();
+}
+
+void ReadScene::read(std::span<const uint64_t> held, LoadProgress& progress) {
+  description_ = source_->file().pose(settings_, held, progress);
+  choose_variant(settings_, description_, edits_);
+  if (options_.edits) return;
+  if (edits_ != SceneEdits() || settings_.light_groups) apply(edits_, description_);
+}
+
+NamedParts ReadScene::named_parts() const {
+  NamedParts parts;
+  if (settings_.light_groups) parts.light_groups.emplace(outline(description_));
+  if (!settings_.cryptomattes.empty()) {
+    parts.cryptomattes.emplace(description_, parse_cryptomattes(settings_.cryptomattes));
+  }
+  if (!settings_.catchers.empty() || !settings_.holdouts.empty()) {
+    parts.roles.emplace(description_, settings_.catchers, settings_.holdouts);
+  }
+  return parts;
+}
+
+std::unique_ptr<OpenScene> ReadScene::build(LoadProgress& progress) && {
+  std::unique_ptr<OpenScene> open(new OpenScene(options_, source_));
+  open->parts_ = named_parts();
+  open->coverage_ = description_.coverage;
+  open->repairs_ = description_.repairs;
+  open->build(*this, progress);
+  std::exchange(source_, nullptr)->stand();
+  return open;
+}
+
+void OpenScene::build(ReadScene& read, LoadProgress& progress) {
+  SceneDescription description = std::exchange(read.description_, {});
+  if (options_.edits) {
+    editable_.emplace(std::move(description), options_.build, progress);
+  } else {
+    scene_ = build_scene(std::move(description), options_.build, progress);
+  }
+}
+
+bool OpenScene::can_pose() const { return source_->is_open(); }
+
+ReadScene OpenScene::read(const FrameSettings& settings, SceneEdits edits, LoadProgress& progress) {
+  ReadScene read(settings, std::move(edits), options_, source_);
+  read.read(scene().mesh_keys(), progress);
+  return read;
+}
+
+bool OpenScene::repose(ReadScene& read, LoadProgress& progress) {
+  SceneDescription description = std::exchange(read.description_, {});
+  return editable_ ? editable_->repose(std::move(description), read.edits_, progress)
+                   : repose_scene(scene_, std::move(description), options_.build, progress);
+}
+
+bool OpenScene::pose(ReadScene read, LoadProgress& progress) {
+  NamedParts parts = read.named_parts();
+  CoverageReport coverage = read.description_.coverage;
+  const LoadRepairs repairs = read.description_.repairs;
+  const bool reposed = repose(read, progress);
+  if (!reposed) {
+    source_->fail();
+    source_->begin();
+    read.read({}, progress);
+    OpenScene anew(options_, source_);
+    anew.build(read, progress);
+    if (editable_) anew.editable_->set(read.edits_);
+    scene_ = std::move(anew.scene_);
+    editable_ = std::move(anew.editable_);
+  }
+  std::exchange(read.source_, nullptr)->stand();
+  parts_ = std::move(parts);
+  coverage_ = std::move(coverage);
+  repairs_ = repairs;
+  return reposed;
+}
+
+}  // namespace emberline

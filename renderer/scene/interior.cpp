@@ -1,0 +1,111 @@
+#include "renderer/scene/interior.h"
+
+#include <algorithm>
+#include <tuple>
+#include <utility>
+
+#include "renderer/scene/solids.h"
+
+namespace emberline {
+
+bool Interior::precedes(const Scene& scene, uint32_t a, uint32_t b) const {
+  const Solids* solids = scene.solids();
+  return solids && solids->closed(a) && solids->closed(b) && solids->precedes(a, b);
+}
+
+void Interior::choose(const Scene& scene) {
+  filling_ = count_ > 0 ? entered_[0] : kNone;
+  for (int i = 1; i < count_; ++i) {
+    if (!precedes(scene, filling_, entered_[i])) filling_ = entered_[i];
+  }
+  solid_ = count_ > 0 ? &scene.material_of(filling_) : nullptr;
+}
+
+void Interior::remove(const Scene& scene, int place) {
+  std::copy(entered_ + place + 1, entered_ + count_, entered_ + place);
+  --count_;
+  choose(scene);
+}
+
+bool Interior::enter_another(const Scene& scene, uint32_t instance) {
+  const bool full = count_ == kMost;
+  if (full) remove(scene, entered_[0] == filling_ ? 1 : 0);
+  entered_[count_++] = instance;
+  choose(scene);
+  return !full;
+}
+
+void Interior::leave_one(const Scene& scene, uint32_t instance) {
+  const auto remove_last = [&](const auto& is) {
+    for (int i = count_; i-- > 0;) {
+      if (is(entered_[i])) {
+        remove(scene, i);
+        return true;
+      }
+    }
+    return false;
+  };
+  if (remove_last([&](uint32_t entered) { return entered == instance; })) return;
+  const Solids* const solids = scene.solids();
+  if (solids && solids->closed(instance)) {
+    if (!solids->any_are_joined()) return;
+    const uint32_t body = solids->body(instance);
+    remove_last([&](uint32_t entered) { return solids->body(entered) == body; });
+    return;
+  }
+  const Material* own = &scene.material_of(instance);
+  if (remove_last([&](uint32_t entered) { return &scene.material_of(entered) == own; })) return;
+  remove_last([&](uint32_t entered) { return entered == filling_; });
+}
+
+void SolidCrossing::find_others(const Scene& scene, const SurfaceInteraction& surface,
+                                const Ray& ray, CoverageKey coverage_key) {
+  const Solids* solids = scene.solids();
+  const SurfaceHit& hit = faces_[0].hit;
+  through_flat_ = solids->is_flat(hit.instance);
+  const float reach = kReach * surface.offset;
+  const Vec3f along = faces_[0].back ? surface.geometric_normal : -surface.geometric_normal;
+  CrossedFace found[32];
+  const size_t count = scene.faces_along(surface.position - along * reach, along, 2 * reach,
+                                         ray.time, coverage_key, found);
+  const auto body = [&](const CrossedFace& face) { return solids->body(face.hit.instance); };
+  std::sort(found, found + count, [&](const CrossedFace& a, const CrossedFace& b) {
+    return std::tuple(body(a), a.back, a.hit.instance, a.hit.primitive) <
+           std::tuple(body(b), b.back, b.hit.instance, b.hit.primitive);
+  });
+  const uint32_t own = body(faces_[0]);
+  for (size_t i = 0, next = 0; i < count && count_ < kMost; i = next) {
+    const uint32_t instance = found[i].hit.instance, here = body(found[i]);
+    while (next < count && body(found[next]) == here) ++next;
+    const bool one_way = found[i].back == found[next - 1].back;
+    const Material& material = scene.material_of(instance);
+    if (!material.is_solid()) {
+      // Of one that shines flush_emitters.h says whether it is seen.
+      if (has_surface_ || material.is_emissive()) continue;
+      has_surface_ = true;
+      surface_ = found[i].hit;
+    } else if (here != own && one_way && !solids->is_flat(instance)) {
+      // On an edge two faces of a solid are met where it is crossed once, or not at all.
+      faces_[count_++] = found[i];
+    }
+  }
+  if (count_ > 1 || has_surface_) offset_ = reach;
+}
+
+const SurfaceHit& SolidCrossing::preceding_face(const Scene& scene, const Interior& near,
+                                                const Interior& far) const {
+  const Solids* const solids = scene.solids();
+  uint32_t first = near.instance(), second = far.instance();
+  if (first == Interior::kNone || (second != Interior::kNone && solids->precedes(second, first))) {
+    std::swap(first, second);
+  }
+  for (const uint32_t instance : {first, second}) {
+    if (instance == Interior::kNone) continue;
+    for (const CrossedFace& face : *this) {
+      if (solids->body(face.hit.instance) == solids->body(instance)) return face.hit;
+    }
+  }
+  return faces_[0].hit;
+}
+
+}  // namespace emberline

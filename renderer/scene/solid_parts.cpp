@@ -1,0 +1,101 @@
+// Solids that are made of several meshes: the parts of a node's mesh that are closed together.
+#include <algorithm>
+#include <map>
+
+#include "renderer/scene/solid_shape.h"
+#include "renderer/scene/solids.h"
+
+namespace emberline {
+
+using scene_detail::Instance;
+using scene_detail::Mesh;
+using scene_detail::shape_of;
+using scene_detail::SolidShape;
+
+namespace {
+
+// Light bends and is absorbed alike in both. Their faces may look different, as those of a bottle
+// that is frosted in places.
+bool have_one_medium(const Material& a, const Material& b) {
+  return a.ior() == b.ior() && a.dispersion() == b.dispersion() &&
+         a.attenuation() == b.attenuation();
+}
+
+// Every ray that meets a face of it ends there, from whichever side it comes.
+bool ends_all_rays(const Mesh& mesh) {
+  return !mesh.triangles.empty() && !mesh.material->passes_light() && !mesh.has_coverage &&
+         !mesh.cull_backfaces;
+}
+
+}  // namespace
+
+std::vector<uint32_t> Solids::parts_of(uint32_t body) const {
+  const auto found = parts_.find(body);
+  return found == parts_.end() ? std::vector<uint32_t>{body} : found->second;
+}
+
+// Parts of different media have no wall between them, so that nothing says what fills them: these
+// stay open. Opaque parts may close a solid of one medium.
+void Solids::join_parts(const Scene& scene, const SceneDescription& description,
+                        LoadProgress& progress) {
+  using Parts = std::vector<uint32_t>;  // instances
+  const auto mesh_of = [&](uint32_t i) -> const Mesh& {
+    return scene.meshes_[scene.instances_[i].mesh];
+  };
+  std::map<Parts, SolidShape> known;  // by meshes, which several nodes may have
+  const auto shape = [&](const Parts& parts, bool is_solid) -> const SolidShape& {
+    Parts key;
+    std::vector<const Mesh*> meshes;
+    for (const uint32_t i : parts) {
+      key.push_back(scene.instances_[i].mesh);
+      meshes.push_back(&mesh_of(i));
+    }
+    const auto [entry, is_new] = known.try_emplace(key);
+    if (is_new) {
+      const std::string& name = description.meshes[key[0]].name;
+      entry->second = shape_of(meshes, is_solid ? &name : nullptr, progress);
+    }
+    return entry->second;
+  };
+  // False: they are not closed.
+  const auto join = [&](const Parts& solid, const Parts& opaque) {
+    Parts parts = solid;
+    parts.insert(parts.end(), opaque.begin(), opaque.end());
+    if (parts.size() < 2 || !shape(parts, true).closed) return false;
+    for (const uint32_t i : solid) {
+      set_shape(scene, i, shape(parts, true));
+      list_[i].body = solid[0];
+    }
+    for (const uint32_t i : opaque) opaque_parts_[i] = solid[0];
+    parts_[solid[0]] = std::move(parts);
+    return true;
+  };
+  const auto are_of_one_mesh = [&](uint32_t a, uint32_t b) {
+    const InstanceDescription &first = description.instances[a], &other = description.instances[b];
+    return first.node >= 0 && first.node == other.node && first.to_world == other.to_world &&
+           scene.instances_[a].transformed == scene.instances_[b].transformed;
+  };
+  for (uint32_t begin = 0, end = 0; begin < scene.instances_.size(); begin = end) {
+    for (end = begin + 1; end < scene.instances_.size() && are_of_one_mesh(begin, end);) ++end;
+    if (end - begin < 2) continue;
+    Parts open, opaque;
+    for (uint32_t i = begin; i < end; ++i) {
+      const bool is_solid = !mesh_of(i).triangles.empty() && mesh_of(i).material->is_solid();
+      if (is_solid && !list_[i].closed) open.push_back(i);
+      if (!is_solid && ends_all_rays(mesh_of(i))) opaque.push_back(i);
+    }
+    while (!open.empty()) {
+      const Material& first = *mesh_of(open[0]).material;
+      const auto others = std::ranges::stable_partition(
+          open, [&](uint32_t i) { return have_one_medium(*mesh_of(i).material, first); });
+      const Parts same(open.begin(), others.begin());
+      open.assign(others.begin(), others.end());
+      if (join(same, {}) || opaque.empty()) continue;
+      // One that is closed by itself, as a cork is, is no part of the solid.
+      std::erase_if(opaque, [&](uint32_t i) { return shape({i}, false).closed; });
+      if (!opaque.empty() && join(same, opaque)) opaque.clear();
+    }
+  }
+}
+
+}  // namespace emberline

@@ -1,0 +1,391 @@
+#include "renderer/scene/solids.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <tuple>
+
+#include "renderer/core/load_progress.h"
+#include "renderer/core/shortened.h"
+#include "renderer/scene/geometry.h"
+#include "renderer/scene/interior.h"
+#include "renderer/scene/solid_shape.h"
+
+namespace emberline {
+
+using scene_detail::Affine;
+using scene_detail::Instance;
+using scene_detail::Mesh;
+using scene_detail::shape_of;
+using scene_detail::SolidShape;
+
+namespace {
+
+void extend_by_corners(const Imath::Box3f& box, const Affine& m, Imath::Box3f* out) {
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3d p((corner & 1 ? box.max : box.min).x, (corner & 2 ? box.max : box.min).y,
+                  (corner & 4 ? box.max : box.min).z);
+    out->extendBy(to_float(scene_detail::transform_point(m, p)));
+  }
+}
+
+double determinant(const Affine& m) {
+  return dot(to_double(m.x), cross(to_double(m.y), to_double(m.z)));
+}
+
+// By far more than what rounding moves a face by.
+Imath::Box3f grown(Imath::Box3f box) {
+  constexpr float kMargin = 1e-4f;
+  const Vec3f margin(kMargin * std::max(max_abs_component(box.min), max_abs_component(box.max)));
+  box.min -= margin;
+  box.max += margin;
+  return box;
+}
+
+}  // namespace
+
+std::unique_ptr<const Solids> Solids::find(Scene& scene, const SceneDescription& description,
+                                           LoadProgress& progress) {
+  std::unique_ptr<Solids> solids(new Solids);
+  for (uint32_t i = 0; i < scene.instances_.size(); ++i) {
+    Mesh& mesh = scene.meshes_[scene.instances_[i].mesh];
+    if (mesh.triangles.empty() || !mesh.material->is_solid()) continue;
+    const std::string& name = description.meshes[scene.instances_[i].mesh].name;
+    if (!mesh.solid) mesh.solid = shape_of(std::array<const Mesh*, 1>{&mesh}, &name, progress);
+    if (solids->list_.empty()) {
+      solids->list_.resize(scene.instances_.size());
+      for (uint32_t k = 0; k < solids->list_.size(); ++k) solids->list_[k].body = k;
+    }
+    Solid& solid = solids->list_[i];
+    solids->set_shape(scene, i, *mesh.solid);
+    solids->instances_.push_back(i);
+    const Material& material = *mesh.material;
+    solid.is_clear = material.is_clear_solid() && mesh.colors.empty();
+    solid.lets_through = solid.is_clear && material.ior() == 1.0f && material.dispersion() == 0.0f;
+    if (solid.lets_through) solids->any_let_through_ = true;
+  }
+  if (solids->instances_.empty()) return nullptr;
+  solids->join_parts(scene, description, progress);
+  for (const uint32_t i : solids->instances_) {
+    if (solids->list_[i].closed) continue;
+    const MeshDescription& mesh = description.meshes[scene.instances_[i].mesh];
+    solids->open_names_.emplace(i, shortened(mesh.name));
+  }
+  solids->find_ranks();
+  solids->find_near();
+  solids->find_flat(scene);
+  solids->find_touching(scene, description.file, progress);
+  return solids;
+}
+
+void Solids::set_shape(const Scene& scene, uint32_t i, const SolidShape& shape) {
+  const Instance& instance = scene.instances_[i];
+  Solid& solid = list_[i];
+  solid.closed = shape.closed;
+  solid.of_mesh = solid.bounds = shape.bounds;
+  solid.volume = shape.volume;
+  if (!instance.transformed) return;
+  solid.bounds.makeEmpty();
+  extend_by_corners(shape.bounds, instance.to_internal, &solid.bounds);
+  solid.volume *= std::abs(determinant(instance.to_internal));
+}
+
+void Solids::find_ranks() {
+  std::vector<uint32_t> order = instances_;
+  std::ranges::sort(order, [this](uint32_t a, uint32_t b) {
+    return std::tuple(list_[a].volume, list_[a].body, a) <
+           std::tuple(list_[b].volume, list_[b].body, b);
+  });
+  for (uint32_t rank = 0; rank < order.size(); ++rank) list_[order[rank]].rank = rank;
+}
+
+Imath::Box3f Solids::bounds_over_shutter(const Scene& scene, uint32_t i) const {
+  Imath::Box3f box = list_[i].bounds;
+  const Instance& instance = scene.instances_[i];
+  if (instance.moving == Instance::kAtRest) return box;
+  constexpr int kTimes = 64;
+  for (int k = 1; k <= kTimes; ++k) {
+    const Affine m = scene.geometry_->transform_at(instance.moving, float(k) / kTimes);
+    extend_by_corners(list_[i].of_mesh, m, &box);
+  }
+  // More than what a corner strays from these places on its way.
+  const Vec3f margin(0.05f * box.size().length());
+  box.min -= margin;
+  box.max += margin;
+  return box;
+}
+
+// A sweep along x. It looks at a limited number of neighbours of each solid; where there are more,
+// solids are taken to be near each other.
+void Solids::find_near() {
+  constexpr size_t kMostNeighbours = 256;
+  std::vector<uint32_t> order = instances_;
+  const auto left = [this](uint32_t i) { return list_[i].bounds.min.x; };
+  std::ranges::sort(order, [&](uint32_t a, uint32_t b) {
+    return left(a) != left(b) ? left(a) < left(b) : a < b;
+  });
+  for (size_t i = 0; i < order.size(); ++i) {
+    const Imath::Box3f box = grown(list_[order[i]].bounds);
+    for (size_t k = i + 1; k < order.size() && left(order[k]) <= box.max.x; ++k) {
+      const bool is_one = list_[order[i]].body == list_[order[k]].body;
+      if (k - i <= kMostNeighbours && (is_one || !box.intersects(list_[order[k]].bounds))) continue;
+      list_[order[i]].is_near = list_[order[k]].is_near = true;
+      if (k - i > kMostNeighbours) break;
+    }
+  }
+  for (const uint32_t i : instances_) {
+    if (list_[i].is_near) near_.push_back(i);
+  }
+}
+
+// How many times the error of two faces may lie between them.
+static constexpr float kReach = 8.0f;
+
+// A face as the shutter opens: solids whose faces lie in each other for longer move together.
+struct Solids::Face {
+  Vec3f low, high;  // bounds
+  float error;      // how far from its plane a ray may meet it
+  uint32_t instance, primitive;
+  bool of_solid;
+
+  float reach(const Face& other) const { return kReach * (error + other.error); }
+  bool is_beside(const Face& other) const {
+    for (int c = 0; c < 3; ++c) {
+      if (low[c] > other.high[c] + reach(other) || other.low[c] > high[c] + reach(other))
+        return true;
+    }
+    return false;
+  }
+};
+
+// Faces whose memory is reserved before they are there.
+struct Solids::FaceList {
+  FaceList(std::shared_ptr<MemoryBudget> budget, const std::string& of_file)
+      : memory(std::move(budget), MemoryPart::kGeometry), file(of_file) {}
+  void add(const Face& face) {
+    if (faces.size() == faces.capacity()) {
+      const size_t more = std::max<size_t>(1024, faces.size());
+      memory.add(bytes_of(more, sizeof(Face)), file);
+      faces.reserve(faces.size() + more);
+    }
+    faces.push_back(face);
+  }
+  std::vector<Face> faces;
+  MemoryReservation memory;
+  const std::string& file;
+};
+
+std::array<Vec3d, 3> Solids::corners_of(const Scene& scene, const Face& face) {
+  const Instance& placed = scene.instances_[face.instance];
+  return scene_detail::placed_corners(scene.meshes_[placed.mesh], placed, face.primitive);
+}
+
+// Whether one of them lies in the other's plane.
+bool Solids::share_a_plane(const Scene& scene, const Face& a, const Face& b) {
+  const std::array<Vec3d, 3> p = corners_of(scene, a), q = corners_of(scene, b);
+  const auto holds = [&](const std::array<Vec3d, 3>& plane, const std::array<Vec3d, 3>& face) {
+    const Vec3d normal = (plane[1] - plane[0]).cross(plane[2] - plane[0]).normalized();
+    return std::ranges::all_of(face, [&](const Vec3d& corner) {
+      return std::abs(dot(corner - plane[0], normal)) <= double(a.reach(b));
+    });
+  };
+  return holds(p, q) || holds(q, p);
+}
+
+Solids::Face Solids::face_of(const Scene& scene, uint32_t instance, uint32_t primitive) const {
+  const Instance& placed = scene.instances_[instance];
+  const Mesh& mesh = scene.meshes_[placed.mesh];
+  Imath::Box3f box;
+  for (const Vec3d& corner : scene_detail::placed_corners(mesh, placed, primitive)) {
+    box.extendBy(to_float(corner));
+  }
+  return {box.min,  box.max,   scene_detail::plane_error(mesh, placed, primitive),
+          instance, primitive, mesh.material->is_solid()};
+}
+
+void Solids::add_faces(const Scene& scene, uint32_t instance, FaceList* faces) const {
+  const size_t count = scene.meshes_[scene.instances_[instance].mesh].triangles.size();
+  for (uint32_t p = 0; p < count; ++p) faces->add(face_of(scene, instance, p));
+}
+
+void Solids::find_flat(const Scene& scene) {
+  for (const uint32_t body : instances_) {
+    if (!list_[body].closed || list_[body].body != body) continue;
+    const std::vector<uint32_t> parts = parts_of(body);
+    // Calls use(instance, primitive) until it says false.
+    const auto all_faces = [&](const auto& use) {
+      return std::ranges::all_of(parts, [&](uint32_t i) {
+        const size_t count = scene.meshes_[scene.instances_[i].mesh].triangles.size();
+        uint32_t p = 0;
+        while (p < count && use(i, p)) ++p;
+        return p == count;
+      });
+    };
+    const auto corners = [&](uint32_t i, uint32_t p) {
+      const Instance& placed = scene.instances_[i];
+      return scene_detail::placed_corners(scene.meshes_[placed.mesh], placed, p);
+    };
+    Vec3d normal(0.0), place(0.0);
+    double reach = 0.0;
+    all_faces([&](uint32_t i, uint32_t p) {
+      const std::array<Vec3d, 3> c = corners(i, p);
+      const Vec3d here = (c[1] - c[0]).cross(c[2] - c[0]);
+      if (here.length2() <= normal.length2()) return true;
+      normal = here;
+      place = c[0];
+      const Instance& placed = scene.instances_[i];
+      // One that is thicker has faces that are met one after the other, whatever else lies in them.
+      reach = 2 * SolidCrossing::kReach *
+              scene_detail::plane_error(scene.meshes_[placed.mesh], placed, p);
+      return true;
+    });
+    normal.normalize();
+    const bool flat = all_faces([&](uint32_t i, uint32_t p) {
+      return std::ranges::all_of(corners(i, p), [&](const Vec3d& corner) {
+        return std::abs(dot(corner - place, normal)) <= reach;
+      });
+    });
+    if (!flat) continue;
+    for (const uint32_t i : parts) {
+      if (opaque_parts_.contains(i)) continue;
+      list_[i].is_flat = list_[i].lets_through = any_let_through_ = true;
+      mark_all(scene, i);
+    }
+  }
+}
+
+// The faces of other surfaces that come near solids, and those solids' own. Of surfaces that shine
+// flush_emitters.h says whether they are seen. False: there are too many.
+bool Solids::add_surfaces(const Scene& scene, LoadProgress& progress, FaceList* faces) const {
+  constexpr uint64_t kMostTests = 50'000'000;  // about a second
+  std::vector<Imath::Box3f> boxes;
+  for (const uint32_t i : instances_) boxes.push_back(grown(list_[i].bounds));
+  std::vector<Imath::Box3f> of_mesh(scene.meshes_.size());
+  std::vector<bool> has_surfaces(instances_.size());
+  uint64_t tests = 0;
+  for (uint32_t i = 0; i < scene.instances_.size(); ++i) {
+    if (i % 1024 == 0) progress.check();
+    const Instance& placed = scene.instances_[i];
+    const Mesh& mesh = scene.meshes_[placed.mesh];
+    if (mesh.triangles.empty() || mesh.material->is_solid() || mesh.material->is_emissive())
+      continue;
+    Imath::Box3f& own = of_mesh[placed.mesh];
+    if (own.isEmpty()) {
+      // The last entry is padding.
+      for (size_t v = 0; v + 1 < mesh.positions.size(); ++v) own.extendBy(mesh.positions[v]);
+    }
+    Imath::Box3f box = own;
+    if (placed.transformed) {
+      box.makeEmpty();
+      extend_by_corners(own, placed.to_internal, &box);
+    }
+    std::vector<size_t> near;
+    for (size_t k = 0; k < boxes.size(); ++k) {
+      if (boxes[k].intersects(box)) near.push_back(k);
+    }
+    tests += boxes.size() + near.size() * mesh.triangles.size();
+    if (tests > kMostTests) return false;
+    for (uint32_t p = 0; p < mesh.triangles.size() && !near.empty(); ++p) {
+      const Face face = face_of(scene, i, p);
+      bool comes_near = false;
+      for (const size_t k : near) {
+        if (!boxes[k].intersects({face.low, face.high})) continue;
+        comes_near = has_surfaces[k] = true;
+      }
+      if (comes_near) faces->add(face);
+    }
+  }
+  for (size_t k = 0; k < instances_.size(); ++k) {
+    if (has_surfaces[k] && !list_[instances_[k]].is_near) add_faces(scene, instances_[k], faces);
+  }
+  return true;
+}
+
+void Solids::mark_all(const Scene& scene, uint32_t instance) {
+  const size_t count = scene.meshes_[scene.instances_[instance].mesh].triangles.size();
+  std::vector<bool>& touching = list_[instance].touching;
+  touching_faces_ += count - uint64_t(std::count(touching.begin(), touching.end(), true));
+  touching.assign(count, true);
+}
+
+void Solids::mark(const Scene& scene, const Face& face) {
+  std::vector<bool>& touching = list_[face.instance].touching;
+  if (touching.empty()) {
+    touching.resize(scene.meshes_[scene.instances_[face.instance].mesh].triangles.size());
+  }
+  touching_faces_ += !touching[face.primitive];
+  touching[face.primitive] = true;
+}
+
+// A face in one of the strips across y that it reaches into. Faces are compared within strips,
+// along x: two faces that may touch share one.
+struct Solids::StripFace {
+  uint32_t strip, face;
+};
+
+std::vector<Solids::StripFace> Solids::in_strips(const std::vector<Face>& faces,
+                                                 const std::string& file,
+                                                 MemoryReservation* memory) {
+  constexpr double kStrips = 64;  // ours
+  double low = INFINITY, high = -INFINITY, reach = 0.0;
+  for (const Face& face : faces) {
+    low = std::min(low, double(face.low.y));
+    high = std::max(high, double(face.high.y));
+    reach = std::max(reach, double(face.reach(face)));
+  }
+  const double per_strip = kStrips / std::max(high - low, 1e-300);
+  const auto strip = [&](double y) {
+    return uint32_t(std::clamp((y - low) * per_strip, 0.0, kStrips - 1));
+  };
+  const auto first = [&](const Face& face) { return strip(face.low.y - reach / 2); };
+  const auto last = [&](const Face& face) { return strip(face.high.y + reach / 2); };
+  uint64_t count = 0;
+  for (const Face& face : faces) count += last(face) - first(face) + 1;
+  memory->add(bytes_of(count, sizeof(StripFace)), file);
+  std::vector<StripFace> order;
+  order.reserve(count);
+  for (uint32_t i = 0; i < faces.size(); ++i) {
+    for (uint32_t k = first(faces[i]); k <= last(faces[i]); ++k) order.push_back({k, i});
+  }
+  std::ranges::sort(order, [&](const StripFace& a, const StripFace& b) {
+    const Face &p = faces[a.face], &q = faces[b.face];
+    return std::tuple(a.strip, p.low.x, p.instance, p.primitive) <
+           std::tuple(b.strip, q.low.x, q.instance, q.primitive);
+  });
+  return order;
+}
+
+// A sweep along x in each strip. Where it would take too long all of them count as touching.
+void Solids::find_touching(const Scene& scene, const std::string& file, LoadProgress& progress) {
+  constexpr uint64_t kMostPairs = 100'000'000;  // less than a second
+  FaceList list(progress.budget(), file);
+  for (const uint32_t i : near_) add_faces(scene, i, &list);
+  if (!add_surfaces(scene, progress, &list)) {
+    for (const uint32_t i : instances_) mark_all(scene, i);
+    return;
+  }
+  const std::vector<Face>& faces = list.faces;
+  MemoryReservation memory(progress.budget(), MemoryPart::kGeometry);
+  const std::vector<StripFace> order = in_strips(faces, file, &memory);
+  uint64_t pairs = 0;
+  for (size_t i = 0; i < order.size(); ++i) {
+    if (i % 1024 == 0) progress.check();
+    const Face& a = faces[order[i].face];
+    for (size_t k = i + 1; k < order.size() && pairs < kMostPairs; ++k, ++pairs) {
+      const Face& b = faces[order[k].face];
+      if (order[k].strip != order[i].strip || b.low.x > a.high.x + a.reach(b)) break;
+      if (!a.of_solid && !b.of_solid) continue;
+      const bool is_one = a.of_solid && b.of_solid && body(a.instance) == body(b.instance);
+      if (is_one || a.instance == b.instance || a.is_beside(b) || !share_a_plane(scene, a, b)) {
+        continue;
+      }
+      mark(scene, a);
+      mark(scene, b);
+    }
+    if (pairs >= kMostPairs) mark(scene, a);
+  }
+}
+
+}  // namespace emberline

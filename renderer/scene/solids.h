@@ -1,0 +1,114 @@
+// The scene's solids: instances whose material lets light into an interior
+// (Material::is_solid). Found when the scene is built; immutable and thread-safe afterwards.
+#pragma once
+
+#include <Imath/ImathBox.h>
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "renderer/core/vector.h"
+
+namespace emberline {
+
+class LoadProgress;
+class MemoryReservation;
+class Scene;
+struct SceneDescription;
+namespace scene_detail {
+struct SolidShape;
+}
+
+class Solids {
+ public:
+  // Null if the scene has no solid. Meshes keep what was found out about their shape. `description`
+  // gives names. Throws Cancelled.
+  static std::unique_ptr<const Solids> find(Scene& scene, const SceneDescription& description,
+                                            LoadProgress& progress);
+
+  const std::vector<uint32_t>& instances() const { return instances_; }
+  // Whether it has an inside: each edge of its mesh, or of all the meshes of a node that are closed
+  // together, is used as often in one direction as in the other. Corners at the same place are one
+  // corner.
+  bool closed(uint32_t instance) const { return list_[instance].closed; }
+  // The solid that an instance is a part of: the first of the instances that are closed together,
+  // or the instance itself. All parts are closed if one is, and their interior is of one medium.
+  uint32_t body(uint32_t instance) const {
+    return parts_.empty() ? instance : list_[instance].body;
+  }
+  bool any_are_joined() const { return !parts_.empty(); }
+  // Surfaces that are no solid's but close one, as an opaque label does a bottle; and its body.
+  const std::map<uint32_t, uint32_t>& opaque_parts() const { return opaque_parts_; }
+  // Which of two closed solids the space belongs to that both enclose: the smaller one, so that a
+  // solid inside another is always there. The rule depends on the place alone and not on the path
+  // that came there: a priority as in C. Schmidt & B. Budge, "Simple Nested Dielectrics in Ray
+  // Traced Images" (JGT 7(2), 2002), found from the geometry.
+  bool precedes(uint32_t a, uint32_t b) const { return list_[a].rank < list_[b].rank; }
+  // Whether a face of an instance may lie in the face of a solid: of another, of the same where
+  // that is flat, or, of a surface that is no solid's, of any.
+  bool may_touch(uint32_t instance, uint32_t primitive) const {
+    const std::vector<bool>& faces = list_[instance].touching;
+    return !faces.empty() && faces[primitive];
+  }
+  // A closed solid, with all its parts, all of whose faces lie in one plane: it has no inside that
+  // a path could be in, and is a thin wall.
+  bool is_flat(uint32_t instance) const { return list_[instance].is_flat; }
+  // Nothing of its faces shows but that they bend light (Material::is_clear_solid).
+  bool is_clear(uint32_t instance) const { return list_[instance].is_clear; }
+  // Whether light may go straight through a face from outside of all solids: what the solid is made
+  // of bends nothing, or it is flat.
+  bool lets_through(uint32_t instance) const { return list_[instance].lets_through; }
+  bool any_let_through() const { return any_let_through_; }
+  // Whether solids come so near to each other that their faces or they themselves may overlap.
+  bool any_are_near() const { return !near_.empty(); }
+  uint64_t touching_faces() const { return touching_faces_; }
+  // Of its whole body. Internal space; the scene has its BVH.
+  Imath::Box3f bounds_over_shutter(const Scene& scene, uint32_t instance) const;
+  // Of the mesh of an open solid.
+  const std::string& open_name(uint32_t instance) const { return open_names_.at(instance); }
+
+ private:
+  struct Solid {
+    bool closed = false, is_near = false, is_flat = false, is_clear = false, lets_through = false;
+    uint32_t rank = 0, body = 0;
+    double volume = 0.0;
+    // Of the whole body: in its mesh's own space; as the shutter opens, in internal space.
+    Imath::Box3f of_mesh, bounds;
+    std::vector<bool> touching;  // by face; empty: none
+  };
+  struct Face;
+  struct FaceList;
+  struct StripFace;
+  Solids() = default;
+  void set_shape(const Scene& scene, uint32_t instance, const scene_detail::SolidShape& shape);
+  void join_parts(const Scene& scene, const SceneDescription& description, LoadProgress& progress);
+  void find_ranks();
+  std::vector<uint32_t> parts_of(uint32_t body) const;
+  void find_near();
+  void find_flat(const Scene& scene);
+  static std::vector<StripFace> in_strips(const std::vector<Face>& faces, const std::string& file,
+                                          MemoryReservation* memory);
+  void find_touching(const Scene& scene, const std::string& file, LoadProgress& progress);
+  Face face_of(const Scene& scene, uint32_t instance, uint32_t primitive) const;
+  void add_faces(const Scene& scene, uint32_t instance, FaceList* faces) const;
+  bool add_surfaces(const Scene& scene, LoadProgress& progress, FaceList* faces) const;
+  static std::array<Vec3d, 3> corners_of(const Scene& scene, const Face& face);
+  static bool share_a_plane(const Scene& scene, const Face& a, const Face& b);
+  void mark(const Scene& scene, const Face& face);
+  void mark_all(const Scene& scene, uint32_t instance);
+
+  std::vector<Solid> list_;  // by instance
+  std::vector<uint32_t> instances_;
+  std::map<uint32_t, std::vector<uint32_t>> parts_;  // of bodies of several, opaque ones too
+  std::map<uint32_t, uint32_t> opaque_parts_;
+  std::map<uint32_t, std::string> open_names_;
+  std::vector<uint32_t> near_;  // those to which another one is near
+  uint64_t touching_faces_ = 0;
+  bool any_let_through_ = false;
+};
+
+}  // namespace emberline

@@ -1,0 +1,194 @@
+// The file that a frame is kept in while it renders: whose it may replace, and what becomes of it.
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+
+#include "cli/command_test.h"
+#include "io/files/record_file.h"
+
+namespace emberline::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+class CheckpointFile : public CommandTest {
+ protected:
+  static constexpr const char* kNotes = "EMBRACE the user's notes\n";
+
+  void expect_notes(const std::string& name) const {
+    const std::vector<uint8_t> bytes = read_bytes(path(name));
+    EXPECT_EQ(std::string(bytes.begin(), bytes.end()), kNotes) << name;
+  }
+  // Each is appended in one piece.
+  static bool has_record(const std::string& file) {
+    std::error_code none;
+    return fs::exists(file, none) && !RecordFile(file).records().empty();
+  }
+};
+
+TEST_F(CheckpointFile, ReplacesNoFileOfOthers) {
+  write("notes.txt", kNotes);
+  write("empty", "");
+  for (const char* driver : {"bucket", "adaptive"}) {
+    for (const char* name : {"notes.txt", "empty"}) {
+      const Words words = render_words({"--driver", driver, "--checkpoint", path(name)});
+      expect_failure(words, 2, {"--checkpoint", name, "not a checkpoint", "name another file"});
+      expect_failure(words + Words{"--resume"}, 3, {name, "not a checkpoint"});
+    }
+  }
+  expect_notes("notes.txt");
+  // It is known before the scene is loaded.
+  expect_failure(
+      {"render", path("no scene.glb"), "-o", path("out.exr"), "--checkpoint", path("notes.txt")}, 2,
+      {"notes.txt", "not a checkpoint"});
+}
+
+// The name that no option names.
+TEST_F(CheckpointFile, ReplacesNoFileOfOthersBesideTheOutput) {
+  const Words frame = {"render", scene(), "-o", path("out.exr"), "--size", "16x16"};
+  const std::pair<std::string, Words> rows[] = {
+      {"out.exr.checkpoint", {"--resumable"}},
+      {"out.exr.part-1-of-2.checkpoint", {"--part", "1/2", "--bucket-size", "8"}},
+      {"out.exr.samples-0-2.checkpoint", {"--sample-range", "0-2"}}};
+  for (const auto& [name, words] : rows) {
+    write(name, kNotes);
+    expect_failure(frame + words, 2, {name, "not a checkpoint"});
+    expect_failure(frame + words + Words{"--resume"}, 3, {name, "not a checkpoint"});
+    expect_notes(name);
+  }
+}
+
+TEST_F(CheckpointFile, WritesThroughNoLinkToAFileOfOthers) {
+  fs::create_directory(path("elsewhere"));
+  write("elsewhere/notes.txt", kNotes);
+  for (const char* target : {"elsewhere/notes.txt", "elsewhere/nothing"}) {
+    fs::create_symlink(target, path("out.exr.checkpoint"));
+    expect_failure(render_words({"--resumable"}), 2, {"out.exr.checkpoint"});
+    const RunResult resumed = run(render_words({"--resume"}));
+    EXPECT_EQ(resumed.exit_code, 3) << resumed.describe();
+    EXPECT_TRUE(fs::is_symlink(path("out.exr.checkpoint")));
+    EXPECT_FALSE(fs::exists(path("elsewhere/nothing")));
+    fs::remove(path("out.exr.checkpoint"));
+  }
+  expect_notes("elsewhere/notes.txt");
+  fs::create_hard_link(path("elsewhere/notes.txt"), path("out.exr.checkpoint"));
+  expect_failure(render_words({"--resumable"}), 2, {"out.exr.checkpoint", "not a checkpoint"});
+  expect_notes("elsewhere/notes.txt");
+}
+
+TEST_F(CheckpointFile, ReplacesNoCheckpointOfAnotherFrame) {
+  render(render_words({"--resumable", "--spp", "8"}));
+  const std::string kept = path("out.exr.checkpoint");
+  fs::rename(kept, path("kept"));
+  fs::create_symlink("kept", path("symbolic"));
+  const std::vector<uint8_t> before = read_bytes(path("kept"));
+  for (const char* name : {"kept", "symbolic"}) {
+    expect_failure(render_words({"-q", "--spp", "9", "--checkpoint", path(name)}), 2,
+                   {"--checkpoint", name, "another frame", "--spp", "name another file"});
+  }
+  fs::create_hard_link(path("kept"), kept);
+  expect_failure(render_words({"--resumable", "--spp", "9"}), 2, {"another frame"});
+  EXPECT_EQ(read_bytes(path("kept")), before);
+  fs::remove(kept);
+  fs::copy_file(path("kept"), kept);
+  render(render_words({"--resumable", "--spp", "9"}));  // this output's own
+  EXPECT_NE(read_bytes(kept), before);
+}
+
+// On another disk, say.
+TEST_F(CheckpointFile, GoesOnThroughALinkToACheckpoint) {
+  const Words words = render_words({"--part", "1/2", "--bucket-size", "8", "--resume"});
+  render(words);
+  fs::create_directory(path("big"));
+  const std::string name = path("out.exr.part-1-of-2.checkpoint");
+  fs::rename(name, path("big/part"));
+  fs::create_symlink("big/part", name);
+  const std::vector<uint8_t> before = read_bytes(path("big/part"));
+  render(words);
+  EXPECT_EQ(read_bytes(path("big/part")), before);
+  // Ours is begun anew where nothing asks to go on with it.
+  render(render_words({"--part", "1/2", "--bucket-size", "8"}));
+  EXPECT_TRUE(fs::is_symlink(name));
+  EXPECT_EQ(read_bytes(path("big/part")), before);
+}
+
+TEST_F(CheckpointFile, AnExtendedFrameReplacesItsCheckpointAlone) {
+  render(render_words({"--resumable", "--spp", "64"}));
+  const Words extend = {"extend", path("out.exr"), "--spp", "128"};
+  expect_failure(extend + Words{"--report", path("out.exr.checkpoint")}, 2,
+                 {"--report", "the frame that is extended"});
+  write("out.exr.checkpoint.next", kNotes);
+  expect_failure(extend, 3, {"out.exr.checkpoint.next", "not a checkpoint"});
+  expect_notes("out.exr.checkpoint.next");
+  fs::remove(path("out.exr.checkpoint.next"));
+  write("notes.txt", kNotes);
+  fs::create_symlink("notes.txt", path("out.exr.checkpoint.next"));
+  expect_failure(extend, 3, {"out.exr.checkpoint.next", "not a checkpoint"});
+  expect_notes("notes.txt");
+  fs::remove(path("out.exr.checkpoint.next"));
+  render(extend);
+  EXPECT_FALSE(fs::exists(path("out.exr.checkpoint.next")));
+}
+
+// A part is its checkpoint: one that another program takes away while it renders is not done.
+TEST_F(CheckpointFile, APartWhoseFileIsLostHasFailed) {
+  const std::string file = path("out.exr.part-1-of-2.checkpoint");
+  const std::pair<const char*, std::function<void()>> losses[] = {
+      {"removed", [&] { fs::remove(file); }},
+      {"replaced",
+       [&] {
+         write("notes.txt", kNotes);
+         fs::rename(path("notes.txt"), file);
+       }},
+      {"cut", [&] { fs::resize_file(file, 0); }},
+      // What is appended later leaves a hole in the record, whose head still stands.
+      {"cut within a record", [&] { fs::resize_file(file, fs::file_size(file) - 100); }},
+      {"overwritten", [&] {
+         std::fstream stream(file, std::ios::in | std::ios::out | std::ios::binary);
+         stream.seekp(-100, std::ios::end).write(std::string(64, 'x').data(), 64);
+       }}};
+  for (const auto& [what, lose] : losses) {
+    for (const bool quiet : {true, false}) {
+      SCOPED_TRACE(what);
+      fs::remove(file);
+      const Words words = {
+          "render", scene(),         "-o", path("out.exr"), "--size", "64x64",     "--spp",
+          "500",    "--bucket-size", "16", "--part",        "1/2",    "--threads", "1"};
+      Process process(words + (quiet ? Words{"--quiet"} : Words{}), {.folder = folder_.path()});
+      for (int i = 0; i < 60000 && !has_record(file); ++i) ::usleep(1000);
+      ASSERT_TRUE(has_record(file)) << process.error_so_far();
+      process.send(SIGSTOP);  // a slow machine does not end the frame in the meantime
+      lose();
+      process.send(SIGCONT);
+      const RunResult result = process.wait();
+      EXPECT_EQ(result.exit_code, 1) << result.describe();
+      const Words lines = result.error_lines();
+      ASSERT_FALSE(lines.empty());
+      if (quiet) EXPECT_EQ(lines.size(), 1u) << result.describe();
+      EXPECT_EQ(std::ranges::count_if(
+                    lines, [](const auto& line) { return line.starts_with("emberline: error: "); }),
+                1)
+          << result.describe();
+      EXPECT_NE(result.err.find(file + ":"), std::string::npos) << result.describe();
+      EXPECT_EQ(result.err.find("has this part"), std::string::npos) << result.describe();
+    }
+  }
+}
+
+// --quiet leaves out what is no error: a run that fails says why.
+TEST_F(CheckpointFile, AFullDiskIsSaidWithQuiet) {
+  const Words part = {"render", scene(), "-o",     path("out.exr"), "--size", "64x64",
+                      "--spp",  "2",     "--part", "1/2",           "-q"};
+  const RunResult result = run(part, {.folder = folder_.path(), .file_size_limit = 8192});
+  EXPECT_EQ(result.exit_code, 1) << result.describe();
+  EXPECT_EQ(result.error_lines().size(), 1u) << result.describe();
+  EXPECT_NE(result.err.find("emberline: error: "), std::string::npos) << result.describe();
+  EXPECT_NE(result.err.find("out.exr.part-1-of-2.checkpoint"), std::string::npos) << result.err;
+}
+
+}  // namespace
+}  // namespace emberline::test

@@ -1,0 +1,166 @@
+"""Every output of a run that a signal ends is whole or absent: pictures, heatmaps, reports, settings.
+
+Random signals at every stage (the start, the load, the frame, the end of the frame), and SIGKILL while the files are
+written. In half of the cases there are outputs of an earlier run, which are then either as they were or replaced by whole
+ones. After each signal the frame is rendered again, to the right bits, and nothing else is left in the folder.
+
+One case again, by its number (in the message of its failure):
+
+  outputs.py build/release/bin/emberline scenes --seed 1 --only 'kill 17'
+
+The random numbers are those of the seed and the case; the moment when a signal arrives depends on the machine, too."""
+
+import json
+import os
+import random
+import struct
+import time
+import zlib
+
+from farm import CHANNELS, DRIVERS, EXIT_DONE, EXIT_STOPPED, Farm, contents, pixels, signal
+from frame_bits import chunks
+
+FRAME = ["--size", "96x72", "--bucket-size", "16", "--threads", "2", *CHANNELS]
+SECONDS = 0.4  # that a frame takes at least
+OUTPUTS = ["-o", "out.png", "-o", "out.jpg", "--heatmap", "heat.png", "--report", "report.json", "--report",
+           "report.html", "--save-settings", "settings.json", "--progress-file", "progress.json", "--verbose"]
+RESULTS = {"out.exr", "out.png", "out.jpg", "heat.png", "report.json", "report.html", "settings.json", "progress.json"}
+CHECKPOINT = "out.exr.checkpoint"
+LOGGED = {"start": "", "load": "emberline ", "frame": "loaded in"}  # what the log says when a stage begins
+STAGES = {"signal": ("start", "load", "frame", "end"), "kill": ("tiles", "end")}
+SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGQUIT, signal.SIGXCPU, signal.SIGUSR1)
+
+
+def check_exr(data):
+    for tile in chunks(data):
+        assert len(tile) == 20 + struct.unpack_from("<i", tile, 16)[0], "a tile is cut short"
+
+
+def check_png(data):
+    assert data[:8] == b"\x89PNG\r\n\x1a\n", "no PNG"
+    at, packed, kind = 8, b"", b""
+    while at < len(data):
+        size, kind = struct.unpack_from(">I4s", data, at)
+        body = data[at + 8 : at + 8 + size]
+        assert struct.unpack_from(">I", data, at + 8 + size)[0] == zlib.crc32(kind + body), "a wrong checksum"
+        packed, at = packed + (body if kind == b"IDAT" else b""), at + 12 + size
+    assert kind == b"IEND", "no end"
+    zlib.decompress(packed)
+
+
+def check_jpeg(data):
+    assert data[:2] == b"\xff\xd8" and data[-2:] == b"\xff\xd9", "no beginning or no end"
+
+
+def check_page(data):
+    assert data.rstrip().endswith(b"</html>"), "no end"
+
+
+CHECKS = {".exr": check_exr, ".png": check_png, ".jpg": check_jpeg, ".html": check_page, ".json": json.loads}
+
+
+def damage_of(path):
+    """Why a file is not whole; nothing if it is."""
+    try:
+        CHECKS[path.suffix](path.read_bytes())
+    except (AssertionError, ValueError, KeyError, IndexError, struct.error, zlib.error) as error:
+        return f"{type(error).__name__} {error}"
+    return ""
+
+
+def log_of(process):
+    """What stderr holds so far. The position of the file is the program's, too, and stays."""
+    return os.pread(process.log[1].fileno(), 1 << 20, 0).decode(errors="replace")
+
+
+def times_of(folder):
+    """When the pictures and reports were written, which is at the end of a frame."""
+    names = RESULTS - {"progress.json", "settings.json"}
+    return {name: (folder / name).stat().st_mtime_ns for name in names if (folder / name).exists()}
+
+
+def size_of(path):
+    try:
+        return path.stat().st_size
+    except FileNotFoundError:  # it has its name by now
+        return 0
+
+
+def wait_for_stage(process, folder, stage, seconds, dice):
+    before = times_of(folder)
+    if stage == "tiles":
+        process.wait_until(lambda: any(map(size_of, folder.glob("*.emberline.part-*"))))
+    elif stage == "end":  # some outputs have their names, others have not
+        process.wait_until(lambda: times_of(folder) != before)
+    else:
+        process.wait_until(lambda: LOGGED[stage] in log_of(process))
+    time.sleep(dice.uniform(0, {"start": 0.05, "load": 0.05, "end": 0.003}.get(stage, 0.6 * seconds)))
+
+
+def disturbed(farm, kind, number):
+    """One run with its signal. Returns the stage, and whether the run was under way."""
+    case, seed = f"{kind} {number}", farm.options.seed
+    dice = random.Random(f"{seed} {case}")
+    driver, resume = DRIVERS[number % len(DRIVERS)], dice.random() < 0.5
+    stage = STAGES[kind][number // len(DRIVERS) % len(STAGES[kind])]
+    number_sent = signal.SIGKILL if kind == "kill" else dice.choice(SIGNALS)
+    replay = f"--seed {seed} --only '{case}'"
+    settings = [*FRAME, "--driver", driver]
+    settings += ["--spp", str(farm.samples_for(SECONDS, settings))]
+    expected, seconds = farm.reference(settings)
+    folder = farm.folder(case)
+    before = {}
+    if dice.random() < 0.5:  # outputs of an earlier run
+        run = farm.run(folder, [*FRAME, "--spp", "1", *OUTPUTS])
+        farm.check(run.code == EXIT_DONE, case, f"the earlier run: {run}", replay)
+        before = contents(folder)
+
+    command = [*settings, *OUTPUTS, *(["--resume", "--checkpoint-interval", "0.1"] if resume else [])]
+    process = farm.start(folder, command)
+    wait_for_stage(process, folder, stage, seconds, dice)
+    landed = process.running()
+    process.signal(number_sent)
+    run = process.wait()
+
+    told = f"{number_sent.name} in {stage} of {driver}{', resumed' if resume else ''}: {run}"
+    codes = {-number_sent, EXIT_DONE} | ({EXIT_STOPPED} if kind == "signal" else set())
+    farm.check(run.code in codes, case, told, replay)
+    for name in RESULTS & contents(folder).keys():
+        damage = damage_of(folder / name)
+        farm.check(not damage, case, f"{name} is not whole ({damage}). {told}", replay)
+    for name in before:
+        farm.check((folder / name).exists(), case, f"{name}, which was there, is gone. {told}", replay)
+    out = folder / "out.exr"
+    if out.exists() and contents(folder)["out.exr"] != before.get("out.exr") and run.code != EXIT_STOPPED:
+        farm.check(pixels(out) == expected, case, f"the picture has other bits. {told}", replay)
+    if run.code >= 0:  # a run that ends itself removes what is unfinished
+        stray = contents(folder).keys() - RESULTS - {CHECKPOINT}
+        farm.check(not stray, case, f"left behind: {stray}. {told}", replay)
+
+    run = farm.run(folder, command)
+    if farm.check_done(run, folder, expected, case, RESULTS, replay):
+        for name in RESULTS:
+            damage = damage_of(folder / name)
+            farm.check(not damage, case, f"{name} of the next run is not whole ({damage})", replay)
+    return stage, landed
+
+
+def main():
+    farm = Farm(__doc__, signals=(60, "at every stage [60]"), kills=(60, "while files are written [60]"),
+                seed=(1, "of the moments [1]"))
+    print(f"seed {farm.options.seed}", flush=True)
+    landed = {}
+    for kind, count in (("signal", farm.options.signals), ("kill", farm.options.kills)):
+        for number in range(count):
+            if farm.options.only and farm.options.only != f"{kind} {number}":
+                continue
+            stage, found = disturbed(farm, kind, number)
+            landed.setdefault(f"{kind}, {stage}", []).append(found)
+    for stage, found in landed.items():
+        print(f"{stage}: {sum(found)} of {len(found)} found a run under way")
+    farm.check(farm.options.only or sum(map(sum, landed.values())) * 3 >= sum(map(len, landed.values())) * 2, "all",
+               "too few signals found a run under way")
+    farm.done()
+
+
+main()

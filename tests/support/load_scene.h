@@ -1,0 +1,13 @@
+// What the settings' file says at their time.
+#pragma once
+
+#include "renderer/engine/scene_file.h"
+
+namespace emberline::test {
+
+inline SceneDescription load_scene(const FrameSettings& settings,
+                                   LoadProgress& progress = LoadProgress::unwatched()) {
+  return SceneFile(settings, progress, true, false).pose(settings, {}, progress);
+}
+
+}  // namespace emberline::test

@@ -1,0 +1,99 @@
+// What a rough conductor reflects, multiple scattering included, by a random walk on the Smith
+// microsurface, for tests to compare with: Heitz, Hanika, d'Eon & Dachsbacher 2016,
+// "Multiple-Scattering Microfacet BSDFs with the Smith Model", ACM TOG 35(4). Isotropic GGX, in
+// double precision. It shares no code with the renderer's lobes.
+//
+// Heights are given as the share c of the surface that is lower (the paper's C1). Light that starts
+// at c along d meets the next microfacet at c u^(-d.z / a), with u uniform in [0, 1) and a the area
+// of the microfacets that it faces (the paper's section 4; Lambda is a / d.z). Light that goes up
+// leaves the surface instead where u is below c^(a / d.z).
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "renderer/core/constants.h"
+#include "renderer/core/vector.h"
+
+namespace emberline::test {
+
+class SmithWalk {
+ public:
+  // Fresnel is Schlick's with f0, and 1 at grazing angles.
+  explicit SmithWalk(double alpha, double f0 = 1) : alpha2_(alpha * alpha), f0_(f0) {}
+
+  // Area of the microfacets that are seen from v, per area of the surface; v.z may be negative.
+  double visible_area(const Vec3d& v) const {
+    const double slopes = alpha2_ * (v.x * v.x + v.y * v.y), root = std::sqrt(v.z * v.z + slopes);
+    return v.z >= 0 ? (root + v.z) / 2 : slopes / (2 * (root - v.z));  // equal; nothing cancels
+  }
+
+  // What a microfacet that is seen from v reflects to w, as a density per solid angle: the phase
+  // function of a conductor (section 5.2).
+  double phase(const Vec3d& v, const Vec3d& w) const {
+    const Vec3d h = v + w;
+    if (h.z <= 0) return 0;
+    const double xy2 = h.x * h.x + h.y * h.y, z2 = h.z * h.z;
+    const double ratio = (xy2 + z2) / (xy2 / alpha2_ + z2);
+    const double density = ratio * ratio / (kPiD * alpha2_) / (4 * visible_area(v));
+    return density * fresnel(std::sqrt(xy2 + z2) / 2);
+  }
+
+  // A direction w with that density for Fresnel 1. For alpha = 1 the microfacets' normals are those
+  // of a hemisphere, which reflects evenly into the cap w.z > -v.z (Dupuy & Benyoub 2023); any
+  // other alpha is that hemisphere, stretched. Holds for v from below, too.
+  Vec3d sample_phase(const Vec3d& v, double u1, double u2) const {
+    const double alpha = std::sqrt(alpha2_);
+    const Vec3d s = unit(Vec3d(alpha * v.x, alpha * v.y, v.z));
+    const double z = 1 - u1 * (1 + s.z), r = std::sqrt(std::max(0.0, 1 - z * z));
+    const Vec3d h = s + Vec3d(r * std::cos(2 * kPiD * u2), r * std::sin(2 * kPiD * u2), z);
+    const Vec3d m(alpha * h.x, alpha * h.y, h.z);
+    return unit(m * (2 * dot(v, m) / dot(m, m)) - v);
+  }
+
+  // Share of the light towards w, w.z > 0, that leaves the surface from height c.
+  double escape(double c, const Vec3d& w) const { return std::pow(c, visible_area(-w) / w.z); }
+
+  // f(wo, wi) wi.z of one bounce, in closed form: the heights c that light from wo first meets have
+  // the density (a / wo.z) c^(a / wo.z - 1), with a seen from wo; this is the mean of escape().
+  double single(const Vec3d& wo, const Vec3d& wi) const {
+    const double in = visible_area(wo) / wo.z;
+    return phase(wo, wi) * in / (in + visible_area(-wi) / wi.z);
+  }
+
+  // One walk of the light that comes from wo, wo.z > 0. Calls visit(order, v, c, weight) at each
+  // microfacet: the light came from v and is at height c. The expected sum over visits of
+  //   weight phase(v, wi) escape(c, wi)
+  // is f(wo, wi) wi.z, that over the visits with one order is its part. To learn more about
+  // multiple scattering every walk meets a second microfacet, with the probability in `weight`.
+  template <class Random, class Visit>
+  void walk(const Vec3d& wo, Random& random, const Visit& visit) const {
+    Vec3d d = -wo;
+    double c = 1, weight = 1;
+    for (int order = 1;; ++order) {
+      const double leaves = d.z > 0 ? escape(c, d) : 0;
+      double u = random.next_double();
+      if (order == 2) {
+        weight *= 1 - leaves;
+        u = leaves + (1 - leaves) * u;
+      }
+      if (u <= leaves) return;
+      c = std::min(1.0, c * std::pow(u, -d.z / visible_area(-d)));
+      visit(order, -d, c, weight);
+      const double u1 = random.next_double();
+      const Vec3d next = sample_phase(-d, u1, random.next_double());
+      weight *= fresnel(std::sqrt(std::max(0.0, (1 - dot(d, next)) / 2)));
+      d = next;
+    }
+  }
+
+ private:
+  static Vec3d unit(const Vec3d& v) { return v / std::sqrt(dot(v, v)); }
+  double fresnel(double cosine) const {
+    return f0_ == 1 ? 1 : f0_ + (1 - f0_) * std::pow(1 - std::min(1.0, cosine), 5);
+  }
+
+  double alpha2_, f0_;
+};
+
+}  // namespace emberline::test
