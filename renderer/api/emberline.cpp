@@ -23,10 +23,11 @@
 #include "renderer/description/framing.h"
 #include "renderer/drivers/bucket_schedule.h"
 #include "renderer/drivers/driver_table.h"
+#include "renderer/engine/film_memory.h"
 #include "renderer/engine/frame_plan.h"
-#include "renderer/engine/frame_render.h"
 #include "renderer/engine/frame_scene.h"
 #include "renderer/engine/open_scene.h"
+#include "renderer/engine/render_job.h"
 #include "renderer/engine/run_limits.h"
 #include "renderer/engine/setting_table.h"
 #include "renderer/engine/stop_request.h"
@@ -222,44 +223,42 @@ Picture render_picture(const Access::SceneState& state, const FrameSettings& set
   const FramePlan plan(settings);
   check_is_of_library(settings);
   check_suits(settings, plan, state);
-  FrameRender render(driver_factory(plan.driver->name, plan.driver_settings));
+  const DriverFactory drivers = plan.drivers();
   const uint64_t channels = film_channels(plan.aovs).size();
   MemoryReservation memory(state.limits.memory, MemoryPart::kFilm);
   const uint64_t shown =
-      render.by_tiles() ? 0 : shown_layer_bytes_per_pixel(PathLayers(plan.aovs).list().size());
-  memory.add(bytes_of(uint64_t(plan.crop.area()),
-                      render.bytes_per_pixel(plan.aovs) + (channels + 4) * sizeof(float) + shown),
+      drivers.tiles ? 0 : shown_layer_bytes_per_pixel(PathLayers(plan.aovs).list().size());
+  memory.add(bytes_of(uint64_t(plan.crop.area()), kept_bytes_per_pixel(drivers, plan.aovs) +
+                                                      (channels + 4) * sizeof(float) + shown),
              "a frame of " + std::to_string(plan.crop.width()) + "x" +
                  std::to_string(plan.crop.height()) + " pixels");
   const int tile = tile_size(*plan.driver, settings.bucket_size);
   memory.add(bucket_list_bytes(plan.crop, tile), "the list of its buckets");
   const int threads = arena_threads(resources);
   const BucketsAtWork at_work = buckets_at_work(plan.crop, tile, threads);
-  memory.add(bytes_of(at_work.pixels(), render.tile_bytes_per_pixel(plan.aovs)),
+  memory.add(bytes_of(at_work.pixels(), tile_bytes_per_pixel(drivers, plan.aovs)),
              "working on buckets of " + std::to_string(at_work.width) + "x" +
                  std::to_string(at_work.height) + " pixels");
   Picture picture = blank_picture(plan);
   const Camera camera = camera_of(state, settings);
   tbb::task_arena arena(threads);
   const EndOfFrame end(stop, give_up, settings.time_limit_s);
-  const std::optional<SurfaceRoles>& roles = state.open->parts().roles;
-  const FrameInputs inputs{.roles = roles ? &*roles : nullptr, .stop = end.token()};
-  const Frame frame =
-      arena.execute([&] { return plan.frame(state.open->scene(), camera, inputs); });
-  PictureObserver observer(picture, plan.crop, end, render.by_tiles(), watch);
-  FrameCounters counters;
-  arena.execute([&] {
-    counters = render.render(frame, observer, end.token());
-    if (!give_up.stop_requested()) render.deliver(observer);
+  RenderJob job = arena.execute([&] { return plan.prepare(*state.open, camera, end.token()); });
+  PictureObserver observer(picture, plan.crop, end, job.by_tiles(), watch);
+  const RenderResult result = arena.execute([&] {
+    RenderResult rendered = job.render(observer, end.token());
+    if (!give_up.stop_requested()) job.deliver(observer);
+    return rendered;
   });
+  const FrameCounters& counters = result.counters;
   if (give_up.stop_requested()) throw Stopped("the frame was given up");
   sum_shared(plan.crop, picture.channels, picture.values);
   warn_of_optics(counters.optics);
   picture.samples = counters.samples;
   picture.rays = counters.rays.total();
   picture.non_finite_samples = counters.non_finite_samples;
-  picture.error_estimate = render.error_estimate();
-  picture.complete = render.is_complete(counters, end.cause());
+  picture.error_estimate = job.error_estimate();
+  picture.complete = result.complete;
   return picture;
 }
 

@@ -8,6 +8,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/engine/frame_scene.h"
 #include "renderer/engine/half_layers.h"
+#include "renderer/engine/open_scene.h"
 #include "renderer/lights/environment_guide.h"
 #include "renderer/lights/light_guide.h"
 #include "renderer/scene/light_survey.h"
@@ -288,7 +289,7 @@ void check_companions(const FrameSettings& s) {
 
 }  // namespace
 
-FramePlan::FramePlan(const FrameSettings& s)
+FramePlan::FramePlan(const FrameSettings& s, const PrepareOptions& options)
     : driver(&find_driver(s.driver)),
       width(s.width),
       height(s.height),
@@ -298,6 +299,7 @@ FramePlan::FramePlan(const FrameSettings& s)
       aovs(aovs_of(s)),
       shutter_frames(is_instant(s) ? 1.0 : s.shutter->close - s.shutter->open),
       clamp_indirect(s.clamp_indirect.value_or(0.0f)),
+      find_empty_pixels(options.find_empty_pixels),
       filter(s.filter_radius ? PixelFilter::create(s.filter, *s.filter_radius)
                              : PixelFilter::create(s.filter)) {
   check_companions(s);
@@ -312,6 +314,9 @@ FramePlan::FramePlan(const FrameSettings& s)
   driver_settings.reconstruction = s.reconstruction;
   driver_settings.cryptomattes = int(parse_cryptomattes(s.cryptomattes).size());
   driver_settings.cryptomatte_levels = s.cryptomatte_levels;
+  driver_settings.explained = options.explained;
+  driver_settings.keep_tree = options.keep_tree;
+  driver_settings.extending = options.extending;
   even ? plan_even(s, *this) : plan_by_error(s, *this);
   integrator = create_integrator(s.integrator, {.max_depth = s.max_depth,
                                                 .transparent = s.transparent,
@@ -323,6 +328,7 @@ FramePlan::FramePlan(const FrameSettings& s)
   build.isa = s.isa;
   build.unread_uv = find_integrator(s.integrator).shows_uv || aovs.contains(Aov::kUv);
   sampler = create_sampler(s.sampler, {streams, std::max(1u, samples_per_pixel), width, height});
+  if (options.aovs) aovs = *options.aovs;
 }
 
 namespace {
@@ -337,7 +343,13 @@ std::shared_ptr<const LightGuide> guide_by_all_light(const Scene& scene) {
 
 }  // namespace
 
-Frame FramePlan::frame(const Scene& scene, const Camera& camera, const FrameInputs& inputs) const {
+RenderJob FramePlan::prepare(const OpenScene& scene, const Camera& camera,
+                             const std::stop_token& stop) const {
+  return {frame(scene.scene(), camera, scene.parts(), stop), drivers()};
+}
+
+Frame FramePlan::frame(const Scene& scene, const Camera& camera, const SceneParts& parts,
+                       const std::stop_token& stop) const {
   return {.scene = scene,
           .camera = camera,
           .integrator = *integrator,
@@ -355,15 +367,14 @@ Frame FramePlan::frame(const Scene& scene, const Camera& camera, const FrameInpu
           .shutter_frames = shutter_frames,
           .exact_counts = even,
           .clamp_indirect = clamp_indirect,
-          .light_groups = inputs.groups,
-          .cryptomattes = inputs.cryptomattes,
-          .roles = inputs.roles,
+          .light_groups = parts.light_groups,
+          .cryptomattes = parts.cryptomattes,
+          .roles = parts.roles,
           .empty_pixels = find_empty_pixels
                               ? EmptyPixels::find(scene, camera, width, height, filter.radius())
                               : nullptr,
           .camera_solids = CameraSolids::find(scene, camera),
-          .guide =
-              guides_lights ? find_light_guide(scene, camera, width, height, inputs.stop) : nullptr,
+          .guide = guides_lights ? find_light_guide(scene, camera, width, height, stop) : nullptr,
           .catcher_guide = aovs.contains(Aov::kShadow) ? guide_by_all_light(scene) : nullptr};
 }
 

@@ -17,7 +17,7 @@
 #include "io/files/register.h"
 #include "io/files/write_attempts.h"
 #include "renderer/core/rect.h"
-#include "renderer/engine/frame_observer.h"
+#include "renderer/engine/render_sink.h"
 #include "renderer/engine/stop_request.h"
 #include "renderer/film/shared_samples.h"
 #include "renderer/output/cryptomatte_layers.h"

@@ -60,7 +60,7 @@ void check_refinement_options(const RenderOptions& options, const FramePlan& pla
   }
 }
 
-void write_refinement(const RenderOptions& options, const FrameRender& rendered,
+void write_refinement(const RenderOptions& options, const RenderJob& rendered,
                       WriteAttempts& attempts) {
   if (options.trees.empty()) return;
   const RefinementTree& tree = *rendered.facts().tree;

@@ -5,7 +5,7 @@
 
 #include "io/files/write_attempts.h"
 #include "renderer/engine/frame_plan.h"
-#include "renderer/engine/frame_render.h"
+#include "renderer/engine/render_job.h"
 #include "renderer/output/render_options.h"
 
 namespace emberline {
@@ -15,7 +15,7 @@ namespace emberline {
 void check_refinement_options(const RenderOptions& options, const FramePlan& plan);
 
 // Writes each of options.trees.
-void write_refinement(const RenderOptions& options, const FrameRender& rendered,
+void write_refinement(const RenderOptions& options, const RenderJob& rendered,
                       WriteAttempts& attempts);
 
 }  // namespace emberline

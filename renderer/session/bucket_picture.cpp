@@ -4,7 +4,7 @@
 #include <cassert>
 #include <utility>
 
-#include "renderer/engine/frame_render.h"
+#include "renderer/engine/film_memory.h"
 
 namespace emberline {
 

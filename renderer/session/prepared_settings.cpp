@@ -68,12 +68,10 @@ bool frames_serve(const ViewSettings& a, const ViewSettings& b) {
 PreparedSettings::PreparedSettings(const ViewSettings& settings)
     : options(main_options(settings)),
       live(is_live(settings.render)),
-      plan(options),
+      plan(options, {.aovs = wanted_aovs(settings),
+                     .find_empty_pixels = false,
+                     .keep_tree = settings.overlay == ViewOverlay::kTree}),
       light_groups(settings.light_groups && !plan.driver->tiles &&
-                   find_integrator(options.integrator).tells_lights_apart) {
-  plan.aovs = wanted_aovs(settings);
-  plan.find_empty_pixels = false;
-  plan.driver_settings.keep_tree = settings.overlay == ViewOverlay::kTree;
-}
+                   find_integrator(options.integrator).tells_lights_apart) {}
 
 }  // namespace emberline
