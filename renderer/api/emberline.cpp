@@ -243,11 +243,12 @@ Picture render_picture(const Access::SceneState& state, const FrameSettings& set
   const Camera camera = camera_of(state, settings);
   tbb::task_arena arena(threads);
   const EndOfFrame end(stop, give_up, settings.time_limit_s);
-  RenderJob job = arena.execute([&] { return plan.prepare(*state.open, camera, end.token()); });
-  PictureObserver observer(picture, plan.crop, end, job.by_tiles(), watch);
+  const std::unique_ptr<RenderJob> job =
+      arena.execute([&] { return plan.prepare(*state.open, camera, end.token()); });
+  PictureObserver observer(picture, plan.crop, end, job->by_tiles(), watch);
   const RenderResult result = arena.execute([&] {
-    RenderResult rendered = job.render(observer, end.token());
-    if (!give_up.stop_requested()) job.deliver(observer);
+    RenderResult rendered = job->render(observer, end.token());
+    if (!give_up.stop_requested()) job->deliver(observer);
     return rendered;
   });
   const FrameCounters& counters = result.counters;
@@ -257,7 +258,7 @@ Picture render_picture(const Access::SceneState& state, const FrameSettings& set
   picture.samples = counters.samples;
   picture.rays = counters.rays.total();
   picture.non_finite_samples = counters.non_finite_samples;
-  picture.error_estimate = job.error_estimate();
+  picture.error_estimate = job->error_estimate();
   picture.complete = result.complete;
   return picture;
 }

@@ -17,7 +17,6 @@
 #include "renderer/core/log.h"
 #include "renderer/core/readable.h"
 #include "renderer/core/version.h"
-#include "renderer/drivers/driver_table.h"
 #include "renderer/engine/film_memory.h"
 #include "renderer/engine/frame_scene.h"
 #include "renderer/engine/setting_table.h"
@@ -183,13 +182,13 @@ void RenderFrame::build() {
   if (parts.cryptomattes) layers_.cryptomattes = parts.cryptomattes->names();
   if (outputs_) outputs_->add_scene(layers_);
   const Stopwatch preparing;
-  job_.emplace(plan_.prepare(run_.scene.open(), camera_, stop_.token()));
+  job_ = plan_.prepare(run_.scene.open(), camera_, stop_.token());
   report_.times.build_s += preparing.seconds();
   const Frame& frame = job_->frame();
   if (frame.guide) report_.features.push_back(frame.guide->describe());
 }
 
-int RenderFrame::replay() { return run_replay(job_->frame(), *options_.replay); }
+int RenderFrame::replay() { return run_replay(*job_, *options_.replay); }
 
 void RenderFrame::add_light_groups(const LightGroups& groups) {
   report_.features.push_back(describe(groups));

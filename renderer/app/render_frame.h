@@ -74,7 +74,7 @@ class RenderFrame {
   std::optional<ReportPictures> pictures_;
   Camera camera_;
   SceneLayers layers_;
-  std::optional<RenderJob> job_;  // from build() on
+  std::unique_ptr<RenderJob> job_;  // from build() on
   RenderResult result_;
   std::optional<RemoteViewer> viewer_;
   std::optional<Checkpoint> checkpoint_;

@@ -12,8 +12,8 @@ namespace emberline {
 // What a film holds of a pixel, and RenderJob::deliver() beside it where it fills in.
 uint64_t film_bytes_per_pixel(const AovSet& aovs, const FilmExtras& extras);
 
-// What a job holds of each pixel of the crop in render() and deliver(), beside its workers' tiles, at
-// most; with light groups 24 bytes for each and 24 more. 0 by tiles.
+// What a job holds of each pixel of the crop in render() and deliver(), beside its workers' tiles,
+// at most; with light groups 24 bytes for each and 24 more. 0 by tiles.
 uint64_t kept_bytes_per_pixel(const DriverFactory& drivers, const AovSet& aovs);
 // Of each pixel of a worker's tile.
 uint64_t tile_bytes_per_pixel(const DriverFactory& drivers, const AovSet& aovs);

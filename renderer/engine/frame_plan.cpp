@@ -343,9 +343,9 @@ std::shared_ptr<const LightGuide> guide_by_all_light(const Scene& scene) {
 
 }  // namespace
 
-RenderJob FramePlan::prepare(const OpenScene& scene, const Camera& camera,
-                             const std::stop_token& stop) const {
-  return {frame(scene.scene(), camera, scene.parts(), stop), drivers()};
+std::unique_ptr<RenderJob> FramePlan::prepare(const OpenScene& scene, const Camera& camera,
+                                              const std::stop_token& stop) const {
+  return std::make_unique<RenderJob>(frame(scene.scene(), camera, scene.parts(), stop), drivers());
 }
 
 Frame FramePlan::frame(const Scene& scene, const Camera& camera, const SceneParts& parts,

@@ -42,8 +42,8 @@ struct FramePlan {
   // A job refers to the plan, the scene and its parts, and the camera. The lights are looked for
   // until a stop is requested (renderer/scene/light_survey.h); no sample may be made then, as
   // RenderJob makes none.
-  RenderJob prepare(const OpenScene& scene, const Camera& camera,
-                    const std::stop_token& stop) const;
+  std::unique_ptr<RenderJob> prepare(const OpenScene& scene, const Camera& camera,
+                                     const std::stop_token& stop) const;
   Frame frame(const Scene& scene, const Camera& camera, const SceneParts& parts = {},
               const std::stop_token& stop = {}) const;
   DriverFactory drivers() const { return driver_factory(driver->name, driver_settings); }

@@ -159,6 +159,14 @@ void RenderJob::render_crop(RenderLoop& loop) {
   counters_.stopped = !driver_->finished();
 }
 
+SampleReplay RenderJob::replay(int x, int y, uint32_t sample) const {
+  RenderWorker worker(frame_);
+  SampleReplay replay;
+  replay.value = worker.replay(x, y, sample, &replay.camera_ray);
+  replay.rays = worker.take_counters().rays;
+  return replay;
+}
+
 std::optional<double> RenderJob::error_estimate() const {
   return driver_ ? driver_->error_estimate() : tiles_error_;
 }

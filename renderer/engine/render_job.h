@@ -59,12 +59,21 @@ struct RenderResult {
   bool complete = false;
 };
 
+// One sample of a frame alone, exactly as render() computes it.
+struct SampleReplay {
+  SampleValue value;
+  Ray camera_ray;  // in internal space
+  RayCounters rays;
+};
+
 // A driver of tiles hands them to the sink as they are finished, and nothing is kept; another's
 // film is kept, and is the picture. Made by FramePlan::prepare(), or of a frame and the drivers
 // that make it. What the frame refers to must outlive the job.
 class RenderJob final : public FramePicture {
  public:
   RenderJob(Frame frame, DriverFactory drivers);
+  RenderJob(const RenderJob&) = delete;  // its driver refers to its frame
+  RenderJob& operator=(const RenderJob&) = delete;
 
   const Frame& frame() const { return frame_; }
   bool by_tiles() const { return drivers_.tiles; }
@@ -94,6 +103,8 @@ class RenderJob final : public FramePicture {
 
   // Held by now.
   uint64_t film_bytes() const { return driver_ ? film_->bytes() + driver_->bytes() : 0; }
+
+  SampleReplay replay(int x, int y, uint32_t sample) const;
 
   // So far.
   const FrameCounters& counters() const { return counters_; }

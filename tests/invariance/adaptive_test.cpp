@@ -287,8 +287,9 @@ TEST(AdaptiveUnbiased, ALaterRoundsNanIsReplayedFromItsSeed) {
   plan.integrator = std::make_unique<SometimesNan>();
   const Frame frame = plan.frame(*scene, camera);
   Nobody nobody;
-  const FrameCounters counters =
-      RenderJob(frame, driver_factory("adaptive", plan.driver_settings)).render(nobody, {});
+  const FrameCounters counters = RenderJob(frame, driver_factory("adaptive", plan.driver_settings))
+                                     .render(nobody, {})
+                                     .counters;
   ASSERT_FALSE(counters.located.empty());
   size_t of_later_rounds = 0;
   for (const NonFiniteSample& at : counters.located) {

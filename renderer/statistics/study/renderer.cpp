@@ -151,16 +151,16 @@ std::optional<StudyPicture> StudyRenderer::render(const RenderOptions& options, 
   TileKeeper keeper(crop_, aovs, on_samples_);
   StudyPicture picture;
   const RenderClock clock;
-  RenderJob job = plan.prepare(*scene_, camera_, stop);
-  const FrameCounters counters = job.render(keeper, stop).counters;
+  const std::unique_ptr<RenderJob> job = plan.prepare(*scene_, camera_, stop);
+  const FrameCounters counters = job->render(keeper, stop).counters;
   picture.wall_s = clock.seconds();
   picture.cpu_s = clock.cpu_seconds();
   if (counters.stopped) return std::nullopt;
   warn_of_counters(options, counters);
   picture.non_finite_samples = counters.non_finite_samples;
-  job.deliver(keeper);
+  job->deliver(keeper);
   picture.samples = counters.samples;
-  picture.estimate = job.error_estimate();
+  picture.estimate = job->error_estimate();
   picture.values = keeper.take_values();
   return picture;
 }
@@ -172,8 +172,8 @@ ProgressiveFrame StudyRenderer::render_progressive(const RenderOptions& options,
   ProgressiveKeeper keeper(crop_, budgets, by_time, plan.even, on_samples_);
   const std::stop_callback pass_on(stop, [&] { keeper.spent.request_stop(); });
   keeper.clock = RenderClock();
-  RenderJob job = plan.prepare(*scene_, camera_, stop);
-  const FrameCounters counters = job.render(keeper, keeper.spent.get_token()).counters;
+  const std::unique_ptr<RenderJob> job = plan.prepare(*scene_, camera_, stop);
+  const FrameCounters counters = job->render(keeper, keeper.spent.get_token()).counters;
   const double wall = keeper.clock.seconds(), cpu = keeper.clock.cpu_seconds();
   ProgressiveFrame result;
   result.stopped = stop.stop_requested();
@@ -183,8 +183,8 @@ ProgressiveFrame StudyRenderer::render_progressive(const RenderOptions& options,
   result.pictures = std::move(keeper.pictures);
   result.claims = std::move(keeper.claims);
   if (!counters.stopped) {
-    job.deliver(keeper);
-    const std::optional<double> estimate = job.error_estimate();
+    job->deliver(keeper);
+    const std::optional<double> estimate = job->error_estimate();
     const std::vector<float> values = keeper.take_values();
     while (result.pictures.size() < budgets.size()) {
       result.pictures.push_back(
