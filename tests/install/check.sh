@@ -12,8 +12,8 @@ prefix=$folder/prefix
 cmake --install "$build" --prefix "$prefix" >"$folder/log" || { cat "$folder/log" >&2; exit 1; }
 libdir=$(dirname "$(find "$prefix" -name libemberline.a)")
 
-# Nothing but the interface can be seen.
-foreign=$(nm -DC --defined-only "$libdir/libemberline.so" | cut -d' ' -f3- | grep -v 'emberline::api' || true)
+# Nothing but the interface can be seen. (The linker may list a local symbol, which nothing can bind to.)
+foreign=$(nm -DC --defined-only --extern-only "$libdir/libemberline.so" | cut -d' ' -f3- | grep -v 'emberline::api' || true)
 if [ -n "$foreign" ]; then
   echo "libemberline.so shows more than its interface:" >&2
   echo "$foreign" | head >&2
