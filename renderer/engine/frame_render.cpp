@@ -15,6 +15,7 @@
 #include "renderer/drivers/bucket_schedule.h"
 #include "renderer/engine/render_worker.h"
 #include "renderer/engine/shared_tiles.h"
+#include "renderer/film/light_mix.h"
 
 namespace emberline {
 namespace {

@@ -17,6 +17,7 @@
 #include "renderer/drivers/frame.h"
 #include "renderer/drivers/frame_driver.h"
 #include "renderer/engine/frame_observer.h"
+#include "renderer/film/film.h"
 
 namespace emberline {
 

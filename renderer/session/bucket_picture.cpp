@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "renderer/engine/frame_render.h"
+#include "renderer/film/light_mix.h"
 
 namespace emberline {
 

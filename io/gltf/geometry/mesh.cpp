@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 
@@ -370,7 +371,7 @@ std::vector<TangentLayout> tangent_layouts(Materials materials) {
 LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_t primitive_index,
                           std::span<const MeshPose> poses, bool later, Materials materials,
                           bool tangents, bool flat) {
-  const json& mesh_object = document.json.at("meshes")[mesh_index];
+  const json& mesh_object = document.json->at("meshes")[mesh_index];
   const json& primitive = mesh_object.at("primitives")[primitive_index];
   const std::string pointer =
       "/meshes/" + std::to_string(mesh_index) + "/primitives/" + std::to_string(primitive_index);
