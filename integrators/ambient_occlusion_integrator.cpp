@@ -2,6 +2,7 @@
 
 #include "integrators/path_media.h"
 #include "renderer/core/warps.h"
+#include "samplers/pixel_samples.h"
 
 namespace emberline {
 namespace {

@@ -3,6 +3,8 @@
 #include <cmath>
 
 #include "integrators/path_media.h"
+#include "renderer/scene/camera.h"
+#include "samplers/pixel_samples.h"
 
 namespace emberline {
 namespace {

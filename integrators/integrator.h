@@ -7,19 +7,20 @@
 #include <string_view>
 
 #include "renderer/core/ray.h"
-#include "renderer/film/clamped_light.h"
-#include "renderer/film/film.h"
-#include "renderer/film/light_group_values.h"
-#include "renderer/scene/camera.h"
-#include "renderer/scene/interior.h"
-#include "renderer/scene/light_groups.h"
-#include "renderer/scene/scene.h"
-#include "renderer/scene/surface_roles.h"
-#include "samplers/pixel_samples.h"
+#include "renderer/film/sample_value.h"
 
 namespace emberline {
 
-struct LightGuide;  // renderer/lights/light_guide.h
+class Camera;            // renderer/scene
+class ClampedLight;      // renderer/film
+class Interior;          // renderer/scene
+class LightGroups;       // renderer/scene
+class LightGroupValues;  // renderer/film
+struct LightGuide;       // renderer/lights
+class PathLayers;        // renderer/film
+class PixelSamples;      // samplers
+class Scene;             // renderer/scene
+class SurfaceRoles;      // renderer/scene
 
 // All that is constant over a frame and that an integrator may ask for.
 struct IntegratorSettings {
@@ -88,8 +89,8 @@ struct SampleBatch {
   // Then, where there is an environment: chooses its samples by all of its light, as no BSDF sample
   // finds what MIS compensation leaves out.
   const LightGuide* catcher_guide = nullptr;
-  // The solids that each ray begins in: as many as there are rays, or none if all begin outside.
-  std::span<const Interior> interiors = {};
+  // The solids that each ray begins in: as many as there are rays. Null: all begin outside.
+  const Interior* interiors = nullptr;
   OpticsCounters* optics = nullptr;  // counts, if it is there
   // With IntegratorSettings::clamp_indirect: counts what it takes. Else null.
   ClampedLight* clamped = nullptr;

@@ -9,10 +9,15 @@
 #include "integrators/sampled_light.h"
 #include "integrators/shadow_catcher.h"
 #include "renderer/core/hash.h"
+#include "renderer/film/clamped_light.h"
+#include "renderer/film/light_group_values.h"
+#include "renderer/film/path_layers.h"
 #include "renderer/lights/environment_guide.h"
 #include "renderer/lights/environment_light.h"
 #include "renderer/lights/light_guide.h"
+#include "renderer/scene/light_groups.h"
 #include "renderer/scene/solids.h"
+#include "renderer/scene/surface_roles.h"
 
 namespace emberline {
 namespace {
@@ -105,7 +110,7 @@ void PathBatch<kGlass, kSplit>::find_first_hits(std::span<SampleValue> values) {
     path.ray = ray;
     path.hit = hit;
     if constexpr (kGlass) {
-      if (!batch_.interiors.empty()) path.interior = batch_.interiors[size_t(lane)];
+      if (batch_.interiors) path.interior = batch_.interiors[size_t(lane)];
     }
     prefetch_hit(lane, &before);
     if (batch_.clamped) clamped_.emplace(lane) = Rgb(0.0f);

@@ -16,6 +16,8 @@
 #include "integrators/path_look.h"
 #include "integrators/path_media.h"
 #include "integrators/surface_shading.h"
+#include "renderer/scene/interior.h"
+#include "renderer/scene/scene.h"
 
 namespace emberline {
 

@@ -1,6 +1,7 @@
 #include "integrators/path_integrator.h"
 
 #include "integrators/path_batch.h"
+#include "samplers/pixel_samples.h"
 
 namespace emberline {
 

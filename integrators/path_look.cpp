@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "renderer/scene/camera.h"
+
 namespace emberline {
 namespace {
 

@@ -1,6 +1,7 @@
 #include "integrators/path_media.h"
 
 #include "renderer/shading/lobes/wavelength.h"
+#include "samplers/pixel_samples.h"
 
 namespace emberline {
 

@@ -4,6 +4,7 @@
 #include "integrators/integrator.h"
 #include "integrators/surface_shading.h"
 #include "renderer/scene/interior.h"
+#include "samplers/pixel_samples.h"
 
 namespace emberline {
 

@@ -3,6 +3,7 @@
 #include "integrators/path_media.h"
 #include "integrators/sampled_light.h"
 #include "integrators/surface_shading.h"
+#include "renderer/scene/surface_roles.h"
 
 namespace emberline {
 namespace {

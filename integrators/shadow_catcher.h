@@ -3,6 +3,7 @@
 #pragma once
 
 #include "integrators/integrator.h"
+#include "renderer/scene/scene.h"
 
 namespace emberline {
 

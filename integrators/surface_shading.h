@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "integrators/integrator.h"
+#include "renderer/scene/camera.h"
 #include "renderer/scene/scene.h"
 #include "renderer/shading/bsdf.h"
 #include "renderer/shading/shading_normal.h"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "io/display/working_space.h"
+#include "io/display/choices.h"
 #include "io/files/atomic_file.h"
 #include "io/image/output.h"
 #include "renderer/core/rect.h"

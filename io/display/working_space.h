@@ -1,4 +1,4 @@
-// The primaries that a frame is rendered with. Scenes, maps and displays are linear Rec. 709.
+// The working spaces: their names, matrices and primaries.
 #pragma once
 
 #include <array>
@@ -6,12 +6,12 @@
 #include <span>
 #include <string>
 
+#include "io/display/choices.h"
 #include "renderer/core/colour_matrix.h"
 #include "renderer/core/names.h"
 
 namespace emberline {
 
-enum class WorkingSpace : uint8_t { kRec709, kAcesCg };
 std::span<const NamedValue<WorkingSpace>> working_space_table();
 
 // OpenColorIO's own matrices, with Bradford's adaptation of D65 to the white of ACES, so that grey

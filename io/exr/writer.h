@@ -8,7 +8,6 @@
 // No threads are started; a tile is compressed by the thread that brings it, outside the lock.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -17,7 +16,8 @@
 #include <utility>
 #include <vector>
 
-#include "io/display/working_space.h"
+#include "io/exr/choices.h"
+#include "io/exr/view.h"
 #include "renderer/core/names.h"
 #include "renderer/core/rect.h"
 
@@ -25,12 +25,10 @@ namespace emberline {
 
 enum class ChannelType : uint8_t { kFloat, kUint, kHalf };
 
-enum class ExrCompression : uint8_t { kNone, kZips, kZip, kPiz, kDwaa, kDwab };
 std::span<const NamedValue<ExrCompression>> exr_compression_table();
 // Whether it changes colours: channels of layers of R, G and B.
 inline bool is_lossy(ExrCompression compression) { return compression >= ExrCompression::kDwaa; }
 
-enum class ExrParts : uint8_t { kOne, kLayers };
 std::span<const NamedValue<ExrParts>> exr_parts_table();
 
 // "albedo" of "albedo.R"; of R, G, B and A "RGBA", else of a name without a full stop itself.
@@ -42,18 +40,6 @@ bool is_colour(const std::string& channel);
 struct ExrChannel {
   std::string name;  // "R", "albedo.G", "samples"
   ChannelType type = ChannelType::kFloat;
-};
-
-// Of OpenEXR's standard attributes those that say where, when and with which primaries: the
-// matrices are worldToCamera and worldToNDC, of row vectors.
-struct ExrView {
-  struct Matrices {
-    std::array<float, 16> world_to_camera, world_to_ndc;
-  };
-  std::optional<Matrices> camera;
-  std::optional<std::pair<int32_t, uint32_t>> frames_per_second;  // a fraction
-  std::optional<uint32_t> time_code;                              // see smpte_time_code()
-  WorkingSpace space = WorkingSpace::kRec709;
 };
 
 // HH:MM:SS:FF of a frame from 0 on, as SMPTE ST 12-1 packs it, without dropped frames; frames a

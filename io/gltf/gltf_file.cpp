@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <new>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "io/gltf/animation/animation.h"
@@ -103,7 +104,7 @@ void GltfFile::State::choose(const GltfOptions& when) {
   if (choice != wanted) {
     document.faults->forget(faults);
     choice.reset();
-    document.json.update(unwritten);
+    document.json->update(unwritten);
     unwritten = nlohmann::json::object();
     model.reset();
     rest.meshes.clear();
@@ -115,9 +116,9 @@ void GltfFile::State::choose(const GltfOptions& when) {
                                            document.json_memory.bytes(), document.file);
     }
     for (const PointerTrack& track : animation.pointers) {
-      const std::string path = track.pointer.to_string().substr(1);
+      const std::string path = track.pointer.substr(1);
       const std::string member = path.substr(0, path.find('/'));
-      if (!unwritten.contains(member)) unwritten[member] = document.json.at(member);
+      if (!unwritten.contains(member)) unwritten[member] = document.json->at(member);
     }
     faults_of_choice = document.faults->count();
     choice = wanted;
@@ -125,7 +126,7 @@ void GltfFile::State::choose(const GltfOptions& when) {
   document.faults->forget(faults_of_choice);
   set_time(document, when, animation);
   write_values_at(animation, std::max(animation.open, std::min(animation.time, animation.close)),
-                  document.json);
+                  *document.json);
 }
 
 // Anew where pointers may have written something that it has.

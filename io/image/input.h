@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "io/exr/writer.h"
+#include "io/exr/view.h"
 #include "io/image/colour.h"
 #include "renderer/core/load_progress.h"
 #include "renderer/core/rect.h"

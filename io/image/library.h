@@ -13,7 +13,8 @@
 #include <utility>
 #include <vector>
 
-#include "io/exr/writer.h"
+#include "io/display/working_space.h"
+#include "io/exr/view.h"
 #include "io/image/colour.h"
 #include "io/image/encoded_image.h"
 #include "io/image/output.h"

@@ -2,8 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
+
 #include "renderer/app/frame_range.h"
+#include "renderer/app/number_option.h"
 #include "renderer/app/shared_options.h"
+#include "renderer/core/option_values.h"
 #include "renderer/core/shortened.h"
 #include "renderer/drivers/driver_table.h"
 #include "renderer/engine/run_limits.h"

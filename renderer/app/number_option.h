@@ -3,35 +3,44 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
+#include <functional>
 #include <optional>
 #include <string>
 #include <type_traits>
 
 #include "renderer/core/option_values.h"
-#include "renderer/core/shortened.h"
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
 
 namespace emberline {
+
+// What add_number() says of the values.
+struct NumberRange {
+  const char* kind;  // "number"
+  std::string least, most;
+};
+
+// `read` takes the option's text, or returns false for one that is no number of the range.
+CLI::Option* add_number_text(CLI::App* app, const std::string& name, const NumberRange& range,
+                             const std::function<bool(const std::string& text)>& read,
+                             const std::string& help);
 
 // An option whose value is one number in [min, max]. `Target` is the number or an optional of it.
 template <typename T, typename Target>
 CLI::Option* add_number(CLI::App* app, const std::string& name, Target& target, T min, T max,
                         const std::string& help) {
-  const std::string range = fmt::format("{} to {}", min, max);
-  return app
-      ->add_option_function<std::string>(
-          name,
-          [&target, name, min, max, range](const std::string& text) {
-            const std::optional<T> value = parse_number<T>(text);
-            if (!value || *value < min || *value > max) {
-              throw CLI::ValidationError(
-                  name, fmt::format("'{}' is not a {} from {}", shortened(text),
-                                    std::is_integral_v<T> ? "whole number" : "number", range));
-            }
-            target = *value;
-          },
-          help)
-      ->type_name(fmt::format("{}..{}", min, max));
+  const auto read = [&target, min, max](const std::string& text) {
+    const std::optional<T> value = parse_number<T>(text);
+    if (!value || *value < min || *value > max) return false;
+    target = *value;
+    return true;
+  };
+  const char* kind = std::is_integral_v<T> ? "whole number" : "number";
+  return add_number_text(app, name, {kind, fmt::format("{}", min), fmt::format("{}", max)}, read,
+                         help);
 }
 
 }  // namespace emberline

@@ -31,7 +31,7 @@ void RunScene::read(const RenderOptions& options, const SceneBuildOptions& build
                     LoadProgress& progress) {
   scene_.reset();
   failed_ = !was_built_;
-  if (fingerprints) inputs_ = input_fingerprints(options, progress);
+  if (fingerprints) *inputs_ = input_fingerprints(options, progress);
   checked_ = false;
   edits_ = load_edits(options, progress);
   read_.emplace(options, edits_, OpenOptions{.build = build, .poses = frames_ && time_}, progress);
@@ -55,7 +55,7 @@ void RunScene::build(LoadProgress& progress) {
 
 void RunScene::check_inputs(const RenderOptions& options, LoadProgress& progress) {
   if (checked_) return;
-  if (inputs_ != input_fingerprints(options, progress)) {
+  if (*inputs_ != input_fingerprints(options, progress)) {
     throw InputError(options.scene, "its files have changed while they were read; start again");
   }
   checked_ = true;

@@ -2,12 +2,12 @@
 #pragma once
 
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "io/files/register.h"
+#include "io/json/value.h"
 #include "renderer/core/load_progress.h"
 #include "renderer/description/framing.h"
 #include "renderer/description/scene_edits.h"
@@ -37,7 +37,7 @@ class RunScene {
   const Scene& scene() const { return scene_->scene(); }
   // What this frame looks through.
   CameraDescription camera(const RenderOptions& options) const;
-  const nlohmann::json& inputs() const { return inputs_; }
+  const nlohmann::json& inputs() const { return *inputs_; }
   // What it reads. Throws UsageError where that would be overwritten.
   void register_inputs(FileRegister& files) const;
   void report(RenderReport& report) const;
@@ -58,7 +58,7 @@ class RunScene {
   std::optional<ReadScene> read_;  // the frame's, until it is built
   CameraDescription camera_;       // without a turntable
   WorldBounds bounds_;             // for one
-  nlohmann::json inputs_;          // fingerprints
+  JsonValue inputs_;               // fingerprints
   std::vector<NamedFile> files_;
   size_t warnings_ = 0;
 };

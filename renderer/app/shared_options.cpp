@@ -1,9 +1,11 @@
 #include "renderer/app/shared_options.h"
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
+#include "renderer/app/number_option.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/option_values.h"
 #include "renderer/core/shortened.h"
@@ -50,6 +52,17 @@ void add_setting(CLI::App* app, const Setting& setting, FrameSettings& settings)
 }
 
 }  // namespace
+
+CLI::Option* add_checked_name(CLI::App* app, const std::string& option, std::string& target,
+                              const std::function<void(const std::string& name)>& check,
+                              const std::string& help) {
+  return app->add_option(option, target, help)
+      ->type_name("NAME")
+      ->check([check](const std::string& name) {
+        check(name);
+        return std::string();
+      });
+}
 
 void add_size(CLI::App* app, const std::string& option, std::optional<uint64_t>& bytes,
               const std::string& help) {

@@ -3,17 +3,21 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
+#include <functional>
 #include <initializer_list>
 #include <optional>
 #include <string>
 #include <string_view>
 
-#include "renderer/app/number_option.h"
 #include "renderer/core/names.h"
 #include "renderer/engine/setting_table.h"
 #include "renderer/output/render_options.h"
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
 
 namespace emberline {
 
@@ -27,17 +31,18 @@ std::string table_help(const char* what, const Table& table) {
   return text;
 }
 
+// An option whose value is a name; `check` throws UsageError for one that is none.
+CLI::Option* add_checked_name(CLI::App* app, const std::string& option, std::string& target,
+                              const std::function<void(const std::string& name)>& check,
+                              const std::string& help);
+
 // An option whose value is a name of `table`, looked up at once: not when the scene has been
 // loaded.
-template <typename Table, typename Target>
-CLI::Option* add_name(CLI::App* app, const std::string& option, Target& target, const char* kind,
-                      const char* help, const Table& table) {
-  return app->add_option(option, target, table_help(help, table))
-      ->type_name("NAME")
-      ->check([=](const std::string& name) {
-        find_named(table, option, kind, name);
-        return std::string();
-      });
+template <typename Table>
+CLI::Option* add_name(CLI::App* app, const std::string& option, std::string& target,
+                      const char* kind, const char* help, const Table& table) {
+  const auto check = [=](const std::string& name) { find_named(table, option, kind, name); };
+  return add_checked_name(app, option, target, check, table_help(help, table));
 }
 
 // Bytes, or with K, M, G, T powers of 1024 of them.

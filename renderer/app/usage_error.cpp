@@ -1,5 +1,6 @@
 #include "renderer/app/usage_error.h"
 
+#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
 

@@ -1,7 +1,10 @@
 // What CLI11 found wrong, in our words.
 #pragma once
 
-#include <CLI/CLI.hpp>
+namespace CLI {
+class App;
+class ParseError;
+}  // namespace CLI
 
 namespace emberline {
 

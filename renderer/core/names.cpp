@@ -1,10 +1,12 @@
 #include "renderer/core/names.h"
-#include "renderer/core/shortened.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
+
+#include "renderer/core/errors.h"
+#include "renderer/core/shortened.h"
 
 namespace emberline {
 
@@ -40,6 +42,11 @@ std::string unknown_name_message(std::string_view kind, std::string_view name,
   const std::string hint = nearest.empty() ? "" : fmt::format(" (did you mean '{}'?)", nearest);
   return fmt::format("unknown {} '{}'{}; valid names are {}", kind, shortened(name), hint,
                      fmt::join(valid, ", "));
+}
+
+void throw_unknown_name(std::string_view option, std::string_view kind, std::string_view name,
+                        std::span<const std::string_view> valid) {
+  throw UsageError(std::string(option) + ": " + unknown_name_message(kind, name, valid));
 }
 
 }  // namespace emberline

@@ -8,8 +8,6 @@
 #include <string_view>
 #include <vector>
 
-#include "renderer/core/errors.h"
-
 namespace emberline {
 
 // A row of a table of names that stand for values.
@@ -38,6 +36,11 @@ size_t edit_distance(std::string_view a, std::string_view b);
 std::string unknown_name_message(std::string_view kind, std::string_view name,
                                  std::span<const std::string_view> valid);
 
+// Throws UsageError: the option's name and unknown_name_message().
+[[noreturn]] void throw_unknown_name(std::string_view option, std::string_view kind,
+                                     std::string_view name,
+                                     std::span<const std::string_view> valid);
+
 // The entry of `table` (entries have a `name`) called `name`. Throws UsageError, which starts with
 // the option's name.
 template <typename Table>
@@ -48,7 +51,7 @@ const auto& find_named(const Table& table, std::string_view option, std::string_
     if (entry.name == name) return entry;
     valid.push_back(entry.name);
   }
-  throw UsageError(std::string(option) + ": " + unknown_name_message(kind, name, valid));
+  throw_unknown_name(option, kind, name, valid);
 }
 
 }  // namespace emberline

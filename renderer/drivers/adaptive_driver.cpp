@@ -8,9 +8,13 @@
 #include <limits>
 #include <optional>
 
+#include "renderer/core/archive.h"
 #include "renderer/core/parallel.h"
 #include "renderer/drivers/adaptive/refinement_views.h"
 #include "renderer/drivers/bisection_picture.h"
+#include "renderer/drivers/frame.h"
+#include "renderer/film/film.h"
+#include "renderer/film/light_mix.h"
 #include "samplers/owen_sobol.h"
 
 namespace emberline {

@@ -17,6 +17,7 @@
 #include "renderer/drivers/adaptive/round_averages.h"
 #include "renderer/drivers/adaptive/round_planner.h"
 #include "renderer/drivers/driver_table.h"
+#include "renderer/drivers/frame_driver.h"
 
 namespace emberline {
 

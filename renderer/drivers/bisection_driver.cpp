@@ -3,6 +3,11 @@
 #include <algorithm>
 #include <bit>
 
+#include "renderer/core/archive.h"
+#include "renderer/drivers/frame.h"
+#include "renderer/film/film.h"
+#include "renderer/film/light_mix.h"
+
 namespace emberline {
 namespace {
 

@@ -10,6 +10,7 @@
 #include "renderer/drivers/bisection_picture.h"
 #include "renderer/drivers/bisection_schedule.h"
 #include "renderer/drivers/driver_table.h"
+#include "renderer/drivers/frame_driver.h"
 
 namespace emberline {
 

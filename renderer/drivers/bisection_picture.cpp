@@ -4,6 +4,8 @@
 #include <cassert>
 
 #include "renderer/core/parallel.h"
+#include "renderer/film/film.h"
+#include "renderer/film/light_mix.h"
 
 namespace emberline {
 namespace {

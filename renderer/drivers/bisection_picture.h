@@ -8,10 +8,11 @@
 #include "renderer/core/names.h"
 #include "renderer/drivers/bisection_schedule.h"
 #include "renderer/drivers/driver_choices.h"
-#include "renderer/film/film.h"
-#include "renderer/film/light_mix.h"
 
 namespace emberline {
+
+class FilmTile;
+class LightMix;
 
 std::span<const NamedValue<Reconstruction>> reconstruction_table();
 

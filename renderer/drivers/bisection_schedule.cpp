@@ -5,6 +5,8 @@
 #include <cassert>
 #include <numeric>
 
+#include "renderer/drivers/frame_driver.h"
+
 namespace emberline {
 namespace {
 

@@ -11,9 +11,10 @@
 #include "renderer/core/names.h"
 #include "renderer/core/rect.h"
 #include "renderer/drivers/driver_choices.h"
-#include "renderer/drivers/frame_driver.h"
 
 namespace emberline {
+
+struct PixelWork;
 
 std::span<const NamedValue<BisectionAxis>> bisection_axis_table();
 

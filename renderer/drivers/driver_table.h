@@ -8,11 +8,16 @@
 #include <span>
 #include <string_view>
 
-#include "renderer/drivers/adaptive/round_planner.h"
-#include "renderer/drivers/frame.h"
-#include "renderer/drivers/frame_driver.h"
+#include "renderer/core/rect.h"
+#include "renderer/core/vector.h"
+#include "renderer/drivers/adaptive/adaptive_settings.h"
+#include "renderer/drivers/driver_choices.h"
+#include "renderer/film/film_extras.h"
 
 namespace emberline {
+
+struct Frame;
+class FrameDriver;
 
 struct DriverSettings {
   int bucket_size = 64;

@@ -2,11 +2,17 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <tuple>
 
 #include "integrators/path_media.h"
+#include "renderer/core/archive.h"
 #include "renderer/core/log.h"
 #include "renderer/core/readable.h"
+#include "renderer/scene/camera.h"
+#include "renderer/scene/interior.h"
+#include "renderer/scene/light_groups.h"
+#include "renderer/scene/scene.h"
 
 namespace emberline {
 
@@ -39,6 +45,13 @@ void warn_of_optics(const OpticsCounters& c) {
         "surfaces or an environment there, or give the glass a thicknessFactor of 0",
         readable_percent(c.blocked_share())));
   }
+}
+
+bool Frame::moves() const { return scene.moves() || camera.moves(); }
+
+FilmExtras Frame::with_light_groups(FilmExtras extras) const {
+  if (light_groups) extras.light_groups = light_groups->size();
+  return extras;
 }
 
 FrameCounters Frame::no_counts() const {

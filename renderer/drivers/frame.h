@@ -1,22 +1,25 @@
 // What every driver renders: one frame, and what is counted on the way.
 #pragma once
 
-#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <vector>
 
 #include "integrators/integrator.h"
-#include "renderer/core/archive.h"
+#include "renderer/core/rect.h"
 #include "renderer/film/clamped_light.h"
-#include "renderer/film/film.h"
-#include "renderer/film/filter.h"
-#include "renderer/scene/camera_solids.h"
-#include "renderer/scene/cryptomatte_ids.h"
-#include "renderer/scene/empty_pixels.h"
-#include "renderer/scene/surface_roles.h"
+#include "renderer/film/film_channels.h"
+#include "renderer/film/film_extras.h"
+#include "samplers/sampler.h"
 
 namespace emberline {
+
+class Archive;         // renderer/core
+class CameraSolids;    // renderer/scene
+class CryptomatteIds;  // renderer/scene
+class EmptyPixels;     // renderer/scene
+class PixelFilter;     // renderer/film
 
 // A sample that came out NaN or infinite: enough to replay it.
 struct NonFiniteSample {
@@ -101,13 +104,10 @@ struct Frame {
     return streams == StreamCount::kTwo ? int(sample / half_block & 1u) : 0;
   }
   // Whether samples have a time.
-  bool moves() const { return scene.moves() || camera.moves(); }
+  bool moves() const;
   // Of which a worker, or what is loaded of the frame, begins.
   FrameCounters no_counts() const;
-  FilmExtras with_light_groups(FilmExtras extras) const {
-    if (light_groups) extras.light_groups = light_groups->size();
-    return extras;
-  }
+  FilmExtras with_light_groups(FilmExtras extras) const;
 };
 
 }  // namespace emberline

@@ -1,6 +1,9 @@
 #include "renderer/drivers/frame_driver.h"
 
 #include "renderer/core/parallel.h"
+#include "renderer/core/rect.h"
+#include "renderer/film/film.h"
+#include "renderer/film/light_mix.h"
 
 namespace emberline {
 

@@ -12,12 +12,13 @@
 #include <string>
 #include <vector>
 
-#include "renderer/core/archive.h"
-#include "renderer/film/film.h"
-#include "renderer/film/light_mix.h"
+#include "renderer/film/pixel_stop.h"
 
 namespace emberline {
 
+class Archive;
+class FilmTile;
+class LightMix;
 struct PixelLattice;
 class RefinementTree;
 

@@ -1,5 +1,8 @@
 #include "renderer/drivers/uniform_driver.h"
 
+#include "renderer/core/archive.h"
+#include "renderer/film/film.h"
+
 namespace emberline {
 
 std::optional<Round> UniformDriver::next(FilmTile&, const std::stop_token&) {

@@ -6,14 +6,16 @@
 #include <optional>
 #include <string>
 
-#include "io/exr/writer.h"
+#include "io/display/choices.h"
+#include "io/exr/choices.h"
 #include "renderer/core/rect.h"
 #include "renderer/core/vector.h"
 #include "renderer/drivers/driver_choices.h"
-#include "renderer/film/filter.h"
-#include "renderer/scene/embree_isa.h"
+#include "renderer/film/filter_choices.h"
 
 namespace emberline {
+
+enum class EmbreeIsa;  // renderer/scene/embree_isa.h
 
 // Where light samples go: by each light alone, or to those kinds of light that arrive, and where
 // little of the environment is seen towards what is (renderer/scene/light_survey.h).

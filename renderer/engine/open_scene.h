@@ -16,6 +16,7 @@
 #include "renderer/scene/cryptomatte_ids.h"
 #include "renderer/scene/editable_scene.h"
 #include "renderer/scene/light_groups.h"
+#include "renderer/scene/scene.h"
 #include "renderer/scene/surface_roles.h"
 
 namespace emberline {

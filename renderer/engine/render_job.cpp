@@ -10,6 +10,7 @@
 #include "renderer/drivers/bucket_schedule.h"
 #include "renderer/engine/film_memory.h"
 #include "renderer/engine/render_loop.h"
+#include "renderer/film/light_mix.h"
 
 namespace emberline {
 namespace {

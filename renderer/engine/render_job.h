@@ -16,6 +16,7 @@
 #include "renderer/drivers/frame.h"
 #include "renderer/drivers/frame_driver.h"
 #include "renderer/engine/render_sink.h"
+#include "renderer/film/film.h"
 
 namespace emberline {
 

@@ -6,10 +6,12 @@
 #include <span>
 
 #include "renderer/core/rect.h"
-#include "renderer/film/film.h"
-#include "renderer/film/light_mix.h"
+#include "renderer/film/pixel_stop.h"
 
 namespace emberline {
+
+class FilmTile;
+class LightMix;
 
 // The frame as it can be shown while it renders: complete at every moment, the pixels without
 // samples filled from their neighbours.

@@ -4,6 +4,16 @@
 #include <chrono>
 #include <limits>
 
+#include "renderer/film/film.h"
+#include "renderer/film/filter.h"
+#include "renderer/scene/camera.h"
+#include "renderer/scene/camera_solids.h"
+#include "renderer/scene/cryptomatte_ids.h"
+#include "renderer/scene/empty_pixels.h"
+#include "renderer/scene/light_groups.h"
+#include "renderer/scene/scene.h"
+#include "renderer/scene/surface_roles.h"
+
 namespace emberline {
 namespace {
 
@@ -139,7 +149,7 @@ void RenderWorker::trace_batch() {
   batch.optics = &counters_.optics;
   if (frame_.camera_solids) [[unlikely]] {
     frame_.camera_solids->interiors({rays_, count}, {interiors_, count});
-    batch.interiors = {interiors_, count};
+    batch.interiors = interiors_;
   }
   if (catches()) [[unlikely]] {
     std::fill_n(caught_, count, CaughtLight{});

@@ -10,6 +10,11 @@
 #include "renderer/drivers/frame.h"
 #include "renderer/drivers/frame_driver.h"
 #include "renderer/engine/render_sink.h"
+#include "renderer/film/light_group_values.h"
+#include "renderer/film/path_layers.h"
+#include "renderer/film/sample_shares.h"
+#include "renderer/scene/interior.h"
+#include "samplers/pixel_samples.h"
 
 namespace emberline {
 

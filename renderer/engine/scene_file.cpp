@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "io/display/working_space.h"
 #include "io/image/input.h"
 #include "renderer/core/parallel.h"
 #include "renderer/description/clear_sky.h"

@@ -9,17 +9,27 @@
 #include <nlohmann/json.hpp>
 #include <type_traits>
 
+#include "integrators/integrator.h"
+#include "io/display/working_space.h"
+#include "io/exr/writer.h"
 #include "io/json/input.h"
 #include "io/json/reader.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/names.h"
 #include "renderer/core/option_values.h"
 #include "renderer/core/shortened.h"
+#include "renderer/description/scene_edits.h"
+#include "renderer/drivers/adaptive/error_estimator.h"
+#include "renderer/drivers/adaptive/error_metric.h"
 #include "renderer/drivers/bisection_picture.h"
 #include "renderer/drivers/bisection_schedule.h"
 #include "renderer/drivers/bucket_schedule.h"
 #include "renderer/drivers/driver_table.h"
 #include "renderer/engine/half_layers.h"
+#include "renderer/film/cryptomatte_sums.h"
+#include "renderer/film/film_channels.h"
+#include "renderer/film/filter.h"
+#include "renderer/scene/embree_isa.h"
 #include "samplers/pixel_samples.h"
 
 namespace emberline {

@@ -1,5 +1,7 @@
 #include "renderer/engine/shared_tiles.h"
 
+#include "renderer/film/film.h"
+
 namespace emberline {
 
 // Without what the film has already: a pixel's samples come in index order.

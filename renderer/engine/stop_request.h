@@ -4,7 +4,7 @@
 #include <atomic>
 #include <stop_token>
 
-#include "renderer/film/film.h"
+#include "renderer/film/pixel_stop.h"
 
 namespace emberline {
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "renderer/core/archive.h"
 #include "renderer/film/finite_float.h"
 
 namespace emberline {

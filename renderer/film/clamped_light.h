@@ -8,10 +8,11 @@
 #include <cstdint>
 #include <vector>
 
-#include "renderer/core/archive.h"
 #include "renderer/core/vector.h"
 
 namespace emberline {
+
+class Archive;
 
 class ClampedLight {
  public:

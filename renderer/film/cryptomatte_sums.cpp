@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "renderer/core/archive.h"
 #include "renderer/core/option_values.h"
 #include "renderer/film/finite_float.h"
 

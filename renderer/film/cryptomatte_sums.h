@@ -14,11 +14,12 @@
 #include <string_view>
 #include <vector>
 
-#include "renderer/core/archive.h"
 #include "renderer/core/names.h"
 #include "renderer/core/zeroed_array.h"
 
 namespace emberline {
+
+class Archive;
 
 enum class CryptomatteKind : uint8_t { kObject, kMaterial, kAsset };
 // The table behind --cryptomatte, its --help and its error message.

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <limits>
 
+#include "renderer/core/archive.h"
 #include "renderer/core/names.h"
 #include "renderer/core/parallel.h"
 #include "renderer/film/finite_float.h"

@@ -5,161 +5,27 @@
 // schedule (law 2); nothing here locks. Sums are double: 2^25 samples of 0.1 stay exact to 1e-9.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <string>
-#include <string_view>
 #include <vector>
 
-#include "renderer/core/archive.h"
-#include "renderer/core/names.h"
 #include "renderer/core/rect.h"
 #include "renderer/core/vector.h"
 #include "renderer/core/zeroed_array.h"
 #include "renderer/film/cryptomatte_sums.h"
+#include "renderer/film/film_channels.h"
+#include "renderer/film/film_extras.h"
 #include "renderer/film/half_sums.h"
 #include "renderer/film/light_group_sums.h"
+#include "renderer/film/path_layers.h"
+#include "renderer/film/pixel_stop.h"
+#include "renderer/film/sample_value.h"
 #include "renderer/film/shadow_sums.h"
 
 namespace emberline {
 
-// Channels beside R G B A and `samples`, made only when asked for.
-enum class Aov : uint8_t {
-  kVariance,
-  kAlbedo,
-  kNormal,
-  kDepth,
-  kPosition,
-  kUv,
-  kVelocity,
-  kClamped,
-  kDirect,  // as in PathLayer
-  kIndirect,
-  kEmission,
-  kTransmission,
-  kReflection,
-  kEnvironment,
-  kShadow,
-  kDenoising,
-  kId,
-  kTime,
-  kStop,
-  kNonFinite,
-  kPart,
-};
-
-// The table behind --aov, its --help and its error message.
-std::span<const NamedValue<Aov>> aov_table();
-
-class AovSet {
- public:
-  void insert(Aov aov) { bits_ |= bit(aov); }
-  bool contains(Aov aov) const { return (bits_ & bit(aov)) != 0; }
-  bool empty() const { return bits_ == 0; }
-  // "variance,N" -> set. Throws UsageError that lists the valid names.
-  static AovSet parse(std::string_view list);
-
- private:
-  static constexpr uint32_t bit(Aov aov) { return 1u << static_cast<uint32_t>(aov); }
-  uint32_t bits_ = 0;
-};
-
-// What the first surface did with the light that came to the camera; each path is of one, or of
-// kDirect and kReflection, or kIndirect and kReflection, by what share of it the surface reflects
-// diffusely. All of them add up to the radiance.
-enum class PathLayer : uint8_t {
-  kDirect,
-  kIndirect,
-  kEmission,
-  kTransmission,
-  kReflection,
-  kEnvironment,
-};
-inline constexpr size_t kPathLayers = 6;
-Aov aov_of(PathLayer layer);
-
-// Those of a film.
-class PathLayers {
- public:
-  explicit PathLayers(const AovSet& aovs);
-  // In the order of the film's.
-  const std::vector<PathLayer>& list() const { return list_; }
-  bool empty() const { return list_.empty(); }
-  int size() const { return int(list_.size()); }
-  // Its place in the list; of one that is not wanted a place beyond.
-  uint32_t place_of(PathLayer layer) const { return places_[size_t(layer)]; }
-
- private:
-  std::vector<PathLayer> list_;
-  std::array<uint32_t, kPathLayers> places_;
-};
-
-// Why a pixel got no more samples; the values of the `stop` channel.
-enum class PixelStop : uint8_t {
-  kNone = 0,       // none came: its value is its neighbours'
-  kBudget = 1,     // the samples asked for (--spp) were spent
-  kThreshold = 2,  // --noise-threshold was met
-  kMaximum = 3,    // --max-spp was reached
-  kTimeLimit = 4,  // --time-limit ended the frame
-  kUser = 5,       // so did a signal
-  kGoingOn = 6,    // none of these yet: of a frame that is looked at while it renders
-};
-std::string pixel_stop_name(PixelStop stop);  // for people
-
-struct FilmChannel {
-  std::string name;
-  bool integer = false;
-};
-// R G B A samples, then the AOVs in table order.
-std::vector<FilmChannel> film_channels(const AovSet& aovs);
-std::vector<std::string> film_channel_names(const AovSet& aovs);
-
-// What the first surface along a camera ray says; filled by the integrator when AOVs ask for it.
-struct FirstHit {
-  bool hit = false;
-  Rgb albedo = Rgb(0.0f);
-  Vec3f normal = Vec3f(0.0f);    // shading normal, world axes
-  float depth = 0.0f;            // scene units along the viewing axis
-  Vec3f position = Vec3f(0.0f);  // world
-  Vec2f uv = Vec2f(0.0f);        // TEXCOORD_0, V upwards; 0 without
-  uint32_t id = 0;               // 1 + index of the instance; 0: nothing hit
-  // Pixels a frame, to the right and up; finite. Where nothing was hit, that of the background.
-  Vec2f velocity = Vec2f(0.0f);
-};
-
-// Rays traced for one sample, beside its camera ray.
-struct SampleRays {
-  uint32_t scatter = 0;  // continued paths
-  uint32_t shadow = 0;   // visibility of sampled lights
-  uint32_t total() const { return 1 + scatter + shadow; }
-};
-
-// One sample's value for one pixel, and what it cost.
-struct SampleValue {
-  Rgb radiance = Rgb(0.0f);
-  float alpha = 0.0f;
-  FirstHit first_hit;
-  SampleRays rays;
-  Rgb clamped = Rgb(0.0f);  // what the radiance lacks: IntegratorSettings::clamp_indirect
-};
-
-// The depth channel where no surface was hit. Finite, so that filters and viewers survive it; the
-// same value Cycles writes.
-inline constexpr float kBackgroundDepth = 1e10f;
-
-// What a driver wants accumulated for its own decisions, beside the channels.
-struct FilmExtras {
-  bool squares = false;  // of the radiance: the variance of a sample
-  bool rays = false;     // traced for a pixel: what its samples cost
-  // Room for set_sample_variance(), if the `variance` channel is asked for: 16 bytes a pixel.
-  bool sample_variance = false;
-  // What each of so many groups gave: 24 bytes a pixel for each, and 24 more. -1: not kept apart.
-  int light_groups = -1;
-  // Lists of so many ids for each of so many kinds: CryptomatteSums.
-  int cryptomattes = 0, cryptomatte_levels = 0;
-};
+class Archive;
 
 // A pixel's sums over its samples, each times its filter weight.
 struct PixelSums {

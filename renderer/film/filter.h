@@ -12,6 +12,7 @@
 #include <string_view>
 
 #include "renderer/core/vector.h"
+#include "renderer/film/sample_shares.h"
 
 namespace emberline {
 
@@ -23,11 +24,6 @@ struct FilterSample {
   float weight;
 };
 
-// What a sample counts for the pixel it was drawn for and for the eight around that one, row by row
-// from the upper left: PixelFilter::shares().
-inline constexpr size_t kSharing = 9;
-using SampleShares = std::array<float, kSharing>;
-
 // The table of filters: feeds create(), --help, the "valid names are" message and the tests.
 struct FilterEntry {
   std::string_view name;
@@ -36,7 +32,6 @@ struct FilterEntry {
   double (*profile)(double x);  // even, on [-1, 1] with the radius as unit; any scale
 };
 std::span<const FilterEntry> filter_table();
-inline constexpr std::string_view kDefaultFilter = "blackman-harris";
 
 // Immutable after creation, so it may be shared by all threads; about 4 KiB, no allocation. All
 // filters are separable products f(x) f(y) with support [-radius, radius]^2.

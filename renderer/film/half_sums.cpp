@@ -5,6 +5,7 @@
 #include <cstring>
 #include <limits>
 
+#include "renderer/core/archive.h"
 #include "renderer/core/color4.h"
 
 namespace emberline {

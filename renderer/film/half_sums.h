@@ -9,33 +9,15 @@
 #include <array>
 #include <cstdint>
 
-#include "renderer/core/archive.h"
 #include "renderer/core/vector.h"
 #include "renderer/core/zeroed_array.h"
-#include "renderer/film/filter.h"
 #include "renderer/film/light_group_sums.h"
+#include "renderer/film/sample_shares.h"
+#include "renderer/film/sample_value.h"
 
 namespace emberline {
 
-// What a sample shows: the first surface that is neither a smooth mirror nor smooth clear glass,
-// seen in and through those; or the background. Every value is made to have a mean that is linear
-// in what share of a pixel it covers.
-struct SeenSurface {
-  // Directional albedo and own light, in the colours of the mirrors and glasses before it; at
-  // most 1. Of the background its light.
-  Rgb albedo = Rgb(0.0f);
-  Vec3f normal = Vec3f(0.0f);  // shading normal, world axes; the background has none
-  // One over the depth along the viewing axis, in scene units; behind mirrors that of the mirrored
-  // surface. Unlike depth it is linear in the picture for a plane, and 0 for the background.
-  float nearness = 0.0f;
-  // 1 if the light that was sampled at the surface is seen from there.
-  float visibility = 0.0f;
-
-  static constexpr float kMostNearness = 1e6f;
-};
-inline constexpr size_t kSeenValues = 8;  // as many numbers, in this order
-
-bool is_finite(const SeenSurface& seen);
+class Archive;
 
 // R G B and the weight, of each of kSharing.
 inline constexpr size_t kSharedValues = 4 * kSharing;

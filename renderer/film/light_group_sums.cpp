@@ -6,6 +6,7 @@
 #include <cstring>
 #include <limits>
 
+#include "renderer/core/archive.h"
 #include "renderer/film/finite_float.h"
 #include "renderer/film/light_group_values.h"
 #include "renderer/film/light_mix.h"

@@ -14,13 +14,13 @@
 #include <cstdint>
 #include <span>
 
-#include "renderer/core/archive.h"
 #include "renderer/core/color4.h"
 #include "renderer/core/vector.h"
 #include "renderer/core/zeroed_array.h"
 
 namespace emberline {
 
+class Archive;
 class LightGroupValues;
 class LightMix;
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "renderer/core/archive.h"
 #include "renderer/film/finite_float.h"
 
 namespace emberline {

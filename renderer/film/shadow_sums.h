@@ -4,21 +4,13 @@
 
 #include <cstddef>
 
-#include "renderer/core/archive.h"
 #include "renderer/core/vector.h"
 #include "renderer/core/zeroed_array.h"
+#include "renderer/film/sample_value.h"
 
 namespace emberline {
 
-// Of one sample.
-struct CaughtLight {
-  Rgb received = Rgb(0.0f);    // irradiance from the lights, and
-  Rgb unshadowed = Rgb(0.0f);  // that without what is not of the plate
-  float catcher = 0.0f;        // how much of a catcher the sample sees: 1, less through panes
-  float hidden = 0.0f;         // the same, if the catcher itself is not to be seen
-  float background = 0.0f;     // how much of what is behind everything
-};
-bool is_finite(const CaughtLight& caught);
+class Archive;
 
 class ShadowSums {
  public:

@@ -9,6 +9,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/murmur3.h"
+#include "renderer/film/film.h"
 #include "renderer/output/appended_channels.h"
 
 namespace emberline {

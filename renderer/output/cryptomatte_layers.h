@@ -9,11 +9,13 @@
 #include <utility>
 #include <vector>
 
-#include "renderer/film/film.h"
+#include "renderer/film/cryptomatte_sums.h"
 #include "renderer/output/render_options.h"
 #include "renderer/scene/cryptomatte_ids.h"
 
 namespace emberline {
+
+class FilmTile;
 
 // Of each kind CryptoObject00.{R,G,B,A} and so on: id and coverage of two ranks in each, the last
 // empty where there are fewer; then dropped.CryptoObject, what was covered by more.

@@ -47,9 +47,9 @@ FilmExtras extras_of(const FramePlan& plan, const FrameSettings& settings,
 StoredFrame::StoredFrame(const std::string& path, MemoryBudget* budget)
     : file_(path),
       head_(parse_json(file_.head(), path)),
-      settings_(settings_of(head_, path)),
+      settings_(settings_of(*head_, path)),
       plan_(of_settings(path, [&] { return FramePlan(settings_); })),
-      layers_(scene_layers_of(head_, path)),
+      layers_(scene_layers_of(*head_, path)),
       extras_(extras_of(plan_, settings_, layers_)),
       by_tiles_(plan_.driver->tiles) {
   // A head of some kilobytes may tell of millions of buckets.

@@ -3,12 +3,12 @@
 
 #include <cstdint>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "io/files/record_file.h"
+#include "io/json/value.h"
 #include "renderer/core/memory_budget.h"
 #include "renderer/drivers/bucket_schedule.h"
 #include "renderer/engine/frame_plan.h"
@@ -26,7 +26,7 @@ class StoredFrame {
   explicit StoredFrame(const std::string& path, MemoryBudget* budget = nullptr);
 
   const std::string& path() const { return file_.path(); }
-  const nlohmann::json& head() const { return head_; }
+  const nlohmann::json& head() const { return *head_; }
   const FrameSettings& settings() const { return settings_; }
   const FramePlan& plan() const { return plan_; }
   int tile_size() const {
@@ -51,7 +51,7 @@ class StoredFrame {
 
  private:
   RecordFile file_;
-  nlohmann::json head_;
+  JsonValue head_;
   FrameSettings settings_;
   FramePlan plan_;
   SceneLayers layers_;

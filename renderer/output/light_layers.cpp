@@ -10,7 +10,9 @@
 #include "integrators/integrator.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
+#include "renderer/film/film.h"
 #include "renderer/film/half_channels.h"
+#include "renderer/film/light_group_sums.h"
 #include "renderer/output/appended_channels.h"
 #include "renderer/output/outputs.h"
 

@@ -6,11 +6,13 @@
 #include <string>
 #include <vector>
 
-#include "renderer/film/film.h"
+#include "renderer/film/film_channels.h"
 #include "renderer/output/render_options.h"
 #include "renderer/scene/light_groups.h"
 
 namespace emberline {
+
+class FilmTile;
 
 // A layer for each group: "light." and its name. EXR parts layers by full stops, and compositors
 // make identifiers of their names, so all but ASCII letters, digits, '-' and '_' becomes '_'. A

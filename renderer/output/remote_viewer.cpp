@@ -7,6 +7,7 @@
 
 #include "renderer/drivers/bucket_schedule.h"
 #include "renderer/engine/render_clock.h"
+#include "renderer/film/film.h"
 
 namespace emberline {
 namespace {

@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 
+#include "renderer/film/film.h"
 #include "renderer/statistics/quantity_plane.h"
 
 namespace emberline {

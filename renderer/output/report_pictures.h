@@ -13,10 +13,13 @@
 #include "io/display/display.h"
 #include "io/image/output.h"
 #include "renderer/core/rect.h"
-#include "renderer/film/film.h"
+#include "renderer/film/film_channels.h"
 #include "renderer/statistics/heatmap_quantity.h"
 
 namespace emberline {
+
+class FilmTile;
+struct RenderOptions;
 
 class ReportPictures {
  public:

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/display/working_space.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 

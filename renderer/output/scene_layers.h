@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "io/exr/writer.h"
+#include "io/exr/view.h"
 #include "renderer/core/vector.h"
 #include "renderer/scene/camera.h"
 #include "renderer/scene/cryptomatte_ids.h"

@@ -6,10 +6,11 @@
 
 #include "renderer/core/load_progress.h"
 #include "renderer/description/scene_description.h"
-#include "renderer/scene/embree_isa.h"
-#include "renderer/scene/scene.h"
 
 namespace emberline {
+
+enum class EmbreeIsa;  // renderer/scene/embree_isa.h
+class Scene;
 
 struct SceneBuildOptions {
   bool show_backfaces = false;  // single-sided materials are seen from behind as well

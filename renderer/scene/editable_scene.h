@@ -12,6 +12,7 @@
 
 #include "renderer/description/scene_edits.h"
 #include "renderer/scene/build_scene.h"
+#include "renderer/scene/scene.h"
 
 namespace emberline {
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "renderer/scene/build_scene.h"
+#include "renderer/scene/scene.h"
 
 namespace emberline {
 

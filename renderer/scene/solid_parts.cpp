@@ -27,6 +27,10 @@ bool ends_all_rays(const Mesh& mesh) {
          !mesh.cull_backfaces;
 }
 
+bool are_of_one_place(const InstanceDescription& a, const InstanceDescription& b) {
+  return a.node >= 0 && a.node == b.node && a.to_world == b.to_world;
+}
+
 }  // namespace
 
 std::vector<uint32_t> Solids::parts_of(uint32_t body) const {
@@ -71,8 +75,7 @@ void Solids::join_parts(const Scene& scene, const SceneDescription& description,
     return true;
   };
   const auto are_of_one_mesh = [&](uint32_t a, uint32_t b) {
-    const InstanceDescription &first = description.instances[a], &other = description.instances[b];
-    return first.node >= 0 && first.node == other.node && first.to_world == other.to_world &&
+    return are_of_one_place(description.instances[a], description.instances[b]) &&
            scene.instances_[a].transformed == scene.instances_[b].transformed;
   };
   for (uint32_t begin = 0, end = 0; begin < scene.instances_.size(); begin = end) {

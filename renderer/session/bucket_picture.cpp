@@ -5,6 +5,8 @@
 #include <utility>
 
 #include "renderer/engine/film_memory.h"
+#include "renderer/engine/render_job.h"
+#include "renderer/film/light_mix.h"
 
 namespace emberline {
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "renderer/engine/render_sink.h"
+#include "renderer/film/film.h"
 #include "renderer/session/grading.h"
 
 namespace emberline {

@@ -9,7 +9,6 @@
 #include "renderer/core/vector.h"
 #include "renderer/description/framing.h"
 #include "renderer/description/scene_description.h"
-#include "renderer/scene/build_scene.h"
 
 namespace emberline {
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "renderer/drivers/adaptive/refinement_tree.h"
-#include "renderer/film/film.h"
+#include "renderer/film/film_channels.h"
 #include "renderer/session/grading.h"
 #include "renderer/session/view_settings.h"
 #include "renderer/statistics/heatmap_quantity.h"

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <new>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "io/json/input.h"
@@ -92,7 +93,7 @@ void SessionHost::run() {
 void SessionHost::settle() {
   for (const Saving& saving : savings_) saving.done.wait();
   tell_saved();
-  if (opening_) refuse(std::exchange(opening_, std::nullopt)->id, "called off: the session ends");
+  if (opening_) refuse(*std::exchange(opening_, std::nullopt)->id, "called off: the session ends");
 }
 
 void SessionHost::serve() {
@@ -156,13 +157,13 @@ void SessionHost::open(const Json& command, const std::string& line) {
   const std::string scene = text_of_json(command.value("scene", Json()), root["scene"]);
   const std::string edits_file =
       root.has("edits_file") ? text_of_json(command["edits_file"], root["edits_file"]) : "";
-  Opening opening{root.has("id") ? command["id"] : Json(), {}};
+  Opening opening{JsonValue(root.has("id") ? command["id"] : Json()), {}};
   if (root.has("edits")) {
     opening.edits = merged_edits(command["edits"], line + ", edits", {}, {});
     opening.edited = true;
     opening.has_camera = command["edits"].contains("camera");
   }
-  if (opening_) refuse(opening_->id, "another scene is opened in its place");
+  if (opening_) refuse(*opening_->id, "another scene is opened in its place");
   opening_ = std::move(opening);
   told_stage_.clear();
   session_.open(scene, edits_file);
@@ -235,7 +236,7 @@ void SessionHost::save(const Json& command, const std::string& line) {
   } else {
     done = session_.save(file);
   }
-  savings_.push_back({root.has("id") ? command["id"] : Json(), std::move(done)});
+  savings_.push_back({JsonValue(root.has("id") ? command["id"] : Json()), std::move(done)});
 }
 
 void SessionHost::cancel(const Json&, const std::string&) { session_.cancel_load(); }
@@ -243,6 +244,8 @@ void SessionHost::cancel(const Json&, const std::string&) { session_.cancel_load
 void SessionHost::quit(const Json&, const std::string&) { quit_ = true; }
 
 // ---- what the host is told
+
+void SessionHost::answer(const Json& id) { answer(id, Json::object()); }
 
 void SessionHost::answer(const Json& id, Json more) {
   more["id"] = id;
@@ -278,10 +281,10 @@ void SessionHost::tell_loading() {
       finish_opening();
       break;
     case kFailed:
-      refuse(std::exchange(opening_, std::nullopt)->id, status.error);
+      refuse(*std::exchange(opening_, std::nullopt)->id, status.error);
       break;
     case kCancelled:
-      refuse(std::exchange(opening_, std::nullopt)->id, "called off");
+      refuse(*std::exchange(opening_, std::nullopt)->id, "called off");
       break;
     default:
       if (lines_.congested() ||
@@ -309,7 +312,7 @@ void SessionHost::finish_opening() {
   }
   least_edit_ = session_.edit();
   more["scene"] = described(*scene, session_.edits());
-  answer(opening.id, std::move(more));
+  answer(*opening.id, std::move(more));
 }
 
 void SessionHost::tell_warnings() {
@@ -337,7 +340,7 @@ void SessionHost::tell_saved() {
     }
     try {
       saving->done.get();
-      answer(saving->id);
+      answer(*saving->id);
     } catch (const std::exception& error) {
       refuse(saving->id, error.what(), true);
     }

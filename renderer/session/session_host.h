@@ -11,11 +11,12 @@
 #include <list>
 #include <map>
 #include <mutex>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "io/json/value.h"
 #include "renderer/session/line_stream.h"
 #include "renderer/session/render_session.h"
 #include "renderer/session/shared_frames.h"
@@ -50,12 +51,12 @@ class SessionHost {
   struct Command;
   // One that is answered later.
   struct Opening {
-    Json id;
+    JsonValue id;
     SceneEdits edits;
     bool edited = false, has_camera = false;
   };
   struct Saving {
-    Json id;
+    JsonValue id;
     std::future<void> done;
   };
 
@@ -71,7 +72,8 @@ class SessionHost {
   void cancel(const Json& command, const std::string& line);
   void quit(const Json& command, const std::string& line);
 
-  void answer(const Json& id, Json more = Json::object());
+  void answer(const Json& id);
+  void answer(const Json& id, Json more);
   void refuse(const Json& id, const std::string& error, bool of_save = false);
   void send(const Json& message);
 

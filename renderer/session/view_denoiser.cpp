@@ -3,7 +3,10 @@
 #include <algorithm>
 
 #include "renderer/core/parallel.h"
+#include "renderer/core/vector.h"
 #include "renderer/drivers/bisection_picture.h"
+#include "renderer/film/film.h"
+#include "renderer/film/film_channels.h"
 
 namespace emberline {
 namespace {

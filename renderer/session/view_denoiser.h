@@ -4,11 +4,13 @@
 #include <span>
 #include <vector>
 
-#include "renderer/drivers/bisection_schedule.h"
-#include "renderer/film/film.h"
 #include "renderer/reconstruction/fast_filter.h"
 
 namespace emberline {
+
+class AovSet;
+class FilmTile;
+struct PixelLattice;
 
 // Keeps its memory from picture to picture; one at a time.
 class ViewDenoiser {

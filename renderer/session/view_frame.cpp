@@ -10,6 +10,8 @@
 
 #include "renderer/core/errors.h"
 #include "renderer/core/parallel.h"
+#include "renderer/drivers/adaptive/round_planner.h"
+#include "renderer/drivers/bisection_schedule.h"
 #include "renderer/drivers/driver_table.h"
 #include "renderer/engine/film_memory.h"
 #include "renderer/film/light_group_sums.h"

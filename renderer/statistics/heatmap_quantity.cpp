@@ -4,6 +4,7 @@
 
 #include "renderer/core/display_error.h"
 #include "renderer/core/names.h"
+#include "renderer/film/pixel_stop.h"
 
 namespace emberline {
 namespace {

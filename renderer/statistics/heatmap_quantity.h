@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "renderer/film/film.h"
+#include "renderer/film/film_channels.h"
 #include "renderer/statistics/heatmap.h"
 
 namespace emberline {

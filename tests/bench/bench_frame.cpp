@@ -3,6 +3,7 @@
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
+#include <CLI/CLI.hpp>
 #include <array>
 #include <atomic>
 

@@ -2,7 +2,6 @@
 // whole frames share.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -16,6 +15,11 @@
 #include "renderer/output/render_options.h"
 #include "renderer/scene/build_scene.h"
 #include "renderer/scene/camera.h"
+#include "renderer/scene/scene.h"
+
+namespace CLI {
+class App;
+}  // namespace CLI
 
 namespace emberline::bench {
 

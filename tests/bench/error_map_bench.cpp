@@ -8,6 +8,10 @@
 #include "renderer/drivers/adaptive/allocation.h"
 #include "renderer/drivers/adaptive/error_estimator.h"
 #include "renderer/drivers/adaptive/round_planner.h"
+#include "renderer/film/film.h"
+#include "renderer/film/film_channels.h"
+#include "renderer/film/film_extras.h"
+#include "renderer/film/sample_value.h"
 
 namespace emberline::bench {
 namespace {

@@ -1,5 +1,6 @@
 // `emberline compare`: the metrics themselves are tested in tests/unit; here is how they arrive.
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "cli/command_test.h"
 

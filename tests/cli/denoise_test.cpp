@@ -1,6 +1,7 @@
 // --denoise, `emberline denoise` and the channels between them: the same bits from both, for every
 // driver; files that lack something. How good the picture is, is tested with the filter.
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "cli/command_test.h"
 

@@ -1,6 +1,8 @@
 // --edits: a scene's look changed beside its file.
 #include "cli/command_test.h"
 
+#include <nlohmann/json.hpp>
+
 namespace emberline::test {
 namespace {
 

@@ -1,5 +1,7 @@
 // `emberline info`: what is in a scene, as text and as JSON.
 #include "cli/command_test.h"
+
+#include <nlohmann/json.hpp>
 #include "support/embedded_images.h"
 
 namespace emberline::test {

@@ -1,5 +1,6 @@
 // --isa: which of Embree's kernels trace the rays, and that frames of two kinds are not mixed.
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "cli/command_test.h"
 

@@ -1,5 +1,6 @@
 // --light-groups: what each light gave, as layers of the EXR.
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "cli/command_test.h"
 

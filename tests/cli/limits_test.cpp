@@ -7,8 +7,11 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "cli/command_test.h"
+#include "io/image/output.h"
+#include "renderer/core/byte_image.h"
 #include "support/embedded_images.h"
 
 namespace emberline::test {

@@ -2,6 +2,7 @@
 // of them.
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "cli/command_test.h"
 

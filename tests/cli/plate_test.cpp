@@ -2,6 +2,7 @@
 // extend make of it.
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "cli/command_test.h"
 

@@ -1,5 +1,6 @@
 // What a person at a terminal sees, what a farm's log holds, and what --quiet leaves of both.
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <regex>
 
 #include "cli/command_test.h"

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <csignal>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "cli/command_test.h"
 #include "support/animated_gltf.h"

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <nlohmann/json.hpp>
 
 #include "cli/command_test.h"
 #include "support/tev_server.h"

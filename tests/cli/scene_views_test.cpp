@@ -1,5 +1,6 @@
 // What a user gets from a scene that lacks something, and the switches that change what is seen.
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <numeric>
 
 #include "cli/command_test.h"

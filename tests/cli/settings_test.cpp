@@ -1,6 +1,8 @@
 // --settings and --save-settings: how a frame is rendered, as a file.
 #include <sys/stat.h>
 
+#include <nlohmann/json.hpp>
+
 #include "cli/command_test.h"
 
 namespace emberline::test {

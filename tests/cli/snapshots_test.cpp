@@ -1,5 +1,6 @@
 // --snapshots: what a progressive render showed on its way.
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "cli/command_test.h"

@@ -3,8 +3,11 @@
 #include <csignal>
 #include <cstdint>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "cli/command_test.h"
+#include "io/image/output.h"
+#include "renderer/core/byte_image.h"
 #include "support/embedded_images.h"
 
 namespace emberline::test {

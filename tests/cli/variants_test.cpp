@@ -1,6 +1,8 @@
 // --variant: the materials of a variant of the file.
 #include "cli/command_test.h"
 
+#include <nlohmann/json.hpp>
+
 namespace emberline::test {
 namespace {
 

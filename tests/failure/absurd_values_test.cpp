@@ -2,6 +2,7 @@
 #include "failure/bad_input.h"
 
 #include <limits>
+#include <nlohmann/json.hpp>
 
 namespace emberline {
 namespace {

@@ -1,6 +1,7 @@
 // Members that are missing, of the wrong type or out of range: the error, or the warning where the
 // picture does not need them, names each by its pointer.
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "failure/bad_input.h"
 #include "renderer/core/log.h"

@@ -1,6 +1,8 @@
 // Compressed views that unfold to far more than they take: refused by the memory budget before
 // anything is decoded.
 #include "failure/bad_input.h"
+
+#include <nlohmann/json.hpp>
 #include "support/compressed_gltf.h"
 
 namespace emberline {

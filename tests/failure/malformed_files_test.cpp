@@ -3,6 +3,7 @@
 #include "failure/bad_input.h"
 
 #include <limits>
+#include <nlohmann/json.hpp>
 
 namespace emberline {
 namespace {

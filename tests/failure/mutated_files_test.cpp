@@ -1,4 +1,5 @@
 // Files cut short and files with flipped bytes: an InputError or a scene, never anything else.
+#include <nlohmann/json.hpp>
 #include <random>
 
 #include "failure/bad_input.h"

@@ -1,6 +1,7 @@
 // Faults in what the picture does not need, or in optional extensions: a warning with file and JSON
 // pointer, and the picture. The same fault where it is needed: one line, and no picture.
 #include <ctime>
+#include <nlohmann/json.hpp>
 
 #include "failure/bad_input.h"
 #include "support/compressed_gltf.h"

@@ -4,6 +4,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <nlohmann/json.hpp>
+
 #include "failure/bad_input.h"
 #include "io/files/input_file.h"
 #include "io/gltf/gltf_file.h"

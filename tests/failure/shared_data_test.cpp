@@ -1,6 +1,7 @@
 // Small files in which many things name the same data: what they cost grows with the file's size,
 // not with its square.
 #include <ctime>
+#include <nlohmann/json.hpp>
 
 #include "failure/bad_input.h"
 #include "renderer/core/log.h"

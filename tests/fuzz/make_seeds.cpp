@@ -3,12 +3,14 @@
 #include <OpenColorIO/OpenColorIO.h>
 
 #include <cstdio>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "support/compressed_gltf.h"
 #include "support/dense_gltf.h"
 #include "support/encoded_images.h"
 #include "support/ktx2_files.h"
+#include "tests/support/embedded_images.h"
 
 namespace fs = std::filesystem;
 using namespace emberline::test;

@@ -1,6 +1,8 @@
 // A compressed buffer view. The last eight bytes are its description: mode, filter, stride - 1,
 // none, count (little-endian).
 #include "io/gltf/document/meshopt.h"
+
+#include <nlohmann/json.hpp>
 #include "fuzz/fuzz.h"
 
 using namespace emberline;

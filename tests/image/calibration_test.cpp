@@ -5,6 +5,7 @@
 #include <string>
 
 #include "image/picture_error.h"
+#include "renderer/drivers/adaptive/error_estimator.h"
 #include "support/busy_scene.h"
 
 namespace emberline {

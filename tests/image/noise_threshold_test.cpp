@@ -6,6 +6,7 @@
 
 #include "image/picture_error.h"
 #include "renderer/core/hash.h"
+#include "renderer/drivers/adaptive/error_estimator.h"
 #include "support/scenes.h"
 
 namespace emberline {

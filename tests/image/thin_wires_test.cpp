@@ -5,6 +5,7 @@
 #include <string>
 
 #include "renderer/core/moments.h"
+#include "renderer/drivers/adaptive/error_estimator.h"
 #include "support/render.h"
 #include "support/scenes.h"
 

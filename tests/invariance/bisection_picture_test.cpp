@@ -7,6 +7,8 @@
 
 #include "renderer/drivers/bisection_driver.h"
 #include "renderer/drivers/bisection_picture.h"
+#include "renderer/film/film.h"
+#include "renderer/film/film_channels.h"
 
 namespace emberline {
 namespace {

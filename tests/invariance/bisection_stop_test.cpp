@@ -8,6 +8,7 @@
 
 #include "renderer/drivers/driver_table.h"
 #include "renderer/engine/render_job.h"
+#include "samplers/pixel_samples.h"
 #include "support/render.h"
 #include "support/sanitized.h"
 #include "support/scenes.h"

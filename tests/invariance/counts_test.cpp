@@ -10,6 +10,7 @@
 #include "renderer/engine/render_sink.h"
 #include "renderer/engine/render_worker.h"
 #include "renderer/scene/embree_api.h"
+#include "renderer/scene/empty_pixels.h"
 #include "support/busy_scene.h"
 #include "support/edited_scene.h"
 #include "support/glass_scenes.h"

@@ -1,4 +1,5 @@
-"""Fails when a folder includes one that the design does not let it see."""
+"""Fails when a folder includes one that the design does not let it see, or when a header includes what takes long to
+compile."""
 import pathlib
 import re
 import sys
@@ -37,6 +38,14 @@ ALLOWED = {folder: visible(folder) for folder in BELOW}
 # Embree is named in one header; only the folder's own sources may include it.
 EMBREE = re.compile(r"#include\s*<embree")
 OURS = re.compile(r'#include\s*"([^"]+)"')
+# Of sources alone; a header declares what it names of them (io/json/value.h holds a JSON value).
+SOURCES_ONLY = re.compile(r"#include\s*[<\"](nlohmann/json\.hpp|(?:CLI|spdlog)/[^>\"]+)")
+# Header -> headers that it does not reach, also not by way of others.
+BARRED = {
+    "renderer/engine/frame_settings.h": ["io/exr/writer.h", "renderer/film/filter.h", "renderer/scene/embree_isa.h"],
+    "integrators/integrator.h": ["renderer/film/film.h", "renderer/scene/scene.h"],
+    "renderer/drivers/frame_driver.h": ["renderer/film/film.h"],
+}
 GENERATED = "renderer/core/version.h"
 
 
@@ -50,8 +59,34 @@ def folder_of(path):
     return max((f for f in BELOW if path.startswith(f + "/")), key=len, default=None)
 
 
-def main(root):
+def reached(root, header):
+    """All of our headers that this one includes, also by way of others."""
+    found, left = set(), [header]
+    while left:
+        for included in OURS.findall((root / left.pop()).read_text(encoding="utf-8")):
+            if included not in found and (root / included).exists():
+                found.add(included)
+                left.append(included)
+    return found
+
+
+def costly_headers(root):
     failures = []
+    for folder in ("integrators", "io", "renderer", "samplers", "tests"):
+        for header in sorted((root / folder).rglob("*.h")):
+            for library in SOURCES_ONLY.findall(header.read_text(encoding="utf-8")):
+                failures.append(f"{header.relative_to(root).as_posix()}: only sources may include <{library}>")
+    for header, barred in BARRED.items():
+        for other in barred:
+            if not (root / other).exists():
+                failures.append(f"{other}: is barred from {header}, and is not in the tree")
+        failures += [f"{header}: includes {other}, perhaps by way of another header"
+                     for other in sorted(reached(root, header).intersection(barred))]
+    return failures
+
+
+def main(root):
+    failures = costly_headers(root)
     checked = 0
     for source in sorted(root.rglob("*")):
         name = source.relative_to(root).as_posix()

@@ -8,6 +8,7 @@
 #include "renderer/drivers/driver_table.h"
 #include "renderer/engine/render_job.h"
 #include "renderer/film/light_mix.h"
+#include "samplers/pixel_samples.h"
 #include "support/grouped_scene.h"
 #include "support/lit_scenes.h"
 

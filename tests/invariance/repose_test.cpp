@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "renderer/core/errors.h"
@@ -11,6 +12,7 @@
 #include "support/animated_stage.h"
 #include "support/load_scene.h"
 #include "support/render.h"
+#include "tests/support/animated_gltf.h"
 
 namespace emberline {
 namespace {

@@ -6,6 +6,7 @@
 #include <bit>
 #include <cstring>
 
+#include "renderer/drivers/adaptive/error_estimator.h"
 #include "renderer/drivers/bisection_schedule.h"
 #include "renderer/drivers/bucket_schedule.h"
 #include "renderer/engine/render_worker.h"

@@ -1,6 +1,7 @@
 // What changes while the shutter is open besides places (E48): lights that blink, fade and change
 // colour, lenses that zoom, things that come and go.
 #include "lamp_over_floor.h"
+
 #include "support/chi_square.h"
 #include "support/moving_scenes.h"
 

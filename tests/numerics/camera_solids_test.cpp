@@ -1,4 +1,6 @@
 // Cameras that stand in solids: Beer's law from the camera to the first surface, E54.
+#include "renderer/scene/camera_solids.h"
+
 #include "closed_form.h"
 #include "renderer/core/log.h"
 #include "support/glass_scenes.h"

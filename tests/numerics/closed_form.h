@@ -6,8 +6,6 @@
 
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
-#include <nlohmann/json.hpp>
 #include <string>
 
 #include "support/render.h"
@@ -33,24 +31,7 @@ struct Comparison {
 
 // Appends the row, one JSON object a line, to the file that EMBERLINE_NUMERICS_TABLE names, if any;
 // ci/numerics.sh makes the table from it. `reason`: why a failure is left standing.
-inline void record(const CaseName& name, const Comparison& c, const std::string& reason = {}) {
-  const char* file = std::getenv("EMBERLINE_NUMERICS_TABLE");
-  if (file == nullptr || *file == '\0') return;
-  const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-  const nlohmann::json row = {{"case", name.number},
-                              {"what", name.what},
-                              {"exact", c.exact},
-                              {"measured", c.measured},
-                              {"standard_error", c.standard_error},
-                              {"tolerance", c.tolerance},
-                              {"passes", c.passes()},
-                              {"reason", reason},
-                              {"test", std::string(info->test_suite_name()) + "." + info->name()}};
-  std::FILE* out = std::fopen(file, "a");
-  ASSERT_NE(out, nullptr) << "cannot append to " << file;
-  std::fprintf(out, "%s\n", row.dump().c_str());
-  std::fclose(out);
-}
+void record(const CaseName& name, const Comparison& c, const std::string& reason = {});
 
 inline std::string describe(const CaseName& name, const Comparison& c, const std::string& replay) {
   char text[256];

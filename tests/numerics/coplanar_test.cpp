@@ -1,5 +1,6 @@
 // Surfaces that lie in one another: lamps flush with what they are mounted on, and doubled meshes.
 #include "closed_form.h"
+
 #include "support/closed_forms.h"
 #include "support/scenes.h"
 

@@ -1,6 +1,8 @@
 // Triangles that are none: without area, with a vertex that is not a number, or a billion times as
 // long as wide.
 #include "closed_form.h"
+
+#include <nlohmann/json.hpp>
 #include "io/gltf/gltf_file.h"
 #include "support/chi_square.h"
 #include "support/gltf_builder.h"

@@ -1,5 +1,6 @@
 // Closed cavities: multiple scattering with a geometric series as its exact value.
 #include "closed_form.h"
+
 #include "renderer/core/moments.h"
 #include "support/scenes.h"
 

@@ -1,6 +1,7 @@
 // What a sceptic would try next: flattened and sheared instances, lamps in the receiver's plane,
 // triangles far below a pixel, radiances at the ends of float, a thousand layers in one plane.
 #include "closed_form.h"
+
 #include "support/closed_forms.h"
 #include "support/scenes.h"
 

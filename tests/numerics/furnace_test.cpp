@@ -1,6 +1,7 @@
 // White furnaces: what is inside an environment of radiance 1 shows its directional albedo.
 // Mixtures here; each lobe alone in lobe_furnace_test.cpp.
 #include "closed_form.h"
+
 #include "support/scenes.h"
 
 namespace emberline {

@@ -1,5 +1,6 @@
 // Case 31, sums of many samples, and case 32, a light among many or far away.
 #include "closed_form.h"
+
 #include "support/chi_square.h"
 #include "support/closed_forms.h"
 #include "support/scenes.h"

@@ -2,6 +2,7 @@
 // (E44), light from what moves (E45), what is seen in it (E46), and blur as the mean of many
 // instants (E47).
 #include "lamp_over_floor.h"
+
 #include "renderer/core/moments.h"
 #include "renderer/core/warps.h"
 #include "renderer/shading/shading_normal.h"

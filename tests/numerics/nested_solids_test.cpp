@@ -2,6 +2,8 @@
 // and E53. In a furnace of radiance 1 every arrangement of clear solids shows 1, from outside of
 // all of them. A stack of wide slabs reflects what Stokes' sum of its faces says.
 #include "closed_form.h"
+
+#include "renderer/scene/interior.h"
 #include "support/glass_scenes.h"
 #include "support/moving_scenes.h"
 #include "support/scenes.h"

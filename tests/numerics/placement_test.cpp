@@ -1,5 +1,6 @@
 // Scale, distance, instancing and mirroring must not show: no leaks, no self-hits, no lost light.
 #include "closed_form.h"
+
 #include "support/scenes.h"
 
 namespace emberline {

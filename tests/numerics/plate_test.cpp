@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "renderer/core/errors.h"
+#include "renderer/scene/surface_roles.h"
 #include "support/float_map.h"
 #include "support/glass_scenes.h"
 #include "support/render.h"

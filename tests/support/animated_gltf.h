@@ -1,7 +1,9 @@
 // Adds animations to files that tests build.
 #pragma once
 
+#include <cstddef>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "io/gltf/gltf_file.h"
@@ -14,50 +16,46 @@ class AnimationBuilder {
  public:
   using json = nlohmann::json;
 
-  explicit AnimationBuilder(GltfBuilder& gltf, const std::string& name = "")
-      : gltf_(gltf),
-        index_(size_t(gltf.push(
-            "animations",
-            {{"name", name}, {"channels", json::array()}, {"samplers", json::array()}}))) {}
+  explicit AnimationBuilder(GltfBuilder& gltf, const std::string& name = "");
 
-  json& object() { return gltf_.root["animations"][index_]; }
-  json& channel(size_t i) { return object()["channels"][i]; }
-  json& sampler(size_t i) { return object()["samplers"][i]; }
-  json& input(size_t i) { return accessor(sampler(i)["input"]); }
-  json& output(size_t i) { return accessor(sampler(i)["output"]); }
+  json& object();
+  json& channel(size_t i);
+  json& sampler(size_t i);
+  json& input(size_t i);
+  json& output(size_t i);
 
   // A channel of a node's property.
   template <class T = float>
   AnimationBuilder& move(int node, const std::string& path, const std::vector<float>& times,
                          const std::string& type, const std::vector<T>& values,
                          const std::string& interpolation = "LINEAR") {
-    return add({{"node", node}, {"path", path}}, times, type, values, interpolation);
+    return add_move(node, path, make_sampler(times, type, values, interpolation));
   }
   // A channel of KHR_animation_pointer.
   template <class T = float>
   AnimationBuilder& point(const std::string& pointer, const std::vector<float>& times,
                           const std::string& type, const std::vector<T>& values,
                           const std::string& interpolation = "LINEAR") {
-    const json extensions = {{"KHR_animation_pointer", {{"pointer", pointer}}}};
-    return add({{"path", "pointer"}, {"extensions", extensions}}, times, type, values,
-               interpolation);
+    return add_pointer(pointer, make_sampler(times, type, values, interpolation));
   }
 
  private:
+  struct Sampler {
+    int input, output;  // accessors
+    const std::string& interpolation;
+  };
   template <class T>
-  AnimationBuilder& add(const json& target, const std::vector<float>& times,
-                        const std::string& type, const std::vector<T>& values,
-                        const std::string& interpolation) {
+  Sampler make_sampler(const std::vector<float>& times, const std::string& type,
+                       const std::vector<T>& values, const std::string& interpolation) {
     const bool normalized = !std::is_same_v<T, float> && type != "BOOL";
-    object()["samplers"].push_back(
-        {{"input", gltf_.add_accessor<float>("SCALAR", times)},
-         {"output", gltf_.add_accessor<T>(type == "BOOL" ? "SCALAR" : type, values, normalized)},
-         {"interpolation", interpolation}});
-    object()["channels"].push_back(
-        {{"sampler", object()["samplers"].size() - 1}, {"target", target}});
-    return *this;
+    const int input = gltf_.add_accessor<float>("SCALAR", times);
+    return {input, gltf_.add_accessor<T>(type == "BOOL" ? "SCALAR" : type, values, normalized),
+            interpolation};
   }
-  json& accessor(const json& index) { return gltf_.root["accessors"][index.get<size_t>()]; }
+  AnimationBuilder& add_move(int node, const std::string& path, const Sampler& sampler);
+  AnimationBuilder& add_pointer(const std::string& pointer, const Sampler& sampler);
+  AnimationBuilder& add(const json& target, const Sampler& sampler);
+  json& accessor(const json& index);
 
   GltfBuilder& gltf_;
   size_t index_;

@@ -5,7 +5,7 @@
 
 #include <stdexcept>
 
-#include "support/gltf_builder.h"
+#include "support/temp_folder.h"
 
 namespace emberline::test {
 

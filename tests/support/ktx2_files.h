@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "support/gltf_builder.h"
+#include "support/temp_folder.h"
 
 namespace emberline::test {
 

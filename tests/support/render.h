@@ -17,6 +17,9 @@
 #include "renderer/drivers/driver_table.h"
 #include "renderer/engine/frame_plan.h"
 #include "renderer/engine/render_job.h"
+#include "renderer/scene/camera.h"
+#include "renderer/scene/light_groups.h"
+#include "renderer/scene/scene.h"
 
 namespace emberline::test {
 

@@ -10,6 +10,7 @@
 #include "renderer/description/scene_description.h"
 #include "renderer/scene/build_scene.h"
 #include "renderer/scene/camera.h"
+#include "renderer/scene/scene.h"
 
 namespace emberline::test {
 

@@ -1,6 +1,7 @@
 // --allocation denoised on frames whose samples are made up: where the filter helps, samples are
 // not needed.
 #include "renderer/drivers/adaptive/denoised_error.h"
+#include "renderer/core/archive.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>

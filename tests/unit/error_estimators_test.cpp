@@ -1,5 +1,6 @@
 // Error estimators on made-up pixels: what all must promise, and each against values found by hand.
 // How often they are right is in error_estimator_statistics_test.cpp.
+#include "renderer/core/rect.h"
 #include "renderer/drivers/adaptive/error_estimator.h"
 
 #include <gtest/gtest.h>

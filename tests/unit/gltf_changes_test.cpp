@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "renderer/core/constants.h"
 #include "renderer/core/errors.h"

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstring>
+#include <nlohmann/json.hpp>
 
 #include "io/gltf/document/meshopt_v1.h"
 #include "io/gltf/document/uri.h"

@@ -1,6 +1,8 @@
 // The ways a glTF can be stored: .gltf and .glb, external, embedded and data-URI bytes, paths.
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "io/gltf/gltf_file.h"
 #include "renderer/core/errors.h"
 #include "support/embedded_images.h"

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "renderer/core/errors.h"
 #include "support/loaded_gltf.h"

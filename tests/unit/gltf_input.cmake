@@ -11,6 +11,7 @@ emberline_test(gltf_input_test
     gltf_scene_test.cpp
     gltf_tangents_test.cpp
     gltf_variants_test.cpp
+    ${CMAKE_SOURCE_DIR}/tests/support/compressed_gltf.cpp
   LINK
     emberline_io
     emberline_scene
@@ -19,6 +20,7 @@ emberline_test(gltf_input_test
     nlohmann_json::nlohmann_json)
 
 emberline_test(image_input_test
-  SOURCES image_input_test.cpp image_colour_test.cpp gltf_material_test.cpp gltf_material_layers_test.cpp ktx2_test.cpp png_jpeg_test.cpp
+  SOURCES image_input_test.cpp image_colour_test.cpp gltf_material_fixture.cpp gltf_material_test.cpp
+          gltf_material_layers_test.cpp ktx2_test.cpp png_jpeg_test.cpp
   LINK emberline_app emberline_io emberline_output OpenImageIO::OpenImageIO PNG::PNG JPEG::JPEG nlohmann_json::nlohmann_json)
 emberline_ktx2_files(image_input_test)

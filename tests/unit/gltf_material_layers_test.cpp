@@ -1,6 +1,7 @@
 // The material extensions as the renderer gets them: every member, its default, what it may not be.
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "io/gltf/materials/material.h"
 #include "unit/gltf_material_fixture.h"

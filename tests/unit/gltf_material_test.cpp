@@ -1,7 +1,9 @@
 // Materials, texture slots, samplers and images as the renderer gets them.
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
+#include "io/gltf/gltf_file.h"
 #include "support/encoded_images.h"
 #include "support/ktx2_files.h"
 #include "unit/gltf_material_fixture.h"

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "renderer/core/errors.h"
 #include "renderer/description/transform_parts.h"

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "io/gltf/geometry/tangents.h"
 #include "io/gltf/gltf_file.h"

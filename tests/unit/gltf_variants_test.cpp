@@ -1,6 +1,8 @@
 // KHR_materials_variants: what the meshes wear in which variant, and what is read for it.
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "io/gltf/gltf_file.h"
 #include "renderer/core/errors.h"
 #include "renderer/description/scene_edits.h"

@@ -6,7 +6,7 @@
 #include <unistd.h>
 
 #include "renderer/core/errors.h"
-#include "support/gltf_builder.h"
+#include "support/temp_folder.h"
 
 namespace emberline {
 namespace {

@@ -12,8 +12,8 @@
 #include "io/json/reader.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
-#include "support/gltf_builder.h"
 #include "support/process_memory.h"
+#include "support/temp_folder.h"
 
 namespace emberline {
 namespace {

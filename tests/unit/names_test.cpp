@@ -1,4 +1,5 @@
 #include "renderer/core/names.h"
+#include "renderer/core/errors.h"
 
 #include <gtest/gtest.h>
 

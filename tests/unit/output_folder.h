@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "support/gltf_builder.h"
+#include "support/temp_folder.h"
 
 namespace emberline {
 

@@ -7,7 +7,7 @@
 #include "io/display/display.h"
 #include "io/files/input_file.h"
 #include "renderer/core/errors.h"
-#include "support/gltf_builder.h"
+#include "support/temp_folder.h"
 
 namespace emberline {
 namespace {

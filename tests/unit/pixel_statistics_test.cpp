@@ -1,5 +1,9 @@
 // What the estimators are told about a film, against sums done by hand.
 #include "renderer/drivers/adaptive/pixel_statistics.h"
+#include "renderer/core/rect.h"
+#include "renderer/core/vector.h"
+#include "renderer/film/film.h"
+#include "renderer/film/film_channels.h"
 
 #include <gtest/gtest.h>
 

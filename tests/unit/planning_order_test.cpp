@@ -3,8 +3,11 @@
 
 #include <vector>
 
+#include "renderer/core/vector.h"
 #include "renderer/drivers/adaptive/ordered_sum.h"
 #include "renderer/drivers/adaptive/round_planner.h"
+#include "renderer/film/film.h"
+#include "renderer/film/film_channels.h"
 
 namespace emberline {
 namespace {

@@ -1,5 +1,7 @@
 // What a session shows: the right samples, of the newest edit, with what belongs to them.
 #include "renderer/session/render_session.h"
+#include "integrators/integrator.h"
+#include "samplers/sampler.h"
 
 #include <gtest/gtest.h>
 

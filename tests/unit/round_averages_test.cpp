@@ -1,5 +1,7 @@
 // What a mean over rounds is and how sure it is, on made-up samples.
 #include "renderer/drivers/adaptive/round_averages.h"
+#include "renderer/film/film.h"
+#include "renderer/film/film_channels.h"
 
 #include <gtest/gtest.h>
 

@@ -10,7 +10,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/names.h"
 #include "renderer/scene/embree_isa.h"
-#include "support/gltf_builder.h"
+#include "support/temp_folder.h"
 
 namespace emberline {
 namespace {

@@ -9,8 +9,8 @@
 
 #include "io/image/output.h"
 #include "renderer/statistics/study/page_pictures.h"
-#include "support/gltf_builder.h"
 #include "support/markup.h"
+#include "support/temp_folder.h"
 
 namespace emberline::test {
 namespace {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "renderer/drivers/adaptive/round_planner.h"
+#include "renderer/film/film.h"
 #include "support/chi_square.h"
 
 namespace emberline::test {

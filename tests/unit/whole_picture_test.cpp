@@ -10,7 +10,7 @@
 #include "io/files/atomic_file.h"
 #include "io/image/output.h"
 #include "renderer/core/errors.h"
-#include "support/gltf_builder.h"
+#include "support/temp_folder.h"
 
 namespace emberline {
 namespace {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <tuple>
 
 #include "io/gltf/document/accessor.h"
@@ -71,8 +72,7 @@ void AnimationReader::add_track(const GltfTarget& target, KeyFrames keys) {
                         document_.place(target.pointer));
   animation_.duration = std::max(animation_.duration, keys.last());
   if (!target.node) {
-    animation_.pointers.push_back(
-        {json::json_pointer(target.pointer), target.property, std::move(keys)});
+    animation_.pointers.push_back({target.pointer, target.property, std::move(keys)});
     return;
   }
   if (target.has(NodeProperty::kVisible)) {
@@ -332,7 +332,7 @@ void write_values_at(const GltfAnimation& animation, double time, json& document
     track.goes_beyond = false;
     std::vector<double> values(track.keys.width);
     sample_value(track, time, values);
-    json& target = document[track.pointer];
+    json& target = document[json::json_pointer(track.pointer)];
     if (track.property->kind == schema::Kind::kNumber) {
       target = values.front();
     } else {
@@ -347,7 +347,7 @@ void report_clamped_values(const GltfDocument& document, const GltfAnimation& an
   size_t count = 0;
   for (const PointerTrack& track : animation.pointers) {
     if (!track.goes_beyond || ++count > kMost) continue;
-    names += (names.empty() ? "" : ", ") + track.pointer.to_string();
+    names += (names.empty() ? "" : ", ") + track.pointer;
   }
   if (count > kMost) names += fmt::format(", and {} more", count - kMost);
   if (count > 0) {

@@ -28,7 +28,7 @@ struct NodeTrack {
 
 // Of a number, or numbers, of the document.
 struct PointerTrack {
-  nlohmann::json::json_pointer pointer;
+  std::string pointer;
   const schema::Property* property = nullptr;
   KeyFrames keys;
   // Whether sample_value clamped a value since write_values_at began. Reading is one thread's.

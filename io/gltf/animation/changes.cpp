@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <string_view>
 
 #include "io/gltf/document/extensions.h"
@@ -153,7 +154,7 @@ GltfChanges::GltfChanges(const GltfDocument& document, const GltfAnimation& anim
     : document_(document), animation_(animation) {
   if (!(animation.open < animation.close)) return;
   for (const PointerTrack& track : animation.pointers) {
-    tracks_[track.pointer.to_string()] = &track;
+    tracks_[track.pointer] = &track;
   }
   const struct {
     std::string_view root;
@@ -206,8 +207,8 @@ GltfChanges::Source GltfChanges::find(const std::string& pointer,
   const auto track = tracks_.find(pointer);
   if (track != tracks_.end()) return {track->second, std::move(otherwise)};
   const json::json_pointer place(pointer);
-  if (!document_.json.contains(place)) return {nullptr, std::move(otherwise)};
-  const json& value = document_.json.at(place);
+  if (!document_.json->contains(place)) return {nullptr, std::move(otherwise)};
+  const json& value = document_.json->at(place);
   if (value.is_number()) return {nullptr, {value.get<double>()}};
   return {nullptr, value.get<std::vector<double>>()};
 }

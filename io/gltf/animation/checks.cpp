@@ -1,6 +1,7 @@
 // What the JSON says of the animations: whether it can be, and what it comes to.
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "io/gltf/animation/animation.h"

@@ -1,6 +1,7 @@
 #include "io/gltf/animation/poses.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <numeric>
 
 #include "io/gltf/document/accessor.h"

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "io/gltf/document/tiny_gltf_renamed.h"
 #include "io/gltf/geometry/transform.h"

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <iterator>
+#include <nlohmann/json.hpp>
 
 #include "io/gltf/document/schema.h"
 #include "renderer/core/shortened.h"
@@ -156,12 +157,12 @@ bool TargetFinder::is_defined(const std::string& text) const {
   constexpr std::string_view kWithoutDefault[] = {"/aspectRatio", "/zfar", "/range"};
   try {
     const json::json_pointer pointer(text);
-    if (document_.json.contains(pointer)) return true;
+    if (document_.json->contains(pointer)) return true;
     if (std::ranges::any_of(kWithoutDefault, [&](auto end) { return text.ends_with(end); })) {
       return false;
     }
     const json::json_pointer object = pointer.parent_pointer();
-    return document_.json.contains(object) && document_.json.at(object).is_object();
+    return document_.json->contains(object) && document_.json->at(object).is_object();
   } catch (const json::exception&) {
     return false;  // an index with a zero before it, or the like
   }

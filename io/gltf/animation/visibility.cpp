@@ -1,5 +1,7 @@
 #include "io/gltf/animation/visibility.h"
 
+#include <nlohmann/json.hpp>
+
 #include "io/gltf/animation/changes.h"
 
 namespace emberline {

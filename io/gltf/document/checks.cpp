@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -108,7 +109,7 @@ GltfAccessor check_accessor(const GltfDocument& document, const json& object,
   if (const json* view = find_member(object, "bufferView")) {
     accessor.view = view->get<int>();
     const GltfView& bytes = document.view(accessor.view);
-    const json& view_object = document.json.at("bufferViews")[size_t(accessor.view)];
+    const json& view_object = document.json->at("bufferViews")[size_t(accessor.view)];
     accessor.stride = view_object.value("byteStride", element_size);
     if (accessor.stride < element_size) {
       throw InputError(place,
@@ -169,7 +170,7 @@ class NodeGraph {
 void NodeGraph::find_scene() {
   const json& scenes = document_.array("scenes");
   if (scenes.empty()) return in_scene_.assign(nodes_.size(), 1);
-  const size_t chosen = document_.json.value("scene", size_t(0));
+  const size_t chosen = document_.json->value("scene", size_t(0));
   document_.faults->require("/scenes/" + std::to_string(chosen));
   std::vector<size_t> found;
   const auto add = [&](size_t node) {

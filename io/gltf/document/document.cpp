@@ -3,6 +3,7 @@
 #include <array>
 #include <cstring>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "io/files/input_file.h"
 #include "io/gltf/document/extensions.h"
@@ -91,7 +92,7 @@ std::vector<uint8_t> read_glb(const InputFile& input, GltfDocument& document,
 }
 
 void check_version(const GltfDocument& document) {
-  const json& asset = document.json.at("asset");
+  const json& asset = document.json->at("asset");
   const auto major = [&](const char* key) {
     const std::string text = asset.at(key).get<std::string>();
     const size_t dot = text.find('.');
@@ -129,14 +130,14 @@ const json* find_extension(const json& object, const char* name) {
 
 const nlohmann::json& GltfDocument::array(const char* name) const {
   static const nlohmann::json empty = nlohmann::json::array();
-  const nlohmann::json* found = find_member(json, name);
+  const nlohmann::json* found = find_member(*json, name);
   return found ? *found : empty;
 }
 
 void GltfDocument::check_each(const std::string& pointer, const Check& check) {
   const nlohmann::json::json_pointer array(pointer);
-  if (!json.contains(array)) return;
-  nlohmann::json& objects = json.at(array);
+  if (!json->contains(array)) return;
+  nlohmann::json& objects = json->at(array);
   for (size_t i = 0; i < objects.size(); ++i) {
     if (objects[i].is_null()) continue;
     const std::string its_pointer = pointer + "/" + std::to_string(i);
@@ -192,10 +193,10 @@ GltfDocument open_gltf_document(const std::string& path, const std::string& reso
       throw InputError(path, "not a glTF file (neither GLB nor a JSON object)");
     }
   }
-  document.json =
+  *document.json =
       parse_json(std::string_view(reinterpret_cast<const char*>(text.data()), text.size()), path,
                  DuplicateMembers::kWarnedOf, progress, &document.json_memory);
-  check_schema(document.json, path, *document.faults);
+  check_schema(*document.json, path, *document.faults);
   for (const json& name : document.array("extensionsRequired")) {
     document.required_extensions.insert(name.get<std::string>());
   }

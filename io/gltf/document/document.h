@@ -7,7 +7,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <set>
 #include <string>
@@ -18,6 +18,7 @@
 #include "io/gltf/document/buffers.h"
 #include "io/gltf/document/faults.h"
 #include "io/gltf/document/uri.h"
+#include "io/json/value.h"
 #include "renderer/core/file_identity.h"
 #include "renderer/core/load_progress.h"
 
@@ -53,7 +54,7 @@ struct GltfDocument {
   ResourceFolder resources;
   // Passed check_schema: what this loader reads has the right type, every index is in range, and
   // numbers that must be whole are stored as integers. Objects that are broken are null.
-  nlohmann::json json;
+  JsonValue json;
   std::unique_ptr<GltfFaults> faults;  // whoever needs an object that may be broken asks here
   MemoryReservation json_memory;
   struct BinaryChunk {

@@ -1,6 +1,7 @@
 #include "io/gltf/document/extensions.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "io/gltf/document/schema.h"
@@ -124,10 +125,10 @@ void report_approximated(const std::string& file, const std::string& what,
 }
 
 void report_unknown_members(const GltfDocument& document, CoverageReport& coverage) {
-  const std::string version = document.json.at("asset").at("version").get<std::string>();
+  const std::string version = document.json->at("asset").at("version").get<std::string>();
   // Of 2.0 they are the writer's own, as extras are.
   if (version.find_first_not_of("0.", version.find('.')) == std::string::npos) return;
-  for (const std::string& member : unknown_members(document.json)) {
+  for (const std::string& member : unknown_members(*document.json)) {
     report_ignored(document.file,
                    member + " (the file is glTF " + shortened(version) + ", this reads 2.0)",
                    coverage);

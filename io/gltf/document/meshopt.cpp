@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <nlohmann/json.hpp>
 
 #include "io/gltf/document/meshopt_v1.h"
 #include "renderer/core/errors.h"

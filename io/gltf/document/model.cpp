@@ -1,6 +1,7 @@
 #include "io/gltf/document/model.h"
 
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "io/gltf/document/tiny_gltf_renamed.h"
 #include "renderer/core/errors.h"
@@ -52,7 +53,7 @@ uint64_t gltf_model_bytes(const GltfDocument& document) {
       {"skins", sizeof(tinygltf::Skin)}};
   uint64_t objects = 0;
   for (const auto& [name, size] : kArrays) objects += bytes_of(document.array(name).size(), size);
-  if (const json* lights = find_extension(document.json, "KHR_lights_punctual")) {
+  if (const json* lights = find_extension(*document.json, "KHR_lights_punctual")) {
     objects += bytes_of(lights->at("lights").size(), sizeof(tinygltf::Light));
   }
   // Vectors grow by doubling. And the values that are passed on, what tinygltf makes of their text,
@@ -62,10 +63,10 @@ uint64_t gltf_model_bytes(const GltfDocument& document) {
 
 std::shared_ptr<const tinygltf::Model> parse_gltf_model(const GltfDocument& document) {
   json reduced = json::object();
-  const json& asset = document.json.at("asset");
+  const json& asset = document.json->at("asset");
   reduced["asset"]["version"] = asset.at("version");
   if (asset.contains("generator")) reduced["asset"]["generator"] = asset.at("generator");
-  if (document.json.contains("scene")) reduced["scene"] = document.json.at("scene");
+  if (document.json->contains("scene")) reduced["scene"] = document.json->at("scene");
   reduced["scenes"] = stripped(document, "scenes", {"name", "nodes"});
   reduced["nodes"] = stripped(document, "nodes",
                               {"name", "children", "mesh", "camera", "skin", "matrix",
@@ -82,7 +83,7 @@ std::shared_ptr<const tinygltf::Model> parse_gltf_model(const GltfDocument& docu
   reduced["skins"] = stripped(document, "skins", {"inverseBindMatrices", "skeleton", "joints"});
   fill_broken(reduced["skins"], {{"joints", json::array({0})}});
   drop_extensions(reduced);
-  if (const json* lights = find_extension(document.json, "KHR_lights_punctual")) {
+  if (const json* lights = find_extension(*document.json, "KHR_lights_punctual")) {
     json copy = lights->at("lights");
     fill_broken(copy, {{"type", "point"}});
     drop_extensions(copy);

@@ -1,6 +1,7 @@
 #include "io/gltf/document/schema.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "io/gltf/geometry/node_objects.h"
 #include "io/json/schema_checker.h"
@@ -277,7 +278,7 @@ const Property* find_property(std::string_view pointer) {
 }
 
 void check_schema(nlohmann::json& root, const std::string& file, GltfFaults& faults) {
-  SchemaChecker(root, file, faults).check(kRoot);
+  check_document(root, file, faults, kRoot);
 }
 
 }  // namespace emberline

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 
@@ -351,6 +352,23 @@ uint64_t held_bytes(const MeshDescription& mesh) {
   return bytes;
 }
 
+// False: `loaded` says why nothing of the primitive can be seen.
+bool has_surface(const GltfDocument& document, const json& primitive, LoadedMesh& loaded) {
+  const int mode = primitive.value("mode", int(kTriangles));
+  if (mode < kTriangles) {
+    loaded.ignored.push_back(std::string("primitive mode ") + kModeNames[mode] +
+                             " (has no surface)");
+    loaded.mode = mode;
+    loaded.without_surface = count_without_surface(document, primitive, mode);
+    return false;
+  }
+  if (!primitive.at("attributes").contains("POSITION")) {
+    loaded.ignored.push_back("a primitive without POSITION");
+    return false;
+  }
+  return true;
+}
+
 std::string name_of(const json& mesh, size_t index) {
   const std::string name = mesh.value("name", "");
   return name.empty() ? "mesh " + std::to_string(index) : name;
@@ -370,7 +388,7 @@ std::vector<TangentLayout> tangent_layouts(Materials materials) {
 LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_t primitive_index,
                           std::span<const MeshPose> poses, bool later, Materials materials,
                           bool tangents, bool flat) {
-  const json& mesh_object = document.json.at("meshes")[mesh_index];
+  const json& mesh_object = document.json->at("meshes")[mesh_index];
   const json& primitive = mesh_object.at("primitives")[primitive_index];
   const std::string pointer =
       "/meshes/" + std::to_string(mesh_index) + "/primitives/" + std::to_string(primitive_index);
@@ -380,18 +398,7 @@ LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_
   mesh.name = name_of(mesh_object, mesh_index) + "/" + std::to_string(primitive_index);
   mesh.material = primitive.value("material", -1);
 
-  const int mode = primitive.value("mode", int(kTriangles));
-  if (mode < kTriangles) {
-    loaded.ignored.push_back(std::string("primitive mode ") + kModeNames[mode] +
-                             " (has no surface)");
-    loaded.mode = mode;
-    loaded.without_surface = count_without_surface(document, primitive, mode);
-    return loaded;
-  }
-  if (!primitive.at("attributes").contains("POSITION")) {
-    loaded.ignored.push_back("a primitive without POSITION");
-    return loaded;
-  }
+  if (!has_surface(document, primitive, loaded)) return loaded;
 
   PrimitiveReader reader(document, primitive, pointer);
   loaded.draco_fault = reader.draco_fault();
@@ -424,7 +431,7 @@ LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_
   faults.look_at(mesh.colors);
   clamp_colors(mesh.colors);
 
-  mesh.triangles = unroll(reader, mode);
+  mesh.triangles = unroll(reader, primitive.value("mode", int(kTriangles)));
   drop_bad_triangles(mesh, loaded.repairs);
   loaded.repairs.non_finite_attributes = faults.count(mesh.triangles);
   drop_unused_vertices(mesh);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 
@@ -40,7 +41,7 @@ void GltfMeshUses::check_budget(std::span<const MeshUse> uses) const {
   }
   uint64_t elements = 0;
   for (const MeshUse& use : uses) {
-    for (const json& primitive : document_.json.at("meshes")[use.mesh].at("primitives")) {
+    for (const json& primitive : document_.json->at("meshes")[use.mesh].at("primitives")) {
       elements += count_elements(primitive, use.poses);
     }
   }
@@ -97,7 +98,7 @@ struct GltfMeshUses::Primitive {
 void GltfMeshUses::load(Primitive& task) const {
   static const MaterialDescription default_material;
   const MeshUse& use = *task.use;
-  const json& primitive = document_.json.at("meshes")[use.mesh].at("primitives")[task.primitive];
+  const json& primitive = document_.json->at("meshes")[use.mesh].at("primitives")[task.primitive];
   const std::string pointer = primitive_pointer(use.mesh, task.primitive);
   std::vector<VariantMaterial> others;
   std::optional<InputError> variants_fault;
@@ -209,7 +210,7 @@ void GltfMeshUses::load(std::vector<MeshUse>& uses, bool at_rest) {
   check_budget(uses);
   std::vector<Primitive> tasks;
   for (MeshUse& use : uses) {
-    const size_t count = document_.json.at("meshes")[use.mesh].at("primitives").size();
+    const size_t count = document_.json->at("meshes")[use.mesh].at("primitives").size();
     for (size_t p = 0; p < count; ++p) tasks.push_back({&use, p});
   }
   document_.progress->begin(LoadStage::kMeshes, tasks.size());

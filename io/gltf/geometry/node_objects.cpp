@@ -6,6 +6,7 @@
 #include <cfloat>
 #include <limits>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "io/gltf/document/accessor.h"
@@ -137,7 +138,7 @@ void read_camera(const GltfDocument& document, const tinygltf::Model& model, siz
   camera.to_world = *directed;
   try {
     if (!fault) read_lens(document, model.cameras[size_t(index)], pointer, camera);
-    if (!fault && clips(document.json.at("cameras")[size_t(index)])) {
+    if (!fault && clips(document.json->at("cameras")[size_t(index)])) {
       note_approximated("clip planes of cameras (not clipped)", scene.coverage);
     }
   } catch (const InputError& error) {
@@ -149,12 +150,12 @@ void read_camera(const GltfDocument& document, const tinygltf::Model& model, siz
 
 void read_punctual_light(const GltfDocument& document, const tinygltf::Model& model, size_t node,
                          const GltfPose& pose, const Mat44d& to_world, SceneDescription& scene) {
-  const json& reference = *find_extension(document.json.at("nodes")[node], "KHR_lights_punctual");
+  const json& reference = *find_extension(document.json->at("nodes")[node], "KHR_lights_punctual");
   const size_t index = reference.at("light").get<size_t>();
   const std::string pointer = "/extensions/KHR_lights_punctual/lights/" + std::to_string(index);
   document.faults->require(pointer);
   const tinygltf::Light& source = model.lights[index];
-  const json& object = find_extension(document.json, "KHR_lights_punctual")->at("lights")[index];
+  const json& object = find_extension(*document.json, "KHR_lights_punctual")->at("lights")[index];
   const std::string place = document.place(pointer);
 
   PunctualLightDescription light;

@@ -1,6 +1,7 @@
 #include "io/gltf/geometry/primitive.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <numeric>
 #include <utility>
 

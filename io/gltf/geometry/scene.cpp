@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <deque>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 
@@ -149,7 +150,7 @@ std::vector<size_t> SceneGraphReader::nodes_in_scene() const {
 
 void SceneGraphReader::read_node(size_t node) {
   const tinygltf::Node& source = model_.nodes[node];
-  const json& object = document_.json.at("nodes")[node];
+  const json& object = document_.json->at("nodes")[node];
   document_.faults->require("/nodes/" + std::to_string(node));
   if (source.mesh >= 0) {
     if (visibility_.shows(node)) {
@@ -189,7 +190,7 @@ void SceneGraphReader::read_light_node(size_t node) {
   if (scene_.lights.size() == before) return;
   PunctualLightDescription& light = scene_.lights.back();
   add_motion(node, light.motion);
-  const json& object = document_.json.at("nodes")[node];
+  const json& object = document_.json->at("nodes")[node];
   const json& reference = *find_extension(object, "KHR_lights_punctual");
   changes_.apply(reference.at("light").get<size_t>(), light);
   light.shown = visibility_.times(node);
@@ -284,7 +285,7 @@ void SceneGraphReader::read_mesh_node(size_t node) {
     to_world = Mat44d();
     to_world.setTranslation(poses_.skin(skin).origin);
   }
-  const json& object = document_.json.at("nodes")[node];
+  const json& object = document_.json->at("nodes")[node];
   const std::string place = document_.place("/nodes/" + std::to_string(node));
   const json* instancing = find_extension(object, "EXT_mesh_gpu_instancing");
   static const std::vector<Mat44d> one = {Mat44d()};

@@ -1,4 +1,6 @@
 #include "io/gltf/geometry/transform.h"
+
+#include <nlohmann/json.hpp>
 #include "io/gltf/document/tiny_gltf_renamed.h"
 
 #include "renderer/core/errors.h"

@@ -4,6 +4,7 @@
 #include <exception>
 #include <initializer_list>
 #include <map>
+#include <nlohmann/json.hpp>
 
 #include "io/gltf/document/uri.h"
 #include "io/gltf/materials/material.h"
@@ -21,7 +22,7 @@ constexpr const char* kBasisu = "KHR_texture_basisu";
 constexpr const char* kWebp = "EXT_texture_webp";
 
 DecodedImage decode(const GltfDocument& document, int index, bool lenient) {
-  const json& object = document.json.at("images")[size_t(index)];
+  const json& object = document.json->at("images")[size_t(index)];
   const std::string pointer = "/images/" + std::to_string(index);
   const std::string place = document.place(pointer);
   document.faults->require(pointer);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <nlohmann/json.hpp>
 
 #include "io/gltf/document/tiny_gltf_renamed.h"
 #include "io/gltf/materials/layers.h"
@@ -66,7 +67,7 @@ void read_alpha(const GltfMaterialObject& object, const tinygltf::Material& sour
 
 MaterialDescription read_material(const MaterialFile& file, size_t i) {
   const tinygltf::Material& source = file.model.materials[i];
-  const GltfMaterialObject object(file, file.document.json.at("materials")[i],
+  const GltfMaterialObject object(file, file.document.json->at("materials")[i],
                                   "/materials/" + std::to_string(i));
   MaterialDescription material;
   material.name = source.name;

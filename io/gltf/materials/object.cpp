@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "io/gltf/document/extensions.h"
 #include "io/gltf/document/tiny_gltf_renamed.h"
@@ -133,7 +134,7 @@ TextureRef GltfMaterialObject::texture_ref(const json& info, const char* name) c
   TextureRef ref;
   const GltfDocument& document = file_.document;
   const size_t index = info.at("index").get<size_t>();
-  const std::vector<int> sources = texture_sources(document.json.at("textures")[index]);
+  const std::vector<int> sources = texture_sources(document.json->at("textures")[index]);
   if (sources.empty() && file_.options.lenient) {
     report_ignored("a texture without a PNG, JPEG, WebP or KTX 2 image");
     return ref;

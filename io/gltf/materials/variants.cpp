@@ -1,6 +1,7 @@
 #include "io/gltf/materials/variants.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "renderer/core/errors.h"
 
@@ -13,7 +14,7 @@ constexpr const char* kExtension = "KHR_materials_variants";
 
 std::vector<VariantDescription> read_variants(const GltfDocument& document) {
   std::vector<VariantDescription> variants;
-  const nlohmann::json* extension = find_extension(document.json, kExtension);
+  const nlohmann::json* extension = find_extension(*document.json, kExtension);
   if (!extension) return variants;
   for (const nlohmann::json& variant : extension->at("variants")) {
     const nlohmann::json* name = find_member(variant, "name");

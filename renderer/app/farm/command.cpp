@@ -28,6 +28,7 @@
 #include "renderer/output/checkpoint_head.h"
 #include "renderer/output/frame_merge.h"
 #include "renderer/output/outputs.h"
+#include "renderer/scene/embree_isa.h"
 
 namespace emberline {
 namespace {

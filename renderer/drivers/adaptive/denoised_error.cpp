@@ -4,8 +4,11 @@
 #include <array>
 #include <cmath>
 
+#include "renderer/core/archive.h"
 #include "renderer/core/parallel.h"
 #include "renderer/drivers/adaptive/ordered_sum.h"
+#include "renderer/film/film.h"
+#include "renderer/film/film_channels.h"
 #include "renderer/film/half_channels.h"
 #include "renderer/film/shared_samples.h"
 #include "renderer/reconstruction/denoise.h"

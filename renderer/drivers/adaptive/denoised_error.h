@@ -15,11 +15,12 @@
 #include <stop_token>
 #include <vector>
 
-#include "renderer/core/archive.h"
 #include "renderer/drivers/adaptive/error_estimator.h"
-#include "renderer/film/film.h"
 
 namespace emberline {
+
+class Archive;
+class FilmTile;
 
 // Ours, not tuned: one pass is then 5 to 8 % of a frame of 64 samples (tests/bench/RESULTS.md).
 inline constexpr double kFilterGrowth = 4.0;

@@ -48,6 +48,5 @@ struct EstimatorEntry {
 };
 std::span<const EstimatorEntry> estimator_table();
 const EstimatorEntry& find_estimator(std::string_view name);  // throws UsageError
-inline constexpr std::string_view kDefaultEstimator = "nested";
 
 }  // namespace emberline

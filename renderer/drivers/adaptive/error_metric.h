@@ -12,8 +12,6 @@
 
 namespace emberline {
 
-inline constexpr ErrorMetric kDefaultAllocation = ErrorMetric::kDisplay;
-
 // The table behind --allocation, its --help and its error message.
 std::span<const NamedValue<ErrorMetric>> error_metric_table();
 

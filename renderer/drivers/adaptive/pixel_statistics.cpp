@@ -3,7 +3,9 @@
 #include <algorithm>
 
 #include "renderer/core/parallel.h"
+#include "renderer/core/vector.h"
 #include "renderer/drivers/adaptive/ordered_sum.h"
+#include "renderer/film/film.h"
 
 namespace emberline {
 namespace {

@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
-#include "renderer/film/film.h"
-
 namespace emberline {
+
+class FilmTile;
 
 // What a sample costs that traces its camera ray and no other; each further ray costs 1. Medians on
 // FlightHelmet and a Cornell box: 50 to 60 ns for a sample that sees the sky, 300 to 400 more for

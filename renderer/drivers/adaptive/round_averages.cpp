@@ -5,7 +5,11 @@
 #include <cmath>
 #include <limits>
 
+#include "renderer/core/archive.h"
 #include "renderer/core/parallel.h"
+#include "renderer/core/rect.h"
+#include "renderer/core/vector.h"
+#include "renderer/film/film.h"
 
 namespace emberline {
 namespace {

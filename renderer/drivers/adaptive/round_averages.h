@@ -9,12 +9,13 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
-#include "renderer/core/archive.h"
-#include "renderer/film/film.h"
-
 namespace emberline {
+
+class Archive;
+class FilmTile;
 
 class RoundAverages {
  public:

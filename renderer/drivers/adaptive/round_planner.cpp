@@ -7,11 +7,14 @@
 #include <limits>
 #include <numeric>
 
+#include "renderer/core/archive.h"
 #include "renderer/core/hash.h"
 #include "renderer/core/parallel.h"
+#include "renderer/core/vector.h"
 #include "renderer/drivers/adaptive/frame_error.h"
 #include "renderer/drivers/adaptive/ordered_sum.h"
 #include "renderer/drivers/driver_choices.h"
+#include "renderer/film/film.h"
 
 namespace emberline {
 namespace {

@@ -8,27 +8,18 @@
 #include <stop_token>
 #include <vector>
 
+#include "renderer/drivers/adaptive/adaptive_settings.h"
 #include "renderer/drivers/adaptive/allocation.h"
 #include "renderer/drivers/adaptive/denoised_error.h"
 #include "renderer/drivers/adaptive/error_estimator.h"
 #include "renderer/drivers/adaptive/round_averages.h"
 #include "renderer/drivers/adaptive/sample_halves.h"
-#include "renderer/film/film.h"
+#include "renderer/film/pixel_stop.h"
 
 namespace emberline {
 
-// Whichever limit is met first ends a pixel or the frame. 0: no such limit.
-struct AdaptiveSettings {
-  std::string_view estimator = kDefaultEstimator;
-  ErrorMetric allocation = kDefaultAllocation;
-  float threshold = 0.0f;    // of ErrorMap::error
-  uint32_t budget = 0;       // samples of a pixel, on average over the crop
-  uint32_t min_samples = 0;  // before a pixel may be finished; 0: the estimator's choice
-  uint32_t max_samples = 0;  // of any pixel
-  bool two_halves = false;   // every pixel is to have samples in both halves of the film
-  bool unbiased = false;     // every pixel takes part in every round; with a budget alone, and
-                             // with an estimator that shares by deviation
-};
+class Archive;
+class FilmTile;
 
 // What was thought of one pixel when a round was planned.
 struct RoundRecord {

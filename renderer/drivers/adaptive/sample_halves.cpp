@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 
+#include "renderer/core/archive.h"
 #include "renderer/core/parallel.h"
 
 namespace emberline {

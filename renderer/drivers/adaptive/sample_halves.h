@@ -16,10 +16,11 @@
 #include <cstdint>
 #include <vector>
 
-#include "renderer/core/archive.h"
 #include "renderer/drivers/adaptive/pixel_statistics.h"
 
 namespace emberline {
+
+class Archive;
 
 // Which of a pixel's counts part its samples in two.
 enum class SampleParts {

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "renderer/core/parallel.h"
+#include "renderer/core/vector.h"
 
 namespace emberline {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "io/files/register.h"
 #include "renderer/engine/open_scene.h"
-#include "renderer/film/film.h"
+#include "renderer/film/film_channels.h"
 #include "renderer/output/render_options.h"
 #include "renderer/scene/camera.h"
 #include "renderer/statistics/error_metrics.h"

@@ -6,6 +6,7 @@
 #include <array>
 
 #include "renderer/core/readable.h"
+#include "renderer/drivers/adaptive/error_estimator.h"
 #include "renderer/drivers/bucket_schedule.h"
 #include "renderer/drivers/driver_table.h"
 #include "renderer/session/overlay_picture.h"

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <nlohmann/json.hpp>
 
 #include "io/files/atomic_file.h"
 #include "io/json/input.h"
@@ -64,7 +65,7 @@ Measurement::Measurement(const ViewOptions& options, Workbench& bench)
   for (size_t i = 0; i < script.size(); ++i) {
     const JsonReader step = script[i].object({"at_s", "edit"});
     step["edit"].members();  // an object: what is in it is said when its time has come
-    steps_.push_back({step["at_s"].number(0.0, kLongest_s), json[i]["edit"]});
+    steps_.push_back({step["at_s"].number(0.0, kLongest_s), JsonValue(json[i]["edit"])});
   }
   std::ranges::stable_sort(steps_, {}, &Step::at_s);
 }
@@ -75,7 +76,7 @@ std::vector<Measurement::Step> Measurement::built_in_script() const {
   std::vector<Step> steps;
   double at = kWarmUp_s;
   const auto add = [&](Json edit) {
-    steps.push_back({at, std::move(edit)});
+    steps.push_back({at, JsonValue(std::move(edit))});
     at += kBetweenEdits_s;
   };
   for (int i = 0; i < kEditsOfEachKind; ++i) {
@@ -145,7 +146,7 @@ void Measurement::step(double now_s) {
     const size_t number = next_step_++;
     last_edit_s_ = now_s;
     try {
-      make(steps_[number].edit);
+      make(*steps_[number].edit);
     } catch (const std::exception& error) {
       bench_.say(Message::Level::kError,
                  "step " + std::to_string(number) + " of the script: " + error.what());

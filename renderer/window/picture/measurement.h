@@ -12,10 +12,12 @@
 //    {"at_s": 1.3, "edit": {"exposure": 0.5}}]
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "io/json/value.h"
 #include "renderer/window/workbench.h"
 
 namespace emberline {
@@ -37,7 +39,7 @@ class Measurement {
  private:
   struct Step {
     double at_s = 0.0;
-    nlohmann::json edit;
+    JsonValue edit;
   };
   struct Mark {
     double time_s = 0.0;

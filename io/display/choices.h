@@ -1,0 +1,11 @@
+// What settings choose of a frame's colours, without their matrices.
+#pragma once
+
+#include <cstdint>
+
+namespace emberline {
+
+// The primaries that a frame is rendered with. Scenes, maps and displays are linear Rec. 709.
+enum class WorkingSpace : uint8_t { kRec709, kAcesCg };
+
+}  // namespace emberline

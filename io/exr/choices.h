@@ -1,0 +1,12 @@
+// What settings choose of an OpenEXR file, without the writer.
+#pragma once
+
+#include <cstdint>
+
+namespace emberline {
+
+enum class ExrCompression : uint8_t { kNone, kZips, kZip, kPiz, kDwaa, kDwab };
+
+enum class ExrParts : uint8_t { kOne, kLayers };
+
+}  // namespace emberline

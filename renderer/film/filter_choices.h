@@ -1,0 +1,10 @@
+// What settings choose of a pixel filter, without the filters.
+#pragma once
+
+#include <string_view>
+
+namespace emberline {
+
+inline constexpr std::string_view kDefaultFilter = "blackman-harris";  // of filter_table()
+
+}  // namespace emberline

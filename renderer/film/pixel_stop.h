@@ -1,0 +1,21 @@
+// Why a pixel got no more samples.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace emberline {
+
+// Why a pixel got no more samples; the values of the `stop` channel.
+enum class PixelStop : uint8_t {
+  kNone = 0,       // none came: its value is its neighbours'
+  kBudget = 1,     // the samples asked for (--spp) were spent
+  kThreshold = 2,  // --noise-threshold was met
+  kMaximum = 3,    // --max-spp was reached
+  kTimeLimit = 4,  // --time-limit ended the frame
+  kUser = 5,       // so did a signal
+  kGoingOn = 6,    // none of these yet: of a frame that is looked at while it renders
+};
+std::string pixel_stop_name(PixelStop stop);  // for people
+
+}  // namespace emberline
