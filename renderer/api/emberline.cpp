@@ -314,7 +314,7 @@ std::vector<Settings::Help> Settings::help() {
   for (const Setting& row : setting_table()) {
     const bool of_scene = row.group == SettingGroup::kLoading ||
                           row.group == SettingGroup::kEdits || row.group == SettingGroup::kLight;
-    const RulesHelp rules = rules_of(row);
+    const RulesHelp& rules = rules_of(row);
     all.push_back(
         {row.name, row.type, spelled(row.help + rules.rules), spelled(rules.values), of_scene});
   }

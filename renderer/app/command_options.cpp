@@ -143,7 +143,8 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
 
 std::vector<NamedDriver> drivers_of_views() {
   std::vector<NamedDriver> drivers = {
-      {kLiveDriver, "bisection until every pixel has a sample, then adaptive"}};
+      {kLiveDriver,
+       "bisection until every pixel has a sample, then adaptive, whose settings it takes"}};
   for (const DriverEntry& entry : driver_table()) drivers.push_back({entry.name, entry.summary});
   return drivers;
 }

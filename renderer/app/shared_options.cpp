@@ -26,7 +26,7 @@ std::string help_of(const Setting& setting, const FrameSettings& settings) {
   std::string help = setting.help;
   const std::string value = setting.text(settings);
   if (!value.empty() && !setting.type.empty()) help += " [" + value + "]";
-  const RulesHelp rules = rules_of(setting);
+  const RulesHelp& rules = rules_of(setting);
   return help + rules.rules + rules.values;
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 
 #include "integrators/integrator.h"
 #include "renderer/core/errors.h"
@@ -370,14 +371,16 @@ std::string rules_of(std::span<const SettingRule> rules, std::string_view name,
   std::string text;
   for (const SettingRule& rule : rules) {
     if (!rule.in_help || rule.needs.empty() || !mentions(rule.about, name, value)) continue;
-    text += "; requires " + text_of(rule.needs, " or ");
+    text += (text.empty() ? "; requires " : ", and ") + text_of(rule.needs, " or ");
   }
   const AnySetting excluded = excluded_by(rules, name, value);
   if (!excluded.empty()) text += "; excludes " + text_of(excluded, ", ");
   return text;
 }
 
-RulesHelp rules_of(const Setting& setting) {
+namespace {
+
+RulesHelp tell_rules(const Setting& setting) {
   RulesHelp help = {rules_of(setting_rules(), setting.name), ""};
   for (std::string_view rest = setting.values; !rest.empty();) {
     const size_t end = std::min(rest.find('\n', 1), rest.size());
@@ -387,6 +390,18 @@ RulesHelp rules_of(const Setting& setting) {
     rest.remove_prefix(end);
   }
   return help;
+}
+
+}  // namespace
+
+const RulesHelp& rules_of(const Setting& setting) {
+  // Every command of the program asks for it.
+  static const std::map<std::string, RulesHelp> all = [] {
+    std::map<std::string, RulesHelp> texts;
+    for (const Setting& each : setting_table()) texts.emplace(each.name, tell_rules(each));
+    return texts;
+  }();
+  return all.at(setting.name);
 }
 
 }  // namespace emberline

@@ -69,6 +69,6 @@ std::string rules_of(std::span<const SettingRule> rules, std::string_view name,
 struct RulesHelp {
   std::string rules, values;
 };
-RulesHelp rules_of(const Setting& setting);
+const RulesHelp& rules_of(const Setting& setting);
 
 }  // namespace emberline

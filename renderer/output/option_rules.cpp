@@ -78,6 +78,7 @@ std::vector<SettingRule> make_rules() {
        .reason = "a part writes no picture; `resume` does nothing twice"},
       {.about = {{"stop-on-error"}, {"range-report"}},
        .needs = {{"frames"}, {"turntable", "N"}},
+       .unless = {{"replay"}},
        .reason = "it is of several frames"},
       {.about = {{"frames"}, {"turntable", "N"}},
        .excludes = {{"time"}},
