@@ -29,7 +29,7 @@
 #include "renderer/engine/open_scene.h"
 #include "renderer/engine/render_job.h"
 #include "renderer/engine/run_limits.h"
-#include "renderer/engine/setting_table.h"
+#include "renderer/engine/setting_rules.h"
 #include "renderer/engine/stop_request.h"
 #include "renderer/film/shared_samples.h"
 
@@ -314,7 +314,9 @@ std::vector<Settings::Help> Settings::help() {
   for (const Setting& row : setting_table()) {
     const bool of_scene = row.group == SettingGroup::kLoading ||
                           row.group == SettingGroup::kEdits || row.group == SettingGroup::kLight;
-    all.push_back({row.name, row.type, spelled(row.help), row.values, of_scene});
+    const RulesHelp& rules = rules_of(row);
+    all.push_back(
+        {row.name, row.type, spelled(row.help + rules.rules), spelled(rules.values), of_scene});
   }
   return all;
 }

@@ -23,7 +23,6 @@
 #include "renderer/engine/slurm_allocation.h"
 #include "renderer/lights/light_guide.h"
 #include "renderer/output/checkpoint_head.h"
-#include "renderer/output/cryptomatte_layers.h"
 #include "renderer/output/frame_memory.h"
 #include "renderer/output/light_layers.h"
 #include "renderer/output/refinement_output.h"
@@ -61,28 +60,6 @@ void summarize(const RenderOptions& options, const RenderReport& report,
   for (const std::string& feature : report.features) log_verbose("built: " + feature);
 }
 
-// A part has no picture of its own.
-void check_part(const RenderOptions& options) {
-  if (!is_part(options)) return;
-  const auto refuse = [](const char* option) {
-    throw UsageError("{}: a part of a frame has no picture of its own; give it for the whole",
-                     option);
-  };
-  if (!options.snapshots.empty()) refuse("--snapshots");
-  if (!options.trees.empty()) refuse("--tree");
-  if (std::ranges::any_of(options.reports, is_page)) refuse("--report FILE.html");
-}
-
-// What shows or measures linear Rec. 709.
-void check_working_space(const RenderOptions& options) {
-  if (options.working_space == WorkingSpace::kRec709) return;
-  const auto refuse = [](const char* option) {
-    throw UsageError("{}: it takes pictures of --working-space rec709 alone", option);
-  };
-  if (options.viewer) refuse("--display tev:");
-  if (!options.snapshots.empty()) refuse("--snapshots");
-}
-
 PrepareOptions prepare_options(const RenderOptions& options, const AovSet& aovs) {
   return {.aovs = aovs,
           .explained = options.explained,
@@ -101,11 +78,6 @@ RenderFrame::RenderFrame(RenderRun& run, const RenderOptions& options)
       memory_(run.limits.memory, MemoryPart::kFilm) {
   if (run.first) report_.times.start_s = run.process_s;
   check_output_paths(options, plan_.crop, files_);
-  check_refinement_options(options, plan_);
-  check_light_layers(options);
-  check_cryptomattes(options);
-  check_part(options);
-  check_working_space(options);
   run_.begin();
   if (!options.replay) open_outputs();
   report_.crop = plan_.crop;

@@ -10,6 +10,7 @@
 #include "renderer/core/option_values.h"
 #include "renderer/core/shortened.h"
 #include "renderer/engine/run_limits.h"
+#include "renderer/engine/setting_rules.h"
 
 namespace emberline {
 namespace {
@@ -27,7 +28,8 @@ std::string help_of(const Setting& setting, const FrameSettings& settings) {
   std::string help = setting.help;
   const std::string value = setting.text(settings);
   if (!value.empty() && !setting.type.empty()) help += " [" + value + "]";
-  return help + setting.values;
+  const RulesHelp& rules = rules_of(setting);
+  return help + rules.rules + rules.values;
 }
 
 void add_setting(CLI::App* app, const Setting& setting, FrameSettings& settings) {
@@ -35,7 +37,7 @@ void add_setting(CLI::App* app, const Setting& setting, FrameSettings& settings)
   if (setting.type.empty()) {
     app->add_flag_function(
         option, [&](int64_t count) { setting.read(settings, count > 0 ? "yes" : "no"); },
-        setting.help);
+        help_of(setting, settings));
     return;
   }
   CLI::Option* added = app->add_option_function<std::string>(

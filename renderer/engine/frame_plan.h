@@ -83,7 +83,7 @@ AovSet aovs_of(const FrameSettings& settings);
 // streams: its halves are the first and the second half of so many samples, and so on.
 inline constexpr uint32_t kLeastStreamSamples = 16;
 
-// The crop, or the whole frame. Throws UsageError for one outside the frame.
+// The crop, or the whole frame.
 Rect crop_of(const FrameSettings& settings);
 
 }  // namespace emberline

@@ -6,8 +6,6 @@
 #include <bit>
 #include <nlohmann/json.hpp>
 
-#include "renderer/core/errors.h"
-#include "renderer/core/file_suffix.h"
 #include "renderer/core/murmur3.h"
 #include "renderer/film/film.h"
 #include "renderer/output/appended_channels.h"
@@ -78,13 +76,6 @@ std::vector<std::pair<std::string, std::string>> cryptomatte_attributes(
                             manifest.dump(-1, ' ', false, Json::error_handler_t::replace));
   }
   return attributes;
-}
-
-void check_cryptomattes(const RenderOptions& options) {
-  if (options.cryptomattes.empty() || options.replay) return;
-  if (std::ranges::none_of(options.outputs, is_exr)) {
-    throw UsageError("`cryptomatte`: mattes are layers of an EXR; give an -o that ends in .exr");
-  }
 }
 
 }  // namespace emberline

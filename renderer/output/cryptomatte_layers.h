@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "renderer/film/cryptomatte_sums.h"
-#include "renderer/output/render_options.h"
 #include "renderer/scene/cryptomatte_ids.h"
 
 namespace emberline {
@@ -45,8 +44,5 @@ void append_cryptomattes(const FilmTile& tile, std::vector<float>& pixels,
 // The header's texts: name, hash, conversion and manifest of each kind.
 std::vector<std::pair<std::string, std::string>> cryptomatte_attributes(
     std::span<const CryptomatteNames> names);
-
-// Throws UsageError for options that --cryptomatte cannot go with.
-void check_cryptomattes(const RenderOptions& options);
 
 }  // namespace emberline

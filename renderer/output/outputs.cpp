@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "io/image/output.h"
 #include "io/image/picture_mark.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
@@ -150,6 +151,9 @@ void register_run_outputs(const RenderOptions& options, FileRegister& files) {
 void check_output_paths(const RenderOptions& options, const Rect& crop, FileRegister& files) {
   for (const std::string& path : options.outputs) check_picture_format(path, crop);
   for (const std::string& path : options.heatmaps) check_heatmap_format("`heatmap`", path, crop);
+  for (const std::string& path : options.trees) {
+    if (!is_json(path)) image_format_of(path);
+  }
   register_inputs(options, files);
   register_frame_outputs(options, files);
   register_run_outputs(options, files);
