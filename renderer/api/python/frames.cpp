@@ -165,7 +165,7 @@ void add_frames(py::module_& module) {
       "on this thread; where it returns False, the render ends with what there is. Other "
       "threads of Python run meanwhile; Ctrl-C stops it. A checkpoint, a file, is saved every "
       "checkpoint_interval seconds and when the render is stopped; resume=True goes on with it, to "
-      "the same bits, and so does the command's --resume. It goes when the frame is done unless "
+      "the same bits, and so does the command. It goes when the frame is done unless "
       "keep_checkpoint, for extend(), or part or sample_range, for merge().");
   module.def(
       "extend", &extend, "checkpoint"_a, "scene"_a = nullptr, py::kw_only(), "threads"_a = 0,
