@@ -15,16 +15,16 @@ namespace {
 
 constexpr size_t kRanksOfLayer = 2;
 
-const char* layer_name(CryptomatteKind kind) {
-  constexpr const char* kNames[] = {"CryptoObject", "CryptoMaterial", "CryptoAsset"};
-  return kNames[size_t(kind)];
-}
-
 size_t layers_of(size_t levels) { return (levels + kRanksOfLayer - 1) / kRanksOfLayer; }
 
 std::string hexadecimal(uint32_t id) { return fmt::format("{:08x}", id); }
 
 }  // namespace
+
+const char* cryptomatte_layer_name(CryptomatteKind kind) {
+  constexpr const char* kNames[] = {"CryptoObject", "CryptoMaterial", "CryptoAsset"};
+  return kNames[size_t(kind)];
+}
 
 std::vector<std::string> cryptomatte_channel_names(std::span<const CryptomatteKind> kinds,
                                                    int levels) {
@@ -32,10 +32,10 @@ std::vector<std::string> cryptomatte_channel_names(std::span<const CryptomatteKi
   for (const CryptomatteKind kind : kinds) {
     for (size_t layer = 0; layer < layers_of(size_t(levels)); ++layer) {
       for (const char channel : {'R', 'G', 'B', 'A'}) {
-        names.push_back(fmt::format("{}{:02}.{}", layer_name(kind), layer, channel));
+        names.push_back(fmt::format("{}{:02}.{}", cryptomatte_layer_name(kind), layer, channel));
       }
     }
-    names.push_back(fmt::format("dropped.{}", layer_name(kind)));
+    names.push_back(fmt::format("dropped.{}", cryptomatte_layer_name(kind)));
   }
   return names;
 }
@@ -65,7 +65,7 @@ std::vector<std::pair<std::string, std::string>> cryptomatte_attributes(
   using Json = nlohmann::json;
   std::vector<std::pair<std::string, std::string>> attributes;
   for (const CryptomatteNames& of_kind : names) {
-    const std::string layer = layer_name(of_kind.kind);
+    const std::string layer = cryptomatte_layer_name(of_kind.kind);
     const std::string begin = "cryptomatte/" + hexadecimal(murmur3_32(layer)).substr(0, 7) + "/";
     Json manifest = Json::object();
     for (const auto& [name, id] : of_kind.ids) manifest[name] = hexadecimal(id);

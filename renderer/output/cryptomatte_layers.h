@@ -16,6 +16,9 @@ namespace emberline {
 
 class FilmTile;
 
+// "CryptoObject" and its like.
+const char* cryptomatte_layer_name(CryptomatteKind kind);
+
 // Of each kind CryptoObject00.{R,G,B,A} and so on: id and coverage of two ranks in each, the last
 // empty where there are fewer; then dropped.CryptoObject, what was covered by more.
 std::vector<std::string> cryptomatte_channel_names(std::span<const CryptomatteKind> kinds,
