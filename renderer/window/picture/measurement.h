@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-#include "renderer/window/workbench.h"
+#include "renderer/window/workbench/workbench.h"
 
 namespace emberline {
 
