@@ -12,8 +12,8 @@
 #include "renderer/core/log.h"
 #include "renderer/core/setting_names.h"
 #include "renderer/core/version.h"
-#include "renderer/engine/frame_plan.h"
 #include "renderer/engine/process_usage.h"
+#include "renderer/engine/render_plan.h"
 #include "renderer/engine/setting_table.h"
 #include "renderer/scene/embree_isa.h"
 
@@ -82,7 +82,7 @@ std::string replay_words(const NonFiniteSample& sample, uint32_t seed) {
   return sample.seed == seed ? words : words + spelled(fmt::format(" `seed` {}", sample.seed));
 }
 
-void warn_of_non_finite(const FrameCounters& counters, uint32_t seed, const std::string& how) {
+void warn_of_non_finite(const RenderCounters& counters, uint32_t seed, const std::string& how) {
   if (counters.non_finite_samples == 0) return;
   log_warning(fmt::format(
       "{} samples were NaN or infinite and count as black; the first is replayed {} `replay` {}",
@@ -243,7 +243,7 @@ Json stop_cause_json(const RenderReport& r) {
 }  // namespace
 
 std::string report_json(const RenderOptions& options, const RenderReport& r) {
-  const FrameCounters& c = r.counters;
+  const RenderCounters& c = r.counters;
   const double pixels = double(r.crop.area());
   Json json;
   json["time"] = time_json(r.times);

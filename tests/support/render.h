@@ -15,8 +15,8 @@
 #include <vector>
 
 #include "renderer/drivers/driver_table.h"
-#include "renderer/engine/frame_plan.h"
 #include "renderer/engine/render_job.h"
+#include "renderer/engine/render_plan.h"
 #include "renderer/scene/camera.h"
 #include "renderer/scene/light_groups.h"
 #include "renderer/scene/scene.h"
@@ -36,7 +36,7 @@ struct RenderSettings : FrameSettings {
   StreamCount streams = StreamCount::kOne;
   AdaptiveSettings adaptive;      // of the adaptive driver, which looks at no spp; with a threshold
                                   // also of the bucket driver
-  bool find_empty_pixels = true;  // FramePlan's
+  bool find_empty_pixels = true;  // RenderPlan's
   int threads = 2;
 };
 
@@ -45,7 +45,7 @@ struct RenderedImage {
   Rect crop;
   std::vector<std::string> channels;
   std::vector<float> values;
-  FrameCounters counters;
+  RenderCounters counters;
   std::optional<double> error_estimate;  // the driver's own
   int light_groups = 0;
   std::vector<Rgb> lights;  // mean of each light group, by pixel, then by group
@@ -64,7 +64,7 @@ struct RenderedImage {
   double mean = 0, standard_error = 0;
 };
 
-class MemoryObserver final : public FrameObserver {
+class MemoryObserver final : public RenderSink {
  public:
   MemoryObserver(RenderedImage& image) : image_(image) {}
   void tile_finished(const FilmTile& tile) override {
@@ -97,13 +97,13 @@ class MemoryObserver final : public FrameObserver {
 };
 
 // The numbers and names as they are, without the checks that the command makes of them together.
-inline FramePlan plan_of(const RenderSettings& s) {
+inline RenderPlan plan_of(const RenderSettings& s) {
   FrameSettings settings = s;
   settings.driver = "bucket";
   settings.spp = s.spp;
   settings.streams = int(s.streams);
   if (!s.crop.empty()) settings.crop = s.crop;
-  FramePlan plan(settings);
+  RenderPlan plan(settings);
   plan.driver = &find_driver(s.driver);
   plan.driver_settings.adaptive = s.adaptive;
   plan.even = s.driver != "adaptive" && s.adaptive.threshold <= 0.0f;
@@ -113,7 +113,7 @@ inline FramePlan plan_of(const RenderSettings& s) {
 }
 
 // Black pixels of the plan's frame.
-inline RenderedImage blank_image(const FramePlan& plan) {
+inline RenderedImage blank_image(const RenderPlan& plan) {
   RenderedImage image;
   image.crop = plan.crop;
   for (const FilmChannel& c : film_channels(plan.aovs)) image.channels.push_back(c.name);
@@ -125,11 +125,11 @@ inline RenderedImage blank_image(const FramePlan& plan) {
 // the end; a driver that keeps none has null.
 inline RenderedImage render(const Scene& scene, const CameraDescription& view,
                             const RenderSettings& s, const LightGroups* groups = nullptr,
-                            const std::function<void(const FramePicture*)>& look = {},
+                            const std::function<void(const LivePicture*)>& look = {},
                             const SurfaceRoles* roles = nullptr) {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(s.threads));
   const Camera camera(view, s.width, s.height, scene.origin(), scene.scale());
-  const FramePlan plan = plan_of(s);
+  const RenderPlan plan = plan_of(s);
   const Frame frame = plan.frame(scene, camera, {.light_groups = groups, .roles = roles});
   RenderedImage image = blank_image(plan);
   if (groups) {
