@@ -134,7 +134,7 @@ Picture render_picture(const Access::SceneState& state, const RenderOptions& opt
   FrameFiles files(options, plan, parts, state);
   tbb::task_arena arena(threads);
   const EndOfFrame end(watch.stop, watch.give_up, options.time_limit_s);
-  const Scene& scene = state.open->scene();
+  const emberline::Scene& scene = state.open->scene();
   RenderJob job(
       arena.execute([&] { return plan.frame(scene, parts.camera, parts.of_scene, end.token()); }),
       plan.drivers());
