@@ -342,7 +342,7 @@ void SessionHost::tell_saved() {
       saving->done.get();
       answer(*saving->id);
     } catch (const std::exception& error) {
-      refuse(saving->id, error.what(), true);
+      refuse(*saving->id, error.what(), true);
     }
     saving = savings_.erase(saving);
   }
