@@ -12,8 +12,8 @@
 #include <mutex>
 #include <string_view>
 
-#include "io/display/working_space.h"
 #include "io/display/ocio_config.h"
+#include "io/display/working_space.h"
 #include "io/files/input_file.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"

@@ -21,6 +21,7 @@
 #include <stop_token>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #if defined(_WIN32)
@@ -100,7 +101,8 @@ struct Resources {
 class EMBERLINE_API Scene {
  public:
   // Of the settings: env and its like, backfaces, lenient, resource-root, variant, edits, animation
-  // and its time or frame, catcher, holdout, and whether the integrator shows texture coordinates.
+  // and its time or frame, working-space, catcher, holdout, whether there is cryptomatte, and
+  // whether the integrator shows texture coordinates.
   // Throws UsageError, InputError, RenderError, Stopped.
   explicit Scene(const std::string& path, const Settings& settings = {},
                  const Resources& resources = {}, const std::stop_token& stop = {});
@@ -155,10 +157,13 @@ struct Progress {
 };
 
 struct Picture {
-  int width = 0, height = 0;          // of what was rendered: the crop, or the frame
-  int x = 0, y = 0;                   // its corner in the frame
-  std::vector<std::string> channels;  // "R", "G", "B", "A", "samples", and what "aov" asks for
-  std::vector<float> values;          // interleaved, rows from the top; linear Rec. 709
+  int width = 0, height = 0;  // of what was rendered: the crop, or the frame
+  int x = 0, y = 0;           // its corner in the frame
+  // "R", "G", "B", "A", "samples", and what "aov" asks for; behind them, as the command's EXR names
+  // them, "light.NAME.R" of "light-groups", "CryptoObject00.R" of "cryptomatte" (ids are the bits
+  // of floats: matte_names()), "denoised.R" and "denoised.error" of "denoise".
+  std::vector<std::string> channels;
+  std::vector<float> values;  // interleaved, rows from the top; linear, in the working space
   uint64_t samples = 0, rays = 0;
   uint64_t non_finite_samples = 0;       // which count as black
   std::optional<double> error_estimate;  // expected RMS error as displayed, 0 to 1
@@ -170,23 +175,100 @@ struct Picture {
   }
 };
 
-// `watch` is called by any thread, one call at a time: with `bucket` after each of its tiles, with
-// the other drivers at every pause, while nothing renders. A stop brings what there is by then;
-// one of `give_up` brings nothing, sooner, but Stopped. "time-limit" counts from here. Throws
-// UsageError, InputError, RenderError, and what `watch` throws.
+// The values are the bits of the command's EXR, in every channel. `watch` is called by any thread,
+// one call at a time: with `bucket` after each of its tiles, with the other drivers at every pause,
+// while nothing renders. A stop brings what there is by then; one of `give_up` brings nothing,
+// sooner, but Stopped. "time-limit" counts from here. Throws UsageError, InputError, RenderError,
+// and what `watch` throws.
 EMBERLINE_API Picture render(const Scene& scene, const Settings& settings,
                              const Resources& resources = {}, const std::stop_token& stop = {},
                              const std::function<void(const Progress&)>& watch = {},
                              const std::stop_token& give_up = {});
 
-// An EXR with all its channels, or a PNG, JPEG, HDR, WebP or TIFF, whose 8 bits become linear.
-// Throws InputError, Stopped.
+// The file that a frame is saved to on its way, so that another run goes on from there to the same
+// bits: the command's (`--checkpoint`), too. Since 1.1.0.
+struct RenderFiles {
+  static RenderFiles at(std::string checkpoint) {
+    RenderFiles files;
+    files.checkpoint = std::move(checkpoint);
+    return files;
+  }
+
+  std::string checkpoint;
+  bool resume = false;      // goes on with what is there; else the file is begun anew
+  double interval_s = 300;  // between two savings
+  // The file stays when the frame is done, for extend(); that of a part ("part", "sample-range")
+  // always does, for merge().
+  bool keep = false;
+
+ private:
+  RenderFiles() = default;  // render(scene, settings, {}) has Resources
+};
+// The same with such a file, which is saved at intervals, and when the frame is stopped or given
+// up. The scene's files are read again, to know what the frame is of: they must not have changed
+// since it was loaded. Throws UsageError for a file that is no checkpoint or, without `resume`,
+// another frame's; InputError for one that `resume` cannot go on with, with what differs;
+// RenderError where it cannot be written. One call at a time may have the file. Since 1.1.0.
+EMBERLINE_API Picture render(const RenderFiles& files, const Scene& scene, const Settings& settings,
+                             const Resources& resources = {}, const std::stop_token& stop = {},
+                             const std::function<void(const Progress&)>& watch = {},
+                             const std::stop_token& give_up = {});
+
+// What the channels of "cryptomatte" show: of one kind the names in the scene and their ids, which
+// the channels have as the bits of floats. Since 1.1.0.
+struct MatteNames {
+  std::string layer;                                  // "CryptoObject" of "CryptoObject00.R"
+  std::vector<std::pair<std::string, uint32_t>> ids;  // each id once
+};
+// Of the kinds that the settings ask for, in their order, in the scene as it is posed and edited.
+// Throws UsageError. Since 1.1.0.
+EMBERLINE_API std::vector<MatteNames> matte_names(const Scene& scene, const Settings& settings);
+
+// What a checkpoint is of. A scene that is loaded with these settings is its frame's, unless the
+// program had edited it. Since 1.1.0.
+struct StoredFrame {
+  std::string scene;  // the file, where it was
+  Settings settings;  // of the frame, and of how its scene was loaded
+  std::vector<MatteNames> mattes;
+};
+// Throws InputError. Since 1.1.0.
+EMBERLINE_API StoredFrame stored_frame(const std::string& checkpoint);
+
+// More of a frame that is finished and whose checkpoint was kept: the picture is that of a frame
+// with "spp", "noise-threshold" or "max-spp" of `more` (and its "time-limit"), which is the
+// checkpoint's from then on. One that was stopped goes on from CHECKPOINT.next when it is asked for
+// again. Throws UsageError for less than the frame has, InputError for a checkpoint that cannot go
+// on, is damaged, or is of another scene; else as render(). Since 1.1.0.
+EMBERLINE_API Picture extend(const std::string& checkpoint, const Scene& scene,
+                             const Settings& more, const Resources& resources = {},
+                             const std::stop_token& stop = {},
+                             const std::function<void(const Progress&)>& watch = {},
+                             const std::stop_token& give_up = {});
+
+struct MergeRules {
+  bool allow_holes = false;  // parts may be missing; pixels without samples are black
+  bool strict = false;       // all parts are of one kind of machine
+  bool parts = false;        // a channel "part": which checkpoint each pixel is of, 1 the first
+};
+// The frame whose parts ("part", "sample-range", or a "seed" each) these checkpoints have, as if it
+// had been rendered at once. Throws InputError: which of them, and what it is about. Since 1.1.0.
+EMBERLINE_API Picture merge(const std::vector<std::string>& checkpoints,
+                            const MergeRules& rules = {}, const Resources& resources = {});
+
+// An EXR with all its channels, or a PNG, JPEG, HDR, WebP or TIFF, whose 8 bits become linear; what
+// is in another working space becomes Rec. 709. Throws InputError, Stopped.
 EMBERLINE_API Picture read_picture(const std::string& path, const Resources& resources = {},
                                    const std::stop_token& stop = {});
 // Into a file that appears whole or not at all. EXR holds every channel as it is; PNG and JPEG show
 // R G B after so many stops, as the command's files do ($OCIO). Throws UsageError, RenderError.
 EMBERLINE_API void write_picture(const std::string& path, const Picture& picture,
                                  double exposure = 0);
+// The same for a picture that render() has made with these settings of the scene as it stands, as
+// the command writes it: an EXR with the settings' working space, half, exr-compression and
+// exr-parts, the names of mattes, camera and settings in its header; a PNG or JPEG of the denoised
+// picture, if there is one, and a PNG with alpha if transparent. Since 1.1.0.
+EMBERLINE_API void write_picture(const std::string& path, const Picture& picture,
+                                 const Scene& scene, const Settings& settings, double exposure = 0);
 // The same for PNG and JPEG of 1, 3 or 4 interleaved channels, which are as displayed.
 EMBERLINE_API void write_picture(const std::string& path, const uint8_t* values, int width,
                                  int height, int channels);
@@ -210,6 +292,80 @@ EMBERLINE_API Comparison compare(const float* image, const float* reference, int
 // FLIP's error of each pixel, 0 to 1; 0 where one of the two is not finite.
 EMBERLINE_API std::vector<float> flip(const float* image, const float* reference, int width,
                                       int height, double exposure = 0);
+
+// What `emberline study` compares: lists are separated by commas, empty ones stand for its
+// defaults. Since 1.1.0.
+struct StudyRequest {
+  std::string folder;             // of the results; a study that was stopped goes on in it
+  std::string drivers;            // [bucket,bisection,adaptive]
+  std::string estimators;         // of adaptive; "two-stream/mse/unbiased" has its allocation
+  std::string samplers;           // [sobol]
+  std::string spp, seconds;       // budgets, ascending: one of the two [spp 1,2,4,8,16,32,64]
+  std::optional<uint32_t> seeds;  // [5]
+  std::string baseline;           // a method's name [the first]
+  bool denoise = false;           // each method again, with a denoised picture
+  bool separate = false;          // a run for every budget
+  std::string reference;          // a picture; empty: one is rendered
+  std::optional<uint32_t> reference_spp;
+  std::string cache;     // a folder of rendered references
+  bool restart = false;  // what is in the folder of another study goes
+};
+// A run of one method with one seed, at one budget, as a row of study.csv.
+struct StudyRow {
+  std::string method, driver, sampler, estimator, allocation;
+  bool unbiased = false, denoised = false;
+  uint32_t seed = 0;
+  std::string failure;  // empty: none; else the run has this row alone, and no numbers
+  double budget = 0;    // samples per pixel, or seconds
+  uint64_t samples = 0;
+  double mean_samples = 0;                             // of a pixel
+  double wall_s = 0, cpu_s = 0;                        // of rendering
+  std::optional<double> estimate;                      // what the method claims of its error
+  std::vector<std::pair<std::string, double>> errors;  // "mse", "relmse", ... "signed_bias"
+};
+struct StudyTable {
+  std::vector<StudyRow> rows;  // by seed, then method, then budget
+  std::string text;            // for people: each method's error, slope and speedup
+  bool complete = false;       // false: stopped; the same call goes on
+};
+// Renders the scene by every method, seed and budget, and writes study.csv, study.json and
+// study.html into the folder. The settings are those of all frames. `on_samples` is called by any
+// thread, several at once, with how many more are done. Throws UsageError, InputError, RenderError,
+// and Stopped before there is a reference. Since 1.1.0.
+EMBERLINE_API StudyTable study(const std::string& scene, const Settings& settings,
+                               const StudyRequest& request, const Resources& resources = {},
+                               const std::stop_token& stop = {},
+                               const std::function<void(uint64_t)>& on_samples = {});
+
+// What a heatmap can show of each pixel. Since 1.1.0.
+struct HeatmapKind {
+  std::string name;  // "samples", "error", "stop", ...
+  std::string summary;
+  std::vector<std::string> channels;  // that a picture needs for it
+};
+// The first is the default.
+EMBERLINE_API std::vector<HeatmapKind> heatmap_kinds();
+// Of each pixel, rows from the top; NaN: it has none. Throws UsageError for a name that there is
+// not, InputError for a picture without the channels. Since 1.1.0.
+EMBERLINE_API std::vector<float> heatmap_values(const Picture& picture,
+                                                const std::string& of = "samples");
+
+// sRGB as displayed: R G B interleaved, rows from the top. Since 1.1.0.
+struct DisplayedPicture {
+  int width = 0, height = 0;
+  std::vector<uint8_t> values;
+};
+// How a heatmap looks, as `emberline heatmap` has it. Since 1.1.0.
+struct HeatmapLook {
+  std::string colours = "grey";                    // or viridis, inferno, magma, turbo
+  std::optional<std::pair<double, double>> range;  // of the colours; absent: the values decide
+  bool logarithmic = false;
+  bool plain = false;  // without legend, which is below the pixels
+};
+// The bytes of the command's picture before it is encoded; write_picture() of them is its file.
+// Throws as heatmap_values() does. Since 1.1.0.
+EMBERLINE_API DisplayedPicture heatmap(const Picture& picture, const std::string& of = "samples",
+                                       const HeatmapLook& look = {});
 
 // How messages, exceptions and help texts name settings: noise-threshold, or as arguments of
 // Python, noise_threshold.

@@ -10,40 +10,17 @@
 #include "io/image/input.h"
 #include "io/image/output.h"
 #include "io/image/picture_mark.h"
+#include "renderer/api/frame_parts.h"
 #include "renderer/api/translated.h"
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/shortened.h"
 #include "renderer/core/utf8.h"
-#include "renderer/engine/run_limits.h"
+#include "renderer/output/outputs.h"
 #include "renderer/statistics/error_metrics.h"
 #include "renderer/statistics/flip.h"
 
 namespace emberline::api {
 namespace {
-
-// Of what somebody else has filled in.
-void check(const std::string& path, const Picture& picture) {
-  const auto wrong = [&](const std::string& what) {
-    throw emberline::UsageError(path + ": the picture has " + what);
-  };
-  if (picture.width <= 0 || picture.height <= 0) wrong("no pixels");
-  const size_t pixels = size_t(picture.width) * size_t(picture.height);
-  if (picture.channels.size() > size_t(kMostChannels)) {
-    wrong("more than " + std::to_string(kMostChannels) + " channels, which no reader here takes");
-  }
-  if (picture.channels.empty() || picture.values.size() % pixels != 0 ||
-      picture.values.size() / pixels != picture.channels.size()) {
-    wrong("other values than its size and its channels say");
-  }
-  std::set<std::string_view> names;
-  for (const std::string& name : picture.channels) {
-    // OpenEXR's names are 255 bytes at most.
-    if (name.empty() || name.size() > 255 || name.find('\0') != std::string::npos) {
-      wrong("a channel without a proper name: \"" + printable(shortened(name)) + "\"");
-    }
-    if (!names.insert(name).second) wrong("two channels " + printable(name));
-  }
-}
 
 size_t channel(const std::string& path, const Picture& picture, const std::string& name) {
   const auto found = std::ranges::find(picture.channels, name);
@@ -67,24 +44,56 @@ void write_exr(const std::string& path, const Picture& picture) {
   write_exr_file(path, header, picture.values);
 }
 
-void write_displayed(const std::string& path, const Picture& picture, double exposure) {
+// How a picture is shown: the layer of its R, G and B, its alpha if it has one, its colours.
+struct Shown {
+  std::string layer = {};
+  bool alpha = false;
+  WorkingSpace space = WorkingSpace::kRec709;
+};
+
+void write_displayed(const std::string& path, const Picture& picture, double exposure,
+                     const Shown& shown) {
   const std::string suffix = lower_suffix(path);
   if (suffix != ".png" && suffix != ".jpg" && suffix != ".jpeg") {
     throw emberline::UsageError(
         "\"{}\": unknown format; valid suffixes are .exr, .png, .jpg, .jpeg", printable(path));
   }
-  const size_t rgb[] = {channel(path, picture, "R"), channel(path, picture, "G"),
-                        channel(path, picture, "B")};
+  std::vector<size_t> places;
+  for (const char* c : {"R", "G", "B"}) places.push_back(channel(path, picture, shown.layer + c));
+  if (shown.alpha) places.push_back(channel(path, picture, "A"));
   const size_t pixels = size_t(picture.width) * size_t(picture.height);
   std::vector<float> rgba(4 * pixels, 1.0f);
   for (size_t i = 0; i < pixels; ++i) {
-    for (size_t c = 0; c < 3; ++c) {
-      rgba[4 * i + c] = picture.values[i * picture.channels.size() + rgb[c]];
+    for (size_t c = 0; c < places.size(); ++c) {
+      rgba[4 * i + c] = picture.values[i * picture.channels.size() + places[c]];
     }
   }
-  const auto transform = std::make_shared<const DisplayTransform>(
-      DisplaySettings{.display = {}, .view = {}, .look = {}, .exposure = float(exposure)});
-  write_display_image(path, {0, 0, picture.width, picture.height}, transform, false, rgba);
+  const DisplaySettings display{.display = {}, .view = {}, .look = {}, .exposure = float(exposure)};
+  write_display_image(path, {0, 0, picture.width, picture.height},
+                      std::make_shared<const DisplayTransform>(display, shown.space), shown.alpha,
+                      rgba);
+}
+
+// As the command writes it.
+void write_frame_exr(const std::string& path, const Picture& picture, const RenderOptions& options,
+                     const SceneLayers& layers) {
+  OutputSettings output = output_settings(options, crop_of(options));
+  output.clamps = false;  // the picture does not know how much
+  if (output.width != picture.frame_width || output.height != picture.frame_height ||
+      output.crop !=
+          Rect{picture.x, picture.y, picture.x + picture.width, picture.y + picture.height}) {
+    throw emberline::UsageError("`size`, `crop`: the picture was rendered with other values");
+  }
+  std::vector<ExrChannel> channels;
+  const std::vector<ExrChannel> of_film = exr_channels(output.aovs);
+  for (const std::string& name : picture.channels) {
+    const auto same = std::ranges::find(of_film, name, &ExrChannel::name);
+    channels.push_back(same != of_film.end() ? *same : ExrChannel{name});
+  }
+  ExrWriter writer(path, frame_header(output, std::move(channels), layers));
+  writer.write(picture.values);
+  set_state(output, {picture.complete, picture.samples}, writer);
+  writer.finish();
 }
 
 // Whatever primaries the file has. What is reckoned with, variances and halves, stays as it is.
@@ -128,6 +137,29 @@ Pair pair_of(const float* image, const float* reference, int width, int height, 
 
 }  // namespace
 
+void check_picture(const std::string& path, const Picture& picture) {
+  const auto wrong = [&](const std::string& what) {
+    throw emberline::UsageError(path + ": the picture has " + what);
+  };
+  if (picture.width <= 0 || picture.height <= 0) wrong("no pixels");
+  const size_t pixels = size_t(picture.width) * size_t(picture.height);
+  if (picture.channels.size() > size_t(kMostChannels)) {
+    wrong("more than " + std::to_string(kMostChannels) + " channels, which no reader here takes");
+  }
+  if (picture.channels.empty() || picture.values.size() % pixels != 0 ||
+      picture.values.size() / pixels != picture.channels.size()) {
+    wrong("other values than its size and its channels say");
+  }
+  std::set<std::string_view> names;
+  for (const std::string& name : picture.channels) {
+    // OpenEXR's names are 255 bytes at most.
+    if (name.empty() || name.size() > 255 || name.find('\0') != std::string::npos) {
+      wrong("a channel without a proper name: \"" + printable(shortened(name)) + "\"");
+    }
+    if (!names.insert(name).second) wrong("two channels " + printable(name));
+  }
+}
+
 Picture read_picture(const std::string& path, const Resources& resources,
                      const std::stop_token& stop) {
   return translated([&] {
@@ -153,13 +185,30 @@ Picture read_picture(const std::string& path, const Resources& resources,
 
 void write_picture(const std::string& path, const Picture& picture, double exposure) {
   translated([&] {
-    check(path, picture);
+    check_picture(path, picture);
     check_exposure(exposure);
     if (lower_suffix(path) == ".exr") {
       write_exr(path, picture);
     } else {
-      write_displayed(path, picture, exposure);
+      write_displayed(path, picture, exposure, {});
     }
+  });
+}
+
+void write_picture(const std::string& path, const Picture& picture, const Scene& scene,
+                   const Settings& settings, double exposure) {
+  translated([&] {
+    check_picture(path, picture);
+    check_exposure(exposure);
+    const Access::SceneState& state = Access::of(scene);
+    const RenderOptions options = options_of(state, Access::of(settings));
+    if (lower_suffix(path) == ".exr") {
+      return write_frame_exr(path, picture, options, FrameParts(state, options).layers);
+    }
+    write_displayed(path, picture, exposure,
+                    {.layer = denoises(options) ? "denoised." : "",
+                     .alpha = options.transparent && lower_suffix(path) == ".png",
+                     .space = options.working_space});
   });
 }
 

@@ -29,5 +29,7 @@ decltype(auto) translated(const Work& work) {
 
 // Throws the program's UsageError for values that the command's options refuse.
 void check_resources(const Resources& resources);
+// The same for a picture that the caller may have filled in; `place` says where.
+void check_picture(const std::string& place, const Picture& picture);
 
 }  // namespace emberline::api

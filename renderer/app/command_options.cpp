@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 
 #include "renderer/app/frame_range.h"
 #include "renderer/app/number_option.h"
@@ -11,6 +12,7 @@
 #include "renderer/core/shortened.h"
 #include "renderer/drivers/driver_table.h"
 #include "renderer/engine/run_limits.h"
+#include "renderer/output/option_rules.h"
 #include "renderer/output/snapshots.h"
 #include "renderer/session/overlay_picture.h"
 
@@ -26,9 +28,9 @@ using enum SettingGroup;
 void add_snapshots(CLI::App* app, RenderOptions& o) {
   CLI::Option* snapshots =
       app->add_option("--snapshots", o.snapshots,
-                      "progressive drivers: keep the picture at several moments of the render in "
-                      "this folder, and all of them as refinement.gif; a copy of each (16 bytes a "
-                      "pixel) is held in memory until the frame is done")
+                      "keep the picture at several moments of the render in this folder, and all "
+                      "of them as refinement.gif; a copy of each (16 bytes a pixel) is held in "
+                      "memory until the frame is done")
           ->type_name("DIR");
   app->add_option("--snapshot-at", o.snapshot_at,
                   fmt::format("when: a list of 'first', N% of the pixels having a sample, Ns of "
@@ -97,7 +99,7 @@ void add_range_options(CLI::App* app, RenderOptions& o) {
   app->add_flag("--stop-on-error", o.stop_on_error,
                 "end the range with the first frame that fails [the others are rendered]");
   app->add_option("--range-report", o.range_report,
-                  "what became of each frame of --frames, as JSON; --report is of one frame")
+                  "what became of each frame, as JSON; --report is of one frame")
       ->type_name("FILE");
 }
 
@@ -131,11 +133,11 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
            }
            o.explained = Vec2i(v[0], v[1]);
          },
-         "after an adaptive render, print what decided this pixel's samples")
+         "after the render, print what decided this pixel's samples")
       ->type_name("X,Y");
   app->add_option("--tree", o.trees,
-                  "the adaptive driver's refinement tree: leaves drawn over the picture (.png, "
-                  ".jpg), or .json. May be given more than once")
+                  "the refinement tree: leaves drawn over the picture (.png, .jpg), or .json. May "
+                  "be given more than once")
       ->type_name("FILE")
       ->allow_extra_args(false);
   add_display(app, o);
@@ -144,7 +146,8 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
 
 std::vector<NamedDriver> drivers_of_views() {
   std::vector<NamedDriver> drivers = {
-      {kLiveDriver, "bisection until every pixel has a sample, then adaptive"}};
+      {kLiveDriver,
+       "bisection until every pixel has a sample, then adaptive, whose settings it takes"}};
   for (const DriverEntry& entry : driver_table()) drivers.push_back({entry.name, entry.summary});
   return drivers;
 }
@@ -272,6 +275,17 @@ void add_study_choices(CLI::App* app, StudyOptions& o) {
                 "no scene: variance against number of samples, on integrals with known values");
 }
 
+// Settings have theirs.
+void add_option_rules(CLI::App* app) {
+  for (CLI::Option* option : app->get_options()) {
+    const std::string name = option->get_single_name();
+    const bool setting = std::ranges::find(setting_table(), name, &Setting::name) !=
+                         std::ranges::end(setting_table());
+    if (setting) continue;
+    option->description(option->get_description() + rules_of(option_rules(), name));
+  }
+}
+
 }  // namespace
 
 void add_render_options(CLI::App* app, RenderOptions& o) {
@@ -283,6 +297,7 @@ void add_render_options(CLI::App* app, RenderOptions& o) {
                {kTurn, kEdits, kChannels, kCounts, kPart, kSample, kSeed, kSchedule, kView, kLight,
                 kLoading});
   add_machine_options(app, o);
+  add_option_rules(app);
 }
 
 void add_view_options(CLI::App* app, ViewOptions& o) {

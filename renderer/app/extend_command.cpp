@@ -1,73 +1,17 @@
 #include "renderer/app/extend_command.h"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
-#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "io/files/record_file.h"
 #include "io/json/input.h"
 #include "renderer/app/render_command.h"
 #include "renderer/core/errors.h"
-#include "renderer/engine/frame_plan.h"
-#include "renderer/output/checkpoint_head.h"
+#include "renderer/output/frame_extension.h"
 
 namespace emberline {
 namespace {
 
 constexpr std::string_view kCheckpointSuffix = ".checkpoint";
-
-// What was asked for, over what the frame had. More of a frame is never less of anything.
-void set_more(const FrameSettings& more, const std::string& path, FrameSettings& settings) {
-  const auto refuse = [&](const char* option, const auto& has) {
-    throw UsageError("--{}: {} has {} already, and only more can be asked for", option, path, has);
-  };
-  if (!more.spp && !more.noise_threshold && !more.max_spp) {
-    throw UsageError("extend needs to know how far: --spp, --noise-threshold or --max-spp");
-  }
-  const auto raise = [&](const char* option, std::optional<uint32_t> to, uint32_t has) {
-    if (!to) return;
-    if (has == 0) {
-      throw UsageError("--{}: {} has no such limit, and only more can be asked for", option, path);
-    }
-    if (*to < has) refuse(option, has);
-  };
-  const FramePlan plan(settings);
-  raise("spp", more.spp, plan.samples_per_pixel);
-  raise("max-spp", more.max_spp, plan.driver_settings.adaptive.max_samples);
-  if (more.noise_threshold && settings.noise_threshold &&
-      *more.noise_threshold > *settings.noise_threshold) {
-    refuse("noise-threshold", *settings.noise_threshold);
-  }
-  const bool even = shares_evenly(settings);
-  if (more.spp) settings.spp = more.spp;
-  if (more.noise_threshold) settings.noise_threshold = more.noise_threshold;
-  if (more.max_spp) settings.max_spp = more.max_spp;
-  settings.time_limit_s = more.time_limit_s;
-  if (shares_evenly(settings) == even) return;
-  throw UsageError("--noise-threshold: every pixel of {} has as many samples; valid is --spp",
-                   path);
-}
-
-void check_extensible(const FrameSettings& settings, const std::string& path) {
-  if (is_part(settings)) throw InputError(path, "it is a part of a frame; merge the parts first");
-  const FramePlan plan(settings);
-  if (plan.half_block != FramePlan::kStreamBlock) {
-    throw InputError(path,
-                     "its halves for denoising are those of a frame of fewer than {} samples a "
-                     "pixel; render it anew",
-                     kLeastStreamSamples);
-  }
-  if (!shares_evenly(settings)) return;
-  const std::vector<std::string_view> valid = extensible_samplers();
-  if (std::ranges::find(valid, settings.sampler) != valid.end()) return;
-  throw InputError(
-      path,
-      "the samples of its sampler, {}, depend on how many there are; uniform frames are "
-      "extended with {}",
-      settings.sampler, fmt::join(valid, ", "));
-}
 
 }  // namespace
 
@@ -79,17 +23,9 @@ int run_extend(const ExtendOptions& options) {
   const nlohmann::json head = parse_json(file.head(), checkpoint);
 
   RenderOptions render = options.more;
-  static_cast<FrameSettings&>(render) = settings_of(head, checkpoint);
-  try {
-    check_extensible(render, checkpoint);
-  } catch (const UsageError& error) {
-    throw InputError(checkpoint, "its settings cannot be: {}", error.what());
-  }
-  set_more(options.more, checkpoint, render);
-  render.scene = options.scene.empty() ? text_in(head, "files", "scene") : options.scene;
-  render.resource_root = text_in(head, "files", "resource-root");
-  render.environment = text_in(head, "files", "env");
-  render.edits = text_in(head, "files", "edits");
+  static_cast<FrameSettings&>(render) = stored_settings(head, checkpoint);
+  extend_settings(options.more, checkpoint, render);
+  if (!options.scene.empty()) render.scene = options.scene;
   if (render.outputs.empty()) {
     if (!checkpoint.ends_with(kCheckpointSuffix)) {
       throw UsageError("extend needs an output: {} does not tell which picture it is of; give -o",

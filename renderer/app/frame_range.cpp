@@ -105,20 +105,6 @@ void check_names(const RenderOptions& options, std::span<const int> frames) {
   }
 }
 
-void check_options(const RenderOptions& o, std::span<const int> frames) {
-  const char* const several = option_of_range(o);
-  const auto refuse = [&](bool given, const char* option, const char* instead) {
-    if (given)
-      throw UsageError("{} is of one frame, and {} of several; {}", option, several, instead);
-  };
-  refuse(o.time.has_value(), "--time", "--fps says when each is");
-  refuse(o.frame.has_value(), "--frame", "leave one of them out");
-  refuse(o.turntable && o.turntable->frame, "--turntable K/N", "give --turntable N");
-  if (frames.size() == 1) return;
-  refuse(o.replay.has_value(), "--replay", "give --frames N");
-  refuse(o.explained.has_value(), "--explain", "give --frames N");
-}
-
 }  // namespace
 
 std::vector<int> parse_frames(std::string_view text) {
@@ -176,7 +162,6 @@ std::vector<int> frames_of(const RenderOptions& options) {
     for (uint32_t i = 1; i <= options.turntable->count; ++i) frames.push_back(int(i));
   }
   if (frames.empty()) return frames;
-  check_options(options, frames);
   check_names(options, frames);
   return frames;
 }

@@ -29,9 +29,8 @@ std::string numbered(std::string_view name, int frame);
 // cannot be written: each frame would fail for it. Folders with a frame's number are not checked.
 void check_output_folders(const RenderOptions& options, int first);
 
-// The frames that the options ask for; none: one frame, which is what the options say. Throws
-// UsageError for options that cannot be those of several frames, and for an output that each of
-// them would write.
+// The frames that the options, which check_options() has passed, ask for; none: one frame, which is
+// what the options say. Throws UsageError for an output that each of them would write.
 std::vector<int> frames_of(const RenderOptions& options);
 // What is left to be said of one of them.
 RenderOptions options_of_frame(const RenderOptions& options, int frame);

@@ -5,7 +5,7 @@
 
 #include "renderer/app/progress.h"
 #include "renderer/app/render_frame.h"
-#include "renderer/engine/frame_observer.h"
+#include "renderer/engine/render_sink.h"
 
 namespace emberline {
 
@@ -19,7 +19,7 @@ class RenderFrame::Watcher final : public FrameObserver {
   void tile_finished(const FilmTile& tile) override {
     write(tile);
     // Buckets are finished one by one, so their pixels tell how far a threshold's frame has come.
-    if (progress_ && frame_.frame_render_.by_tiles()) progress_->add_share(share(tile));
+    if (progress_ && frame_.job_->by_tiles()) progress_->add_share(share(tile));
   }
   void tile_loaded(const FilmTile& tile, uint64_t samples) override {
     write(tile);
@@ -50,7 +50,7 @@ class RenderFrame::Watcher final : public FrameObserver {
     if (progress_) frame_.note_picture(now, picture);
   }
   void cut_short() override {
-    if (frame_.checkpoint_) frame_.checkpoint_->save(frame_.frame_render_);
+    if (frame_.checkpoint_) frame_.checkpoint_->save(*frame_.job_);
   }
   bool picture_wanted() const override {
     if (frame_.checkpoint_ && frame_.checkpoint_->wanted()) return true;

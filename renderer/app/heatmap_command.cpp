@@ -1,32 +1,12 @@
 #include "renderer/app/heatmap_command.h"
 
-#include <fmt/format.h>
-
 #include "io/files/register.h"
-#include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/engine/worker_threads.h"
 #include "renderer/output/heatmap_file.h"
 #include "renderer/output/rgb_file.h"
 
 namespace emberline {
-namespace {
-
-void check_channels(const std::string& path, const HeatmapQuantity& quantity,
-                    const FloatImage& image) {
-  const std::string missing = QuantityPlane::missing_channel(quantity, image.channel_names);
-  if (missing.empty()) return;
-  const std::string remedy =
-      quantity.of_denoised
-          ? std::string("render it with --denoise, or give it to emberline denoise")
-      : quantity.aov ? fmt::format("render it with --aov {}", name_of(aov_table(), *quantity.aov))
-                     : std::string("give an .exr that emberline render wrote");
-  throw InputError(path, "no channel {}, which a heatmap of {} needs; {}", missing, quantity.name,
-                   remedy);
-}
-
-}  // namespace
-
 int run_heatmap(const HeatmapOptions& options) {
   const WorkerThreads workers(0);
   const HeatmapQuantity& quantity = find_heatmap_quantity(options.quantity, "--of");
@@ -38,7 +18,7 @@ int run_heatmap(const HeatmapOptions& options) {
   files.write("-o", options.output);
   const LoadProgress progress({}, {}, limits_of(options.limits, options.image));
   const FloatImage image = read_frame(options.image, progress);
-  check_channels(options.image, quantity, image);
+  check_heatmap_channels(options.image, quantity, image.channel_names);
   const Rect& crop = image.data_window;
   check_heatmap_format("-o", options.output, crop);
   HeatmapFile file(

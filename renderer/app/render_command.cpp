@@ -6,6 +6,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/output/finished_frame.h"
+#include "renderer/output/option_rules.h"
 
 namespace emberline {
 namespace {
@@ -18,16 +19,7 @@ int replay(const RenderOptions& options) {
   return frame.replay();
 }
 
-void check_single(const RenderOptions& options) {
-  const auto needs_frames = [](bool given, const char* option) {
-    if (given) throw UsageError("{} needs --frames, or --turntable N", option);
-  };
-  needs_frames(options.stop_on_error, "--stop-on-error");
-  needs_frames(!options.range_report.empty(), "--range-report");
-}
-
 int render_single(const RenderOptions& options) {
-  check_single(options);
   RenderRun run(options);
   int exit_code = kExitDone;
   if (options.skip_existing && is_finished(options)) {
@@ -46,9 +38,7 @@ int run_render(const RenderOptions& options) {
   if (options.outputs.empty() && !options.replay) {
     throw UsageError("render needs an output: -o FILE.exr (or .png, .jpg)");
   }
-  if (options.skip_existing && is_part(options)) {
-    throw UsageError("--skip-existing: a part writes no picture; --resume does nothing twice");
-  }
+  check_options(options);
   const std::vector<int> frames = frames_of(options);
   if (options.replay) {
     return replay(frames.empty() ? options : options_of_frame(options, frames.front()));

@@ -17,13 +17,12 @@
 #include "renderer/core/log.h"
 #include "renderer/core/readable.h"
 #include "renderer/core/version.h"
-#include "renderer/drivers/driver_table.h"
+#include "renderer/engine/film_memory.h"
 #include "renderer/engine/frame_scene.h"
 #include "renderer/engine/setting_table.h"
 #include "renderer/engine/slurm_allocation.h"
 #include "renderer/lights/light_guide.h"
 #include "renderer/output/checkpoint_head.h"
-#include "renderer/output/cryptomatte_layers.h"
 #include "renderer/output/frame_memory.h"
 #include "renderer/output/light_layers.h"
 #include "renderer/output/refinement_output.h"
@@ -61,34 +60,11 @@ void summarize(const RenderOptions& options, const RenderReport& report,
   for (const std::string& feature : report.features) log_verbose("built: " + feature);
 }
 
-// A part has no picture of its own.
-void check_part(const RenderOptions& options) {
-  if (!is_part(options)) return;
-  const auto refuse = [](const char* option) {
-    throw UsageError("{}: a part of a frame has no picture of its own; give it for the whole",
-                     option);
-  };
-  if (!options.snapshots.empty()) refuse("--snapshots");
-  if (!options.trees.empty()) refuse("--tree");
-  if (std::ranges::any_of(options.reports, is_page)) refuse("--report FILE.html");
-}
-
-// What shows or measures linear Rec. 709.
-void check_working_space(const RenderOptions& options) {
-  if (options.working_space == WorkingSpace::kRec709) return;
-  const auto refuse = [](const char* option) {
-    throw UsageError("{}: it takes pictures of --working-space rec709 alone", option);
-  };
-  if (options.viewer) refuse("--display tev:");
-  if (!options.snapshots.empty()) refuse("--snapshots");
-}
-
-FramePlan plan_of(const RenderOptions& options) {
-  FramePlan plan(options);
-  plan.driver_settings.explained = options.explained;
-  plan.driver_settings.keep_tree = !options.trees.empty();
-  plan.driver_settings.extending = !options.extended.empty();
-  return plan;
+PrepareOptions prepare_options(const RenderOptions& options, const AovSet& aovs) {
+  return {.aovs = aovs,
+          .explained = options.explained,
+          .keep_tree = !options.trees.empty(),
+          .extending = !options.extended.empty()};
 }
 
 }  // namespace
@@ -96,19 +72,12 @@ FramePlan plan_of(const RenderOptions& options) {
 RenderFrame::RenderFrame(RenderRun& run, const RenderOptions& options)
     : run_(run),
       options_(options),
-      plan_(plan_of(options)),
-      frame_render_(driver_factory(options.driver, plan_.driver_settings)),
-      output_settings_(output_settings(options, plan_.crop)),
+      output_settings_(output_settings(options, crop_of(options))),
+      plan_(options, prepare_options(options, output_settings_.aovs)),
       progress_({}, {}, run.limits),
       memory_(run.limits.memory, MemoryPart::kFilm) {
   if (run.first) report_.times.start_s = run.process_s;
-  plan_.aovs = output_settings_.aovs;
   check_output_paths(options, plan_.crop, files_);
-  check_refinement_options(options, plan_);
-  check_light_layers(options);
-  check_cryptomattes(options);
-  check_part(options);
-  check_working_space(options);
   run_.begin();
   if (!options.replay) open_outputs();
   report_.crop = plan_.crop;
@@ -119,10 +88,11 @@ RenderFrame::RenderFrame(RenderRun& run, const RenderOptions& options)
 void RenderFrame::reserve(uint64_t bytes) { reserve_frame(bytes, plan_.crop, memory_); }
 
 void RenderFrame::open_outputs() {
-  reserve(frame_bytes(options_, output_settings_, frame_render_));
+  reserve(frame_bytes(options_, output_settings_, plan_));
   reserve_bucket_lists(options_, output_settings_, memory_);
-  reserve_tiles(frame_render_.tile_bytes_per_pixel(plan_.aovs), tile_channels(output_settings_, {}),
-                output_settings_, run_.workers->count(), memory_);
+  reserve_tiles(tile_bytes_per_pixel(plan_.drivers(), plan_.aovs),
+                tile_channels(output_settings_, {}), output_settings_, run_.workers->count(),
+                memory_);
   if (!options_.save_settings.empty()) check_writable(options_.save_settings);
   for (const std::string& path : options_.reports) check_writable(path);
   if (std::ranges::any_of(options_.reports, is_page)) {
@@ -178,26 +148,24 @@ void RenderFrame::build() {
                             readable_seconds(report_.times.build_s), scene.triangle_count(),
                             scene.instance_count()));
   }
-  const NamedParts& parts = run_.scene.open().parts();
-  const auto pointer = [](const auto& part) { return part ? &*part : nullptr; };
-  const LightGroups* const groups = pointer(parts.light_groups);
-  if (groups) add_light_groups(*groups);
+  const SceneParts parts = run_.scene.open().parts();
+  if (parts.light_groups) add_light_groups(*parts.light_groups);
   if (!camera_.is_panorama()) layers_.camera = camera_matrices(camera_, scene.origin());
-  const CryptomatteIds* const ids = pointer(parts.cryptomattes);
-  if (ids) layers_.cryptomattes = ids->names();
+  if (parts.cryptomattes) layers_.cryptomattes = parts.cryptomattes->names();
   if (outputs_) outputs_->add_scene(layers_);
   const Stopwatch preparing;
-  frame_.emplace(plan_.frame(scene, camera_, {groups, ids, pointer(parts.roles), stop_.token()}));
+  job_ = plan_.prepare(run_.scene.open(), camera_, stop_.token());
   report_.times.build_s += preparing.seconds();
-  if (frame_->guide) report_.features.push_back(frame_->guide->describe());
+  const Frame& frame = job_->frame();
+  if (frame.guide) report_.features.push_back(frame.guide->describe());
 }
 
-int RenderFrame::replay() { return run_replay(*frame_, *options_.replay); }
+int RenderFrame::replay() { return run_replay(*job_, *options_.replay); }
 
 void RenderFrame::add_light_groups(const LightGroups& groups) {
   report_.features.push_back(describe(groups));
   layers_.lights = report_.light_layers = light_layer_names(groups.list());
-  reserve(light_group_bytes(options_, output_settings_, frame_render_, layers_.lights));
+  reserve(light_group_bytes(options_, output_settings_, plan_, layers_.lights));
   const uint64_t films = plan_.aovs.contains(Aov::kDenoising) ? 2 : 1;  // of all samples, of a half
   reserve_tiles(films * LightGroupSums::bytes_per_pixel(layers_.lights.size()),
                 light_channel_names(layers_.lights, plan_.aovs).size(), output_settings_,
@@ -213,7 +181,7 @@ void RenderFrame::note_picture(const FrameProgress& now, const FramePicture& pic
   if (now.pass_finished) passes.push_back({elapsed, now.samples, std::nullopt});
   if (snapshots_) clock_->exclude_time([&] { snapshots_->look(now, picture, elapsed); });
   if (viewer_) viewer_->look(picture, elapsed);
-  if (checkpoint_ && checkpoint_->wanted()) checkpoint_->save(frame_render_);
+  if (checkpoint_ && checkpoint_->wanted()) checkpoint_->save(*job_);
 }
 
 void RenderFrame::resume() {
@@ -222,7 +190,7 @@ void RenderFrame::resume() {
   run_.scene.check_inputs(options_, progress_);
   const nlohmann::json head = checkpoint_head(options_, plan_, layers_, run_.scene.inputs());
   const CheckpointOptions kept = {path,
-                                  frame_render_.by_tiles(),
+                                  job_->by_tiles(),
                                   options_.resume,
                                   options_.checkpoint_interval_s,
                                   is_own_checkpoint(options_),
@@ -232,22 +200,22 @@ void RenderFrame::resume() {
   if (options_.resume && options_.extended.empty() && !checkpoint_->goes_on()) {
     log_info(path + " has nothing to go on with; the frame begins anew");
   }
-  if (frame_render_.by_tiles()) return frame_render_.keep_tiles(&*checkpoint_);
+  if (job_->by_tiles()) return job_->keep_tiles(&*checkpoint_);
   load_state(path);
 }
 
 void RenderFrame::load_state(const std::string& path) {
-  frame_render_.resumable(*frame_);
-  checkpoint_->copies(frame_render_.film_bytes());
+  job_->make_resumable();
+  checkpoint_->copies(job_->film_bytes());
   const auto state = checkpoint_->state(2 * memory_.bytes());
   const auto finished = state ? std::nullopt : checkpoint_->finished_state(2 * memory_.bytes());
   try {
-    if (state) frame_render_.load(*state);
-    if (finished) frame_render_.extend(*finished);
+    if (state) job_->load(*state);
+    if (finished) job_->extend(*finished);
   } catch (const InputError& error) {
     throw InputError(state ? path : options_.extended, error.what());
   }
-  report_.earlier_samples = frame_render_.counters().samples;
+  report_.earlier_samples = job_->counters().samples;
 }
 
 // A frame that can go on stops in time to be saved. It is not done then: whoever waits for this job
@@ -271,18 +239,19 @@ void RenderFrame::render() {
   clock_.emplace();
   run_.arena->execute([&] {
     ProgressDisplay progress(
-        uint64_t(double(plan_.crop.area()) * frame_->samples_per_pixel * part_of_frame()), stop_,
+        uint64_t(double(plan_.crop.area()) * plan_.samples_per_pixel * part_of_frame()), stop_,
         options_.time_limit_s, allotted_seconds(), run_.place ? run_.place->text() : "");
     progress.add_earlier(report_.earlier_samples, 0);
     Watcher watcher(*this, &progress);
     const ProgressWatch watch(run_.progress_file, progress);
-    report_.counters = frame_render_.render(*frame_, watcher, stop_.token());
+    result_ = job_->render(watcher, stop_.token());
     report_.earlier_samples += watcher.earlier_samples();
   });
-  const bool by_tiles = frame_render_.by_tiles();
+  report_.counters = result_.counters;
+  const bool by_tiles = job_->by_tiles();
   if (checkpoint_ && !by_tiles && !report_.counters.stopped && keeps_checkpoint(options_)) {
-    frame_render_.end(stop_.cause());
-    checkpoint_->save(frame_render_);
+    job_->end(stop_.cause());
+    checkpoint_->save(*job_);
   }
   report_.times.render_s = clock_->seconds();
   report_.times.snapshots_s = clock_->left_out_seconds();
@@ -320,22 +289,22 @@ void RenderFrame::write() {
   // A picture that is whole does not give way to one that is not.
   const auto may_write = [&] { return options_.extended.empty() || !unfinished(); };
   if (may_write()) {
-    run_.arena->execute([&] { frame_render_.deliver(watcher); });
+    run_.arena->execute([&] { job_->deliver(watcher); });
     denoise();
   }
-  report_.complete = frame_render_.is_complete(report_.counters, stop_.cause()) && !half_denoised_;
+  report_.complete = result_.complete && !half_denoised_;
   if (may_write()) {
     outputs_->finish({report_.complete, report_.counters.samples, report_.counters.clamped.share()},
                      attempts_);
   }
-  write_refinement(options_, frame_render_, attempts_);
+  write_refinement(options_, *job_, attempts_);
   report_.cryptomattes = outputs_->cryptomattes();
   if (viewer_) viewer_->finish(stop_.cause());
   report_.estimator = plan_.even ? "none" : std::string(plan_.driver_settings.adaptive.estimator);
-  report_.error_estimate = frame_render_.error_estimate();
+  report_.error_estimate = job_->error_estimate();
   report_.passes.back().error_estimate = report_.error_estimate;
   report_.times.write_s = write.seconds();
-  report_.film_bytes = outputs_->film_bytes() + frame_render_.film_bytes() +
+  report_.film_bytes = outputs_->film_bytes() + job_->film_bytes() +
                        (pictures_ ? pictures_->bytes() : 0) + (viewer_ ? viewer_->bytes() : 0);
   if (!snapshots_) return;
   const Stopwatch encode;
@@ -359,8 +328,8 @@ void RenderFrame::end_checkpoint() {
   const bool keep = keeps_checkpoint(options_);
   const bool written = failed_outputs().empty() && !half_denoised_;
   const bool done = !report_.counters.stopped && written;
-  if (!written && !report_.counters.stopped && !keep && !frame_render_.by_tiles()) {
-    checkpoint_->save(frame_render_);
+  if (!written && !report_.counters.stopped && !keep && !job_->by_tiles()) {
+    checkpoint_->save(*job_);
   }
   report_.checkpoint = checkpoint_->finish(done, !done || keep);
   if (!report_.checkpoint.error.empty()) {
@@ -401,7 +370,7 @@ int RenderFrame::report() {
   write_reports();
   summarize(options_, report_, attempts_.written());
   if (options_.explained) {
-    print_result(frame_render_.explain(options_.explained->x, options_.explained->y));
+    print_result(job_->explain(options_.explained->x, options_.explained->y));
   }
   return report_.exit_code;
 }

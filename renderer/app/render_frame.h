@@ -9,7 +9,7 @@
 #include "io/files/register.h"
 #include "renderer/app/render_run.h"
 #include "renderer/engine/frame_plan.h"
-#include "renderer/engine/frame_render.h"
+#include "renderer/engine/render_job.h"
 #include "renderer/output/checkpoint.h"
 #include "renderer/output/outputs.h"
 #include "renderer/output/remote_viewer.h"
@@ -61,9 +61,8 @@ class RenderFrame {
   RenderRun& run_;
   const RenderOptions& options_;
   RenderReport report_;
-  FramePlan plan_;
-  FrameRender frame_render_;
   const OutputSettings output_settings_;
+  const FramePlan plan_;
   FileRegister files_;
   LoadProgress progress_;
   MemoryReservation memory_;            // of film and outputs
@@ -75,7 +74,8 @@ class RenderFrame {
   std::optional<ReportPictures> pictures_;
   Camera camera_;
   SceneLayers layers_;
-  std::optional<Frame> frame_;
+  std::unique_ptr<RenderJob> job_;  // from build() on
+  RenderResult result_;
   std::optional<RemoteViewer> viewer_;
   std::optional<Checkpoint> checkpoint_;
   std::optional<RenderClock> clock_;

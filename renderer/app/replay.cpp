@@ -9,12 +9,12 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/option_values.h"
 #include "renderer/core/shortened.h"
-#include "renderer/engine/render_worker.h"
 #include "renderer/output/render_options.h"
 
 namespace emberline {
 
-int run_replay(const Frame& frame, const std::string& address) {
+int run_replay(const RenderJob& job, const std::string& address) {
+  const Frame& frame = job.frame();
   std::array<int64_t, 3> numbers{};
   if (!parse_numbers(address, ',', numbers)) {
     throw UsageError("--replay: '{}' is not X,Y,SAMPLE", shortened(address));
@@ -28,10 +28,7 @@ int run_replay(const Frame& frame, const std::string& address) {
   }
   const int x = int(numbers[0]), y = int(numbers[1]);
   const auto sample = uint32_t(numbers[2]);
-  RenderWorker worker(frame);
-  Ray ray;
-  const SampleValue value = worker.replay(x, y, sample, &ray);
-  const RayCounters rays = worker.take_counters().rays;
+  const auto [value, ray, rays] = job.replay(x, y, sample);
   // %a prints every bit, so that two replays can be compared exactly.
   std::string text;
   const auto out = std::back_inserter(text);

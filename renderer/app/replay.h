@@ -3,12 +3,12 @@
 
 #include <string>
 
-#include "renderer/drivers/frame.h"
+#include "renderer/engine/render_job.h"
 
 namespace emberline {
 
 // Prints the sample's ray and value to stdout. Throws UsageError for a malformed or outside
 // address. Returns kExitDone, or kExitRenderFailed if the value is not finite.
-int run_replay(const Frame& frame, const std::string& address);
+int run_replay(const RenderJob& job, const std::string& address);
 
 }  // namespace emberline

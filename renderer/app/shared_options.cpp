@@ -10,24 +10,18 @@
 #include "renderer/core/option_values.h"
 #include "renderer/core/shortened.h"
 #include "renderer/engine/run_limits.h"
+#include "renderer/engine/setting_rules.h"
+#include "renderer/output/heatmap_file.h"
 
 namespace emberline {
 namespace {
-
-// The ends of --range: squares stay finite in float, and steps between them are told apart.
-constexpr double kMostOfRange = 1e18, kLeastOfRange = 1e-30, kNearestOfRange = 1e-6;
-
-bool is_value_range(double least, double most) {
-  const double greatest = std::max(std::abs(least), std::abs(most));
-  return greatest <= kMostOfRange && greatest >= kLeastOfRange &&
-         most - least >= kNearestOfRange * greatest;
-}
 
 std::string help_of(const Setting& setting, const FrameSettings& settings) {
   std::string help = setting.help;
   const std::string value = setting.text(settings);
   if (!value.empty() && !setting.type.empty()) help += " [" + value + "]";
-  return help + setting.values;
+  const RulesHelp& rules = rules_of(setting);
+  return help + rules.rules + rules.values;
 }
 
 void add_setting(CLI::App* app, const Setting& setting, FrameSettings& settings) {
@@ -35,7 +29,7 @@ void add_setting(CLI::App* app, const Setting& setting, FrameSettings& settings)
   if (setting.type.empty()) {
     app->add_flag_function(
         option, [&](int64_t count) { setting.read(settings, count > 0 ? "yes" : "no"); },
-        setting.help);
+        help_of(setting, settings));
     return;
   }
   CLI::Option* added = app->add_option_function<std::string>(
@@ -142,7 +136,7 @@ void add_heatmap_style(CLI::App* app, HeatmapStyle& style, CLI::Option* needed) 
               "--range",
               [&style](const std::string& text) {
                 std::array<double, 2> v;
-                if (!parse_numbers(text, ',', v) || !is_value_range(v[0], v[1])) {
+                if (!parse_numbers(text, ',', v) || !is_heatmap_range(v[0], v[1])) {
                   throw CLI::ValidationError(
                       "--range", "'" + shortened(text) +
                                      "' is not MIN,MAX with MIN less than MAX by a millionth at "

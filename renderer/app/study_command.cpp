@@ -46,9 +46,6 @@ int run(Study& study) {
 }  // namespace
 
 int run_study(const StudyOptions& given) {
-  if (given.frame.working_space != WorkingSpace::kRec709) {
-    throw UsageError("--working-space: study measures in rec709; valid with render");
-  }
   if (given.convergence != given.frame.scene.empty()) {
     throw UsageError(given.convergence ? "study --convergence needs no scene, but one is given"
                                        : "study needs a scene: study SCENE -o DIR");

@@ -319,6 +319,7 @@ SceneDescription outline(const SceneDescription& description) {
   result.generator = description.generator;
   result.images = description.images;
   result.instances = description.instances;
+  result.nodes = description.nodes;
   result.coverage = description.coverage;
   result.repairs = description.repairs;
   result.meshes.reserve(description.meshes.size());

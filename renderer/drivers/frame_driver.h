@@ -1,5 +1,5 @@
 // A frame driver decides which pixel gets its next samples. It is no more than these decisions, as
-// data: FrameRender (renderer/engine) carries them out, pauses, and tells the observer. Drivers are
+// data: RenderJob (renderer/engine) carries them out, pauses, and tells the sink. Drivers are
 // interchangeable: for equal sample counts they produce equal bits (law 2), because every sample is
 // a pure function of the frame (law 1) and each pixel's samples are added in index order by one
 // owner.

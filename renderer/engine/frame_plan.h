@@ -2,7 +2,9 @@
 // made of them.
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <stop_token>
 
 #include "integrators/integrator.h"
@@ -10,29 +12,41 @@
 #include "renderer/drivers/driver_table.h"
 #include "renderer/drivers/frame.h"
 #include "renderer/engine/frame_settings.h"
+#include "renderer/engine/render_job.h"
+#include "renderer/engine/scene_parts.h"
 #include "renderer/film/filter.h"
 #include "renderer/scene/build_scene.h"
 #include "samplers/sampler.h"
 
 namespace emberline {
 
-// What a frame needs besides, where it has it.
-struct FrameInputs {
-  const LightGroups* groups = nullptr;
-  const CryptomatteIds* cryptomattes = nullptr;
-  const SurfaceRoles* roles = nullptr;
-  // The lights are looked for until it is requested (renderer/scene/light_survey.h): no sample of
-  // the frame may be made then, as FrameRender makes none.
-  std::stop_token stop = {};
+class OpenScene;
+
+// What a client wants of its frames beside what the settings say.
+struct PrepareOptions {
+  // The channels, in place of those that the settings ask for.
+  std::optional<AovSet> aovs = {};
+  // Before a frame begins, some 20 ms of one thread for 10^5 triangles (EmptyPixels). The bits are
+  // the same: clients that wait for the first picture do without.
+  bool find_empty_pixels = true;
+  std::optional<Vec2i> explained = {};  // the pixel that RenderJob::explain is asked about
+  bool keep_tree = false;               // RenderJob::facts() is asked for the refinement tree
+  bool extending = false;               // RenderJob::extend() is called
 };
 
 struct FramePlan {
   // Looks all names up, and checks ranges and combinations. Throws UsageError that names the
   // option, the reason and what is valid.
-  explicit FramePlan(const FrameSettings& settings);
+  explicit FramePlan(const FrameSettings& settings, const PrepareOptions& options = {});
 
-  // Refers to the plan, the scene, the camera and what is in `inputs`.
-  Frame frame(const Scene& scene, const Camera& camera, const FrameInputs& inputs = {}) const;
+  // A job refers to the plan, the scene and its parts, and the camera. The lights are looked for
+  // until a stop is requested (renderer/scene/light_survey.h); no sample may be made then, as
+  // RenderJob makes none.
+  std::unique_ptr<RenderJob> prepare(const OpenScene& scene, const Camera& camera,
+                                     const std::stop_token& stop) const;
+  Frame frame(const Scene& scene, const Camera& camera, const SceneParts& parts = {},
+              const std::stop_token& stop = {}) const;
+  DriverFactory drivers() const { return driver_factory(driver->name, driver_settings); }
 
   const DriverEntry* driver;
   DriverSettings driver_settings;
@@ -48,9 +62,7 @@ struct FramePlan {
   AovSet aovs;
   double shutter_frames;
   float clamp_indirect;  // 0: nothing is clamped
-  // Before a frame begins, some 20 ms of one thread for 10^5 triangles (EmptyPixels). The bits are
-  // the same: those who wait for the first picture do without.
-  bool find_empty_pixels = true;
+  bool find_empty_pixels;
   bool guides_lights = false;  // where that pays (renderer/scene/light_survey.h)
   SceneBuildOptions build;     // what the settings want of the scene
   PixelFilter filter;
@@ -71,7 +83,7 @@ AovSet aovs_of(const FrameSettings& settings);
 // streams: its halves are the first and the second half of so many samples, and so on.
 inline constexpr uint32_t kLeastStreamSamples = 16;
 
-// The crop, or the whole frame. Throws UsageError for one outside the frame.
+// The crop, or the whole frame.
 Rect crop_of(const FrameSettings& settings);
 
 }  // namespace emberline

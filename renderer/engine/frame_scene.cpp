@@ -16,6 +16,7 @@
 #include "renderer/core/setting_names.h"
 #include "renderer/core/shortened.h"
 #include "renderer/description/framing.h"
+#include "renderer/engine/setting_rules.h"
 #include "renderer/film/film.h"
 #include "renderer/scene/build_scene.h"
 
@@ -169,9 +170,7 @@ SceneEdits load_edits(const FrameSettings& settings, const LoadProgress& progres
 }
 
 std::optional<double> chosen_time(const FrameSettings& settings) {
-  if (settings.time && settings.frame) {
-    throw UsageError("`time` and `frame` both say when; leave one of them out");
-  }
+  check_rules(settings, "time");
   if (settings.frame) return *settings.frame / settings.fps;
   return settings.time;
 }

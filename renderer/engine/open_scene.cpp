@@ -37,21 +37,27 @@ void ReadScene::read(std::span<const uint64_t> held, LoadProgress& progress) {
   if (edits_ != SceneEdits() || settings_.light_groups) apply(edits_, description_);
 }
 
-NamedParts ReadScene::named_parts() const {
-  NamedParts parts;
-  if (settings_.light_groups) parts.light_groups.emplace(outline(description_));
-  if (!settings_.cryptomattes.empty()) {
-    parts.cryptomattes.emplace(description_, parse_cryptomattes(settings_.cryptomattes));
+OpenScene::Parts::Parts(const ReadScene& read) {
+  const FrameSettings& settings = read.settings_;
+  const SceneDescription& scene = read.description_;
+  if (settings.light_groups) light_groups.emplace(outline(scene));
+  if (!settings.cryptomattes.empty()) {
+    cryptomattes.emplace(scene, parse_cryptomattes(settings.cryptomattes));
   }
-  if (!settings_.catchers.empty() || !settings_.holdouts.empty()) {
-    parts.roles.emplace(description_, settings_.catchers, settings_.holdouts);
+  if (!settings.catchers.empty() || !settings.holdouts.empty()) {
+    roles.emplace(scene, settings.catchers, settings.holdouts);
   }
-  return parts;
+}
+
+SceneParts OpenScene::Parts::pointers() const {
+  return {.light_groups = light_groups ? &*light_groups : nullptr,
+          .cryptomattes = cryptomattes ? &*cryptomattes : nullptr,
+          .roles = roles ? &*roles : nullptr};
 }
 
 std::unique_ptr<OpenScene> ReadScene::build(LoadProgress& progress) && {
   std::unique_ptr<OpenScene> open(new OpenScene(options_, source_));
-  open->parts_ = named_parts();
+  open->parts_ = OpenScene::Parts(*this);
   open->coverage_ = description_.coverage;
   open->repairs_ = description_.repairs;
   open->build(*this, progress);
@@ -83,7 +89,7 @@ bool OpenScene::repose(ReadScene& read, LoadProgress& progress) {
 }
 
 bool OpenScene::pose(ReadScene read, LoadProgress& progress) {
-  NamedParts parts = read.named_parts();
+  Parts parts(read);
   CoverageReport coverage = read.description_.coverage;
   const LoadRepairs repairs = read.description_.repairs;
   const bool reposed = repose(read, progress);

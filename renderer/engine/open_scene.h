@@ -11,6 +11,7 @@
 #include "renderer/description/scene_description.h"
 #include "renderer/description/scene_edits.h"
 #include "renderer/engine/frame_settings.h"
+#include "renderer/engine/scene_parts.h"
 #include "renderer/scene/build_scene.h"
 #include "renderer/scene/cryptomatte_ids.h"
 #include "renderer/scene/editable_scene.h"
@@ -30,13 +31,6 @@ struct OpenOptions {
   bool edits = false;
   // Other times will be asked for: the file stays open if it has animations.
   bool poses = false;
-};
-
-// What the settings name in a scene. Empty: they name nothing of the kind.
-struct NamedParts {
-  std::optional<LightGroups> light_groups;
-  std::optional<CryptomatteIds> cryptomattes;
-  std::optional<SurfaceRoles> roles;
 };
 
 // A scene that is read and posed but not built. What it has reserved is given back unless it is
@@ -64,7 +58,6 @@ class ReadScene {
   ReadScene(const FrameSettings& settings, SceneEdits edits, const OpenOptions& options,
             std::shared_ptr<SceneSource> source);
   void read(std::span<const uint64_t> held, LoadProgress& progress);
-  NamedParts named_parts() const;
 
   FrameSettings settings_;
   SceneEdits edits_;
@@ -77,7 +70,8 @@ class OpenScene {
  public:
   // For other threads while nothing poses or edits it.
   const Scene& scene() const { return editable_ ? editable_->scene() : *scene_; }
-  const NamedParts& parts() const { return parts_; }
+  // Valid until the scene is posed.
+  SceneParts parts() const { return parts_.pointers(); }
   // Of the file in the pose that the scene is in.
   const CoverageReport& coverage() const { return coverage_; }
   const LoadRepairs& repairs() const { return repairs_; }
@@ -98,6 +92,17 @@ class OpenScene {
 
  private:
   friend class ReadScene;
+
+  struct Parts {
+    explicit Parts(const ReadScene& read);
+    Parts() = default;
+    SceneParts pointers() const;
+
+    std::optional<LightGroups> light_groups;
+    std::optional<CryptomatteIds> cryptomattes;
+    std::optional<SurfaceRoles> roles;
+  };
+
   OpenScene(const OpenOptions& options, std::shared_ptr<SceneSource> source)
       : options_(options), source_(std::move(source)) {}
   void build(ReadScene& read, LoadProgress& progress);
@@ -107,7 +112,7 @@ class OpenScene {
   std::shared_ptr<SceneSource> source_;  // goes last
   std::unique_ptr<Scene> scene_;
   std::optional<EditableScene> editable_;
-  NamedParts parts_;
+  Parts parts_;
   CoverageReport coverage_;
   LoadRepairs repairs_;
 };

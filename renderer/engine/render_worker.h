@@ -9,7 +9,7 @@
 #include "renderer/core/flush_denormals.h"
 #include "renderer/drivers/frame.h"
 #include "renderer/drivers/frame_driver.h"
-#include "renderer/engine/frame_observer.h"
+#include "renderer/engine/render_sink.h"
 #include "renderer/film/light_group_values.h"
 #include "renderer/film/path_layers.h"
 #include "renderer/film/sample_shares.h"

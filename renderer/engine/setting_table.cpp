@@ -195,8 +195,8 @@ Setting part() {
   return {"part",
           kPart,
           "K/N",
-          "of the driver bucket: every N-th bucket, from the K-th on. Nothing is written but the "
-          "checkpoint OUTPUT.part-K-of-N.checkpoint, for `emberline merge`",
+          "every N-th bucket, from the K-th on. Nothing is written but the checkpoint "
+          "OUTPUT.part-K-of-N.checkpoint, for `emberline merge`",
           "",
           false,
           read,

@@ -14,7 +14,7 @@
 
 #include "renderer/drivers/frame.h"
 #include "renderer/drivers/frame_driver.h"
-#include "renderer/engine/frame_observer.h"
+#include "renderer/engine/render_sink.h"
 #include "renderer/engine/render_worker.h"
 
 namespace emberline {

@@ -273,7 +273,7 @@ bool Checkpoint::wanted() const {
          (clock_.seconds() >= next_s_.load(std::memory_order_relaxed) || asked());
 }
 
-void Checkpoint::save(FrameRender& render) {
+void Checkpoint::save(RenderJob& render) {
   std::unique_lock lock(mutex_);
   wake_.wait(lock, [&] { return !busy_; });  // at a stop; else nobody asks meanwhile
   const Stopwatch pause;

@@ -9,7 +9,7 @@
 //   "light layers"  names, with light groups
 // and records. Of tiles: one each, whose bytes are those of a TileResult, the film and the driver's
 // state; of two of one tile the later counts. Of one film: blocks of at most 4 MiB that together
-// are what FrameRender::save() makes, and an empty record behind the last. What these classes save
+// are what RenderJob::save() makes, and an empty record behind the last. What these classes save
 // is theirs to say (archive()); numbers are the machine's own, little-endian.
 #pragma once
 
@@ -28,8 +28,8 @@
 
 #include "io/files/atomic_file.h"
 #include "io/files/record_file.h"
-#include "renderer/engine/frame_render.h"
 #include "renderer/engine/render_clock.h"
+#include "renderer/engine/render_job.h"
 #include "renderer/output/render_options.h"
 
 namespace emberline {
@@ -97,7 +97,7 @@ class Checkpoint final : public TileStore {
   // Whether it is time to save: then `render` is to pause. Any thread.
   bool wanted() const;
   // Copies the frame at once and writes it behind, when the one before is written.
-  void save(FrameRender& render);
+  void save(RenderJob& render);
   // Copies will have so much, or a little more. The first touch of a large copy's memory takes
   // longer than the copy: it is done before the first is wanted, while others render.
   void copies(uint64_t film_bytes);

@@ -6,8 +6,6 @@
 #include <bit>
 #include <nlohmann/json.hpp>
 
-#include "renderer/core/errors.h"
-#include "renderer/core/file_suffix.h"
 #include "renderer/core/murmur3.h"
 #include "renderer/film/film.h"
 #include "renderer/output/appended_channels.h"
@@ -17,16 +15,16 @@ namespace {
 
 constexpr size_t kRanksOfLayer = 2;
 
-const char* layer_name(CryptomatteKind kind) {
-  constexpr const char* kNames[] = {"CryptoObject", "CryptoMaterial", "CryptoAsset"};
-  return kNames[size_t(kind)];
-}
-
 size_t layers_of(size_t levels) { return (levels + kRanksOfLayer - 1) / kRanksOfLayer; }
 
 std::string hexadecimal(uint32_t id) { return fmt::format("{:08x}", id); }
 
 }  // namespace
+
+const char* cryptomatte_layer_name(CryptomatteKind kind) {
+  constexpr const char* kNames[] = {"CryptoObject", "CryptoMaterial", "CryptoAsset"};
+  return kNames[size_t(kind)];
+}
 
 std::vector<std::string> cryptomatte_channel_names(std::span<const CryptomatteKind> kinds,
                                                    int levels) {
@@ -34,10 +32,10 @@ std::vector<std::string> cryptomatte_channel_names(std::span<const CryptomatteKi
   for (const CryptomatteKind kind : kinds) {
     for (size_t layer = 0; layer < layers_of(size_t(levels)); ++layer) {
       for (const char channel : {'R', 'G', 'B', 'A'}) {
-        names.push_back(fmt::format("{}{:02}.{}", layer_name(kind), layer, channel));
+        names.push_back(fmt::format("{}{:02}.{}", cryptomatte_layer_name(kind), layer, channel));
       }
     }
-    names.push_back(fmt::format("dropped.{}", layer_name(kind)));
+    names.push_back(fmt::format("dropped.{}", cryptomatte_layer_name(kind)));
   }
   return names;
 }
@@ -67,7 +65,7 @@ std::vector<std::pair<std::string, std::string>> cryptomatte_attributes(
   using Json = nlohmann::json;
   std::vector<std::pair<std::string, std::string>> attributes;
   for (const CryptomatteNames& of_kind : names) {
-    const std::string layer = layer_name(of_kind.kind);
+    const std::string layer = cryptomatte_layer_name(of_kind.kind);
     const std::string begin = "cryptomatte/" + hexadecimal(murmur3_32(layer)).substr(0, 7) + "/";
     Json manifest = Json::object();
     for (const auto& [name, id] : of_kind.ids) manifest[name] = hexadecimal(id);
@@ -78,13 +76,6 @@ std::vector<std::pair<std::string, std::string>> cryptomatte_attributes(
                             manifest.dump(-1, ' ', false, Json::error_handler_t::replace));
   }
   return attributes;
-}
-
-void check_cryptomattes(const RenderOptions& options) {
-  if (options.cryptomattes.empty() || options.replay) return;
-  if (std::ranges::none_of(options.outputs, is_exr)) {
-    throw UsageError("`cryptomatte`: mattes are layers of an EXR; give an -o that ends in .exr");
-  }
 }
 
 }  // namespace emberline

@@ -10,12 +10,14 @@
 #include <vector>
 
 #include "renderer/film/cryptomatte_sums.h"
-#include "renderer/output/render_options.h"
 #include "renderer/scene/cryptomatte_ids.h"
 
 namespace emberline {
 
 class FilmTile;
+
+// "CryptoObject" and its like.
+const char* cryptomatte_layer_name(CryptomatteKind kind);
 
 // Of each kind CryptoObject00.{R,G,B,A} and so on: id and coverage of two ranks in each, the last
 // empty where there are fewer; then dropped.CryptoObject, what was covered by more.
@@ -45,8 +47,5 @@ void append_cryptomattes(const FilmTile& tile, std::vector<float>& pixels,
 // The header's texts: name, hash, conversion and manifest of each kind.
 std::vector<std::pair<std::string, std::string>> cryptomatte_attributes(
     std::span<const CryptomatteNames> names);
-
-// Throws UsageError for options that --cryptomatte cannot go with.
-void check_cryptomattes(const RenderOptions& options);
 
 }  // namespace emberline

@@ -5,6 +5,7 @@
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/limit_error.h"
 #include "renderer/drivers/bucket_schedule.h"
+#include "renderer/engine/film_memory.h"
 #include "renderer/output/light_layers.h"
 #include "renderer/output/snapshots.h"
 
@@ -36,10 +37,10 @@ uint64_t lossy_encoder_bytes(const RenderOptions& options) {
 }  // namespace
 
 uint64_t frame_bytes(const RenderOptions& options, const OutputSettings& settings,
-                     const FrameRender& render) {
-  uint64_t per_pixel = render.bytes_per_pixel(settings.aovs);
+                     const FramePlan& plan) {
+  uint64_t per_pixel = kept_bytes_per_pixel(plan.drivers(), plan.aovs);
   if (!checkpoint_path(options).empty()) per_pixel *= 2;  // a copy of it is written behind
-  if (!render.by_tiles()) {
+  if (!plan.driver->tiles) {
     per_pixel +=
         4 * sizeof(float) + shown_layer_bytes_per_pixel(PathLayers(settings.aovs).list().size());
   }
@@ -53,9 +54,9 @@ uint64_t frame_bytes(const RenderOptions& options, const OutputSettings& setting
 }
 
 uint64_t light_group_bytes(const RenderOptions& options, const OutputSettings& settings,
-                           const FrameRender& render, const std::vector<std::string>& layers) {
+                           const FramePlan& plan, const std::vector<std::string>& layers) {
   uint64_t bytes = 0;
-  if (!render.by_tiles()) {
+  if (!plan.driver->tiles) {
     const uint64_t copies = (checkpoint_path(options).empty() ? 1 : 2) *
                             (settings.aovs.contains(Aov::kDenoising) ? 2 : 1);
     bytes = bytes_of(uint64_t(settings.crop.area()),

@@ -17,6 +17,7 @@
 #include "renderer/core/log.h"
 #include "renderer/core/parallel.h"
 #include "renderer/drivers/bucket_schedule.h"
+#include "renderer/engine/film_memory.h"
 #include "renderer/output/checkpoint.h"
 #include "renderer/output/checkpoint_head.h"
 #include "renderer/output/frame_memory.h"
@@ -118,7 +119,7 @@ TileResult StoredFrame::load(size_t tile, FilmTile& film) const {
     return {};
   }
   const std::vector<std::byte> state =
-      file_.read(*tiles_[tile], FrameRender::most_of_state(film.bytes()));
+      file_.read(*tiles_[tile], TileStore::most_of_state(film.bytes()));
   Archive loading{std::span<const std::byte>(state)};
   TileResult result = blank_result();
   try {

@@ -12,7 +12,7 @@
 #include "renderer/core/memory_budget.h"
 #include "renderer/drivers/bucket_schedule.h"
 #include "renderer/engine/frame_plan.h"
-#include "renderer/engine/frame_render.h"
+#include "renderer/engine/render_job.h"
 #include "renderer/output/outputs.h"
 #include "renderer/output/scene_layers.h"
 

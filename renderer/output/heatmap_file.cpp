@@ -1,7 +1,9 @@
 #include "renderer/output/heatmap_file.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <filesystem>
+#include <cmath>
 
 #include "io/image/output.h"
 #include "renderer/core/errors.h"
@@ -48,6 +50,25 @@ void check_heatmap_style(const HeatmapStyle& style,
     throw UsageError("{}: {} shows reasons, which have no scale", style.range ? "`range`" : "`log`",
                      quantities.front()->name);
   }
+}
+
+bool is_heatmap_range(double least, double most) {
+  constexpr double kMost = 1e18, kLeast = 1e-30, kNearest = 1e-6;
+  const double greatest = std::max(std::abs(least), std::abs(most));
+  return greatest <= kMost && greatest >= kLeast && most - least >= kNearest * greatest;
+}
+
+void check_heatmap_channels(const std::string& place, const HeatmapQuantity& quantity,
+                            std::span<const std::string> channels) {
+  const std::string missing = QuantityPlane::missing_channel(quantity, channels);
+  if (missing.empty()) return;
+  const std::string remedy =
+      quantity.of_denoised
+          ? std::string("render it with `denoise`, or give it to emberline denoise")
+      : quantity.aov ? fmt::format("render it with `aov` {}", name_of(aov_table(), *quantity.aov))
+                     : std::string("give an .exr that emberline render wrote");
+  throw InputError(place, "no channel {}, which a heatmap of {} needs; {}", missing, quantity.name,
+                   remedy);
 }
 
 std::vector<HeatmapRequest> heatmap_requests(const RenderOptions& options) {

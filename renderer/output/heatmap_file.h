@@ -35,6 +35,14 @@ void check_heatmap_format(const std::string& option, const std::string& path, co
 void check_heatmap_style(const HeatmapStyle& style,
                          std::span<const HeatmapQuantity* const> quantities);
 
+// Whether the ends of a range are of use: squares stay finite in float, and steps between them are
+// told apart.
+bool is_heatmap_range(double least, double most);
+
+// Throws InputError that names `place` where the quantity needs a channel that is not there.
+void check_heatmap_channels(const std::string& place, const HeatmapQuantity& quantity,
+                            std::span<const std::string> channels);
+
 // .png and .jpg: the picture with its legend. .exr: the values as they are, in one channel named as
 // the quantity, NaN where there is none; of the style nothing counts.
 class HeatmapFile {

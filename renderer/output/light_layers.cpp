@@ -7,9 +7,6 @@
 #include <ranges>
 #include <set>
 
-#include "integrators/integrator.h"
-#include "renderer/core/errors.h"
-#include "renderer/core/file_suffix.h"
 #include "renderer/film/film.h"
 #include "renderer/film/half_channels.h"
 #include "renderer/film/light_group_sums.h"
@@ -76,24 +73,6 @@ void append_light_layers(const FilmTile& tile, std::vector<float>& pixels) {
     }
     for (int half = 0; half < halves; ++half) values = put_half_lights(tile, i, half, values);
   });
-}
-
-void check_light_layers(const RenderOptions& options) {
-  if (!options.light_groups) return;
-  if (!find_integrator(options.integrator).tells_lights_apart) {
-    auto valid = integrator_table() | std::views::filter(&IntegratorEntry::tells_lights_apart) |
-                 std::views::transform(&IntegratorEntry::name);
-    throw UsageError("`light-groups`: the integrator {} knows no lights; valid with {}",
-                     options.integrator, fmt::join(valid, ", "));
-  }
-  if (options.unbiased) {
-    throw UsageError(
-        "`light-groups`: `unbiased` weighs rounds, which are not kept by light; leave one of the "
-        "two out");
-  }
-  if (!options.replay && std::ranges::none_of(options.outputs, is_exr)) {
-    throw UsageError("`light-groups`: they are layers of an EXR; give an -o that ends in .exr");
-  }
 }
 
 std::string describe(const LightGroups& groups) {

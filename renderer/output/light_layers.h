@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "renderer/film/film_channels.h"
-#include "renderer/output/render_options.h"
 #include "renderer/scene/light_groups.h"
 
 namespace emberline {
@@ -26,9 +25,6 @@ std::vector<std::string> light_channel_names(const std::vector<std::string>& lay
 
 // Puts the values of these behind the channels of each of the tile's pixels.
 void append_light_layers(const FilmTile& tile, std::vector<float>& pixels);
-
-// Throws UsageError for options that --light-groups cannot go with.
-void check_light_layers(const RenderOptions& options);
 
 // "light groups (2: key, environment)", for the report.
 std::string describe(const LightGroups& groups);

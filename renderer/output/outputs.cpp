@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "io/image/output.h"
 #include "io/image/picture_mark.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
@@ -14,7 +15,6 @@
 #include "renderer/engine/frame_plan.h"
 #include "renderer/engine/frame_scene.h"
 #include "renderer/engine/half_layers.h"
-#include "renderer/output/light_layers.h"
 #include "renderer/output/report.h"
 
 namespace emberline {
@@ -23,12 +23,6 @@ namespace {
 constexpr const char* kSamplesAttribute = "emberline:samples";
 constexpr const char* kClampedAttribute = "emberline:clamped";
 constexpr size_t kMostDigits = 20;  // of a number of 64 bits
-
-std::vector<std::string> names_of(const std::vector<ExrChannel>& channels) {
-  std::vector<std::string> names;
-  for (const ExrChannel& channel : channels) names.push_back(channel.name);
-  return names;
-}
 
 // When it is, where the settings say so, and its primaries.
 ExrView view_of(const FrameSettings& settings) {
@@ -45,23 +39,6 @@ ExrView view_of(const FrameSettings& settings) {
 }
 
 }  // namespace
-
-std::vector<ExrChannel> exr_channels(const AovSet& aovs) {
-  std::vector<ExrChannel> channels;
-  for (const FilmChannel& channel : film_channels(aovs)) {
-    channels.push_back({channel.name, channel.integer ? ChannelType::kUint : ChannelType::kFloat});
-  }
-  return channels;
-}
-
-std::vector<ExrChannel> summed_channels(const std::vector<ExrChannel>& channels) {
-  std::vector<ExrChannel> summed;
-  for (const std::string& name : with_shared_sums(names_of(channels))) {
-    const auto same = std::ranges::find(channels, name, &ExrChannel::name);
-    summed.push_back(same != channels.end() ? *same : ExrChannel{name});
-  }
-  return summed;
-}
 
 ExrHeader exr_header(const AovSet& aovs, int width, int height, const Rect& crop,
                      std::vector<std::pair<std::string, std::string>> attributes) {
@@ -96,6 +73,41 @@ OutputSettings output_settings(const RenderOptions& options, const Rect& crop) {
     if (heatmap.quantity->aov) settings.aovs.insert(*heatmap.quantity->aov);
   }
   return settings;
+}
+
+ExrHeader frame_header(const OutputSettings& settings, std::vector<ExrChannel> channels,
+                       const SceneLayers& layers) {
+  for (ExrChannel& channel : channels) {
+    const bool half = channel.type == ChannelType::kFloat && is_half(channel.name, settings.half);
+    if (half) channel.type = ChannelType::kHalf;
+  }
+  ExrHeader header = {.width = settings.width,
+                      .height = settings.height,
+                      .data_window = settings.crop,
+                      .tile_size = settings.tile_size,
+                      .channels = std::move(channels),
+                      .view = settings.view,
+                      .compression = settings.compression,
+                      .parts = settings.parts,
+                      .attributes = settings.attributes};
+  header.view.camera = layers.camera;
+  header.attributes.emplace_back(kCompleteAttribute, "false");
+  header.attributes.emplace_back(kSamplesAttribute, std::string(kMostDigits, ' '));
+  if (settings.clamps) {
+    header.attributes.emplace_back(kClampedAttribute, std::string(kMostDigits, ' '));
+  }
+  // Behind those that is_marked_incomplete() looks for: names may be megabytes.
+  for (auto& attribute : cryptomatte_attributes(layers.cryptomattes)) {
+    header.attributes.push_back(std::move(attribute));
+  }
+  return header;
+}
+
+void set_state(const OutputSettings& settings, const FrameState& state, ExrWriter& writer) {
+  writer.set_attribute(kCompleteAttribute, state.complete ? "true" : "false");
+  writer.set_attribute(kSamplesAttribute, std::to_string(state.samples));
+  if (settings.clamps)
+    writer.set_attribute(kClampedAttribute, fmt::format("{:.4g}", state.clamped_share));
 }
 
 void register_inputs(const RenderOptions& options, FileRegister& files) {
@@ -150,6 +162,9 @@ void register_run_outputs(const RenderOptions& options, FileRegister& files) {
 void check_output_paths(const RenderOptions& options, const Rect& crop, FileRegister& files) {
   for (const std::string& path : options.outputs) check_picture_format(path, crop);
   for (const std::string& path : options.heatmaps) check_heatmap_format("`heatmap`", path, crop);
+  for (const std::string& path : options.trees) {
+    if (!is_json(path)) image_format_of(path);
+  }
   register_inputs(options, files);
   register_frame_outputs(options, files);
   register_run_outputs(options, files);
@@ -158,10 +173,9 @@ void check_output_paths(const RenderOptions& options, const Rect& crop, FileRegi
 FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSettings& settings,
                            const StopRequest& stop)
     : settings_(settings),
-      channels_(exr_channels(settings.aovs)),
-      view_(settings.view),
-      stop_(stop),
-      cryptomattes_(settings.cryptomattes.size()) {
+      channels_(settings.aovs, settings.light_groups, settings.cryptomattes,
+                settings.cryptomatte_levels),
+      stop_(stop) {
   for (const std::string& path : paths) {
     if (is_exr(path)) {
       ExrOutput& exr = exrs_.emplace_back();
@@ -188,32 +202,13 @@ FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSe
 // Its file, with all channels that are known of.
 void FrameOutputs::begin(ExrOutput& exr) {
   exr.writer.reset();  // takes its file with it
-  ExrHeader header = {.width = settings_.width,
-                      .height = settings_.height,
-                      .data_window = settings_.crop,
-                      .tile_size = settings_.tile_size,
-                      .channels = summed_channels(channels_),
-                      .view = view_,
-                      .compression = settings_.compression,
-                      .parts = settings_.parts,
-                      .attributes = settings_.attributes};
+  std::vector<ExrChannel> channels = summed_channels(channels_.list());
   if (settings_.denoise) {
-    for (const std::string& name : denoise_results(names_of(channels_)))
-      header.channels.push_back({name});
+    for (const std::string& name : denoise_results(names_of(channels_.list())))
+      channels.push_back({name});
   }
-  for (ExrChannel& channel : header.channels) {
-    const bool half = channel.type == ChannelType::kFloat && is_half(channel.name, settings_.half);
-    if (half) channel.type = ChannelType::kHalf;
-  }
-  header.attributes.emplace_back(kCompleteAttribute, "false");
-  header.attributes.emplace_back(kSamplesAttribute, std::string(kMostDigits, ' '));
-  if (settings_.clamps) {
-    header.attributes.emplace_back(kClampedAttribute, std::string(kMostDigits, ' '));
-  }
-  // Behind those that is_marked_incomplete() looks for: names may be megabytes.
-  header.attributes.insert(header.attributes.end(), late_attributes_.begin(),
-                           late_attributes_.end());
-  exr.writer = std::make_unique<ExrWriter>(exr.path, header);
+  exr.writer =
+      std::make_unique<ExrWriter>(exr.path, frame_header(settings_, std::move(channels), layers_));
 }
 
 void FrameOutputs::begin_spool() {
@@ -221,24 +216,12 @@ void FrameOutputs::begin_spool() {
   const bool sums = settings_.aovs.contains(Aov::kDenoising) && !exrs_.empty();
   if (!sums && (!settings_.denoise || images_.empty())) return;
   const std::string& beside = exrs_.empty() ? images_.front()->path() : exrs_.front().path;
-  spool_ = std::make_unique<PixelSpool>(beside, settings_.crop, channels_.size());
+  spool_ = std::make_unique<PixelSpool>(beside, settings_.crop, channels_.list().size());
 }
 
 void FrameOutputs::add_scene(const SceneLayers& layers) {
-  view_.camera = layers.camera;
-  if (settings_.light_groups) {
-    for (const std::string& name : light_channel_names(layers.lights, settings_.aovs)) {
-      channels_.push_back({name});
-    }
-  }
-  for (const std::string& name :
-       cryptomatte_channel_names(settings_.cryptomattes, settings_.cryptomatte_levels)) {
-    channels_.push_back({name});
-  }
-  late_attributes_ = cryptomatte_attributes(layers.cryptomattes);
-  for (size_t i = 0; i < std::min(cryptomattes_.size(), layers.cryptomattes.size()); ++i) {
-    cryptomattes_[i] = {layers.cryptomattes[i].kind, layers.cryptomattes[i].ids.size()};
-  }
+  layers_ = layers;
+  channels_.add_scene(layers);
   for (ExrOutput& exr : exrs_) begin(exr);
   begin_spool();
 }
@@ -248,8 +231,7 @@ void FrameOutputs::tile_finished(const FilmTile& tile) {
   if (spool_ || !exrs_.empty() || !heatmaps_.empty()) {
     tile.resolve(pixels);
     for (const auto& heatmap : heatmaps_) heatmap->write_tile(tile.rect(), pixels);
-    if (settings_.light_groups) append_light_layers(tile, pixels);
-    if (!settings_.cryptomattes.empty()) append_mattes(tile, pixels);
+    channels_.append(tile, pixels);
     if (spool_) {
       spool(tile.rect(), pixels);
     } else {
@@ -264,13 +246,6 @@ void FrameOutputs::tile_finished(const FilmTile& tile) {
   const std::lock_guard lock(mutex_);
   uint64_t& most = thread_bytes_[std::this_thread::get_id()];
   most = std::max(most, bytes);
-}
-
-void FrameOutputs::append_mattes(const FilmTile& tile, std::vector<float>& pixels) {
-  std::vector<CryptomatteReport> of_tile(cryptomattes_.size());
-  append_cryptomattes(tile, pixels, of_tile);
-  const std::lock_guard lock(mutex_);
-  for (size_t kind = 0; kind < of_tile.size(); ++kind) cryptomattes_[kind].merge(of_tile[kind]);
 }
 
 void FrameOutputs::write(ExrOutput& exr, const Rect& tile, const std::vector<float>& pixels) {
@@ -299,7 +274,7 @@ void FrameOutputs::spool(const Rect& tile, const std::vector<float>& pixels) {
 std::optional<DenoiseReport> FrameOutputs::finish_spooled(const std::stop_token& stop) {
   if (!spool_ || !spool_failure_.empty()) return std::nullopt;
   SharedRows rows(
-      settings_.crop, names_of(channels_),
+      settings_.crop, names_of(channels_.list()),
       [&](const Rect& part, std::vector<float>& pixels) { spool_->read_rows(part, pixels); });
   try {
     if (settings_.denoise) return denoise(rows, stop);
@@ -314,7 +289,7 @@ DenoiseReport FrameOutputs::denoise(SharedRows& rows, const std::stop_token& sto
   log_verbose("denoising");
   const DenoiseJob job = {
       .crop = settings_.crop,
-      .channels = names_of(summed_channels(channels_)),
+      .channels = names_of(summed_channels(channels_.list())),
       .tile_size = settings_.tile_size,
       .read = [&](const Rect& part, std::vector<float>& pixels) { rows.read(part, pixels); },
       .write = [&](const Rect& tile,
@@ -325,7 +300,7 @@ DenoiseReport FrameOutputs::denoise(SharedRows& rows, const std::stop_token& sto
 
 void FrameOutputs::write_tiles(SharedRows& rows) {
   const Rect& crop = settings_.crop;
-  const size_t channels = summed_channels(channels_).size();
+  const size_t channels = summed_channels(channels_.list()).size();
   const int size = settings_.tile_size;
   std::vector<float> pixels;
   for (int y = crop.y0; y < crop.y1; y += size) {
@@ -348,7 +323,8 @@ void FrameOutputs::write_tiles(SharedRows& rows) {
 void FrameOutputs::write_denoised(const Rect& tile, const std::vector<float>& pixels) {
   for (ExrOutput& exr : exrs_) write(exr, tile, pixels);
   if (images_.empty()) return;
-  const std::vector<float> rgba = denoised_rgba(pixels, names_of(summed_channels(channels_)));
+  const std::vector<float> rgba =
+      denoised_rgba(pixels, names_of(summed_channels(channels_.list())));
   for (const auto& image : images_) image->write_tile(tile, rgba);
 }
 
@@ -364,10 +340,7 @@ void FrameOutputs::finish(const FrameState& state, WriteAttempts& attempts) {
   for (const ExrOutput& exr : exrs_) {
     attempts.attempt(exr.path, [&] {
       check_spool();
-      exr.writer->set_attribute(kCompleteAttribute, state.complete ? "true" : "false");
-      exr.writer->set_attribute(kSamplesAttribute, std::to_string(state.samples));
-      if (settings_.clamps)
-        exr.writer->set_attribute(kClampedAttribute, fmt::format("{:.4g}", state.clamped_share));
+      set_state(settings_, state, *exr.writer);
       exr.writer->finish();
     });
   }
@@ -388,11 +361,6 @@ uint64_t FrameOutputs::film_bytes() const {
   for (const auto& image : images_) bytes += image->bytes();
   for (const auto& heatmap : heatmaps_) bytes += heatmap->bytes();
   return bytes;
-}
-
-std::vector<CryptomatteReport> FrameOutputs::cryptomattes() const {
-  const std::lock_guard lock(mutex_);
-  return cryptomattes_;
 }
 
 std::string FrameOutputs::display_description() const {

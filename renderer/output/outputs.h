@@ -17,11 +17,11 @@
 #include "io/files/register.h"
 #include "io/files/write_attempts.h"
 #include "renderer/core/rect.h"
-#include "renderer/engine/frame_observer.h"
+#include "renderer/engine/render_sink.h"
 #include "renderer/engine/stop_request.h"
 #include "renderer/film/shared_samples.h"
-#include "renderer/output/cryptomatte_layers.h"
 #include "renderer/output/denoise_pass.h"
+#include "renderer/output/frame_channels.h"
 #include "renderer/output/heatmap_file.h"
 #include "renderer/output/render_options.h"
 #include "renderer/output/scene_layers.h"
@@ -63,10 +63,13 @@ struct FrameState {
   double clamped_share = 0.0;
 };
 
+// The header of a whole frame's EXR, whose state is set before it is finished. Channels that
+// `--half` names become half floats.
+ExrHeader frame_header(const OutputSettings& settings, std::vector<ExrChannel> channels,
+                       const SceneLayers& layers);
+void set_state(const OutputSettings& settings, const FrameState& state, ExrWriter& writer);
+
 // Of a film's channels.
-std::vector<ExrChannel> exr_channels(const AovSet& aovs);
-// The same as with_shared_sums() has them, of a frame that is whole.
-std::vector<ExrChannel> summed_channels(const std::vector<ExrChannel>& channels);
 ExrHeader exr_header(const AovSet& aovs, int width, int height, const Rect& crop,
                      std::vector<std::pair<std::string, std::string>> attributes);
 
@@ -105,7 +108,7 @@ class FrameOutputs final : public FrameObserver {
   uint64_t film_bytes() const;
   std::string display_description() const;
   // By kind of --cryptomatte, of the tiles so far.
-  std::vector<CryptomatteReport> cryptomattes() const;
+  std::vector<CryptomatteReport> cryptomattes() const { return channels_.mattes(); }
 
  private:
   struct ExrOutput {
@@ -115,7 +118,6 @@ class FrameOutputs final : public FrameObserver {
   };
   void begin(ExrOutput& exr);
   void begin_spool();
-  void append_mattes(const FilmTile& tile, std::vector<float>& pixels);
   void spool(const Rect& tile, const std::vector<float>& pixels);
   void write(ExrOutput& exr, const Rect& tile, const std::vector<float>& pixels);
   DenoiseReport denoise(SharedRows& rows, const std::stop_token& stop);
@@ -124,10 +126,9 @@ class FrameOutputs final : public FrameObserver {
   bool nothing_left() const;  // to write a tile to
 
   const OutputSettings settings_;
-  std::deque<ExrOutput> exrs_;        // of which none moves
-  std::vector<ExrChannel> channels_;  // of a tile
-  ExrView view_;
-  std::vector<std::pair<std::string, std::string>> late_attributes_;  // with the scene's names
+  std::deque<ExrOutput> exrs_;  // of which none moves
+  FrameChannels channels_;
+  SceneLayers layers_;
   std::unique_ptr<PixelSpool> spool_;
   std::string spool_failure_;  // why it is of no use any more
   bool rendered_ = false;
@@ -136,7 +137,6 @@ class FrameOutputs final : public FrameObserver {
   std::shared_ptr<const DisplayTransform> transform_;
   const StopRequest& stop_;
   mutable std::mutex mutex_;
-  std::vector<CryptomatteReport> cryptomattes_;
   std::map<std::thread::id, uint64_t> thread_bytes_;  // at most, of each thread that brought a tile
 };
 

@@ -37,30 +37,7 @@ ByteImage picture_with_leaves(const FramePicture& picture, const RefinementTree&
 
 }  // namespace
 
-void check_refinement_options(const RenderOptions& options, const FramePlan& plan) {
-  const Rect& crop = plan.crop;
-  const bool refines = plan.driver->sharing == Sharing::kByError;
-  const auto refuse = [&](const char* option) {
-    throw UsageError(
-        "{}: only the adaptive driver decides how many samples a pixel gets; valid with `driver` "
-        "adaptive",
-        option);
-  };
-  if (options.explained) {
-    if (!refines) refuse("`explain`");
-    if (!crop.contains(options.explained->x, options.explained->y)) {
-      throw UsageError(
-          "`explain`: pixel {},{} is outside the rendered pixels; valid is {} to {} and {} to {}",
-          options.explained->x, options.explained->y, crop.x0, crop.x1 - 1, crop.y0, crop.y1 - 1);
-    }
-  }
-  if (!options.trees.empty() && !refines) refuse("`tree`");
-  for (const std::string& path : options.trees) {
-    if (!is_json(path)) image_format_of(path);
-  }
-}
-
-void write_refinement(const RenderOptions& options, const FrameRender& rendered,
+void write_refinement(const RenderOptions& options, const RenderJob& rendered,
                       WriteAttempts& attempts) {
   if (options.trees.empty()) return;
   const RefinementTree& tree = *rendered.facts().tree;

@@ -3,7 +3,7 @@
 
 #include "io/viewer/tev_stream.h"
 #include "renderer/core/rect.h"
-#include "renderer/engine/frame_observer.h"
+#include "renderer/engine/render_sink.h"
 #include "renderer/engine/stop_request.h"
 #include "renderer/output/render_options.h"
 

@@ -132,11 +132,6 @@ SnapshotRecorder::SnapshotRecorder(const RenderOptions& options, const Rect& cro
       waiting_(parse_snapshot_moments(options.snapshot_at ? std::string_view(*options.snapshot_at)
                                                           : kDefaultSnapshotMoments)),
       transform_(std::make_shared<DisplayTransform>(options.display)) {
-  if (find_driver(options.driver).tiles) {
-    throw UsageError("`snapshots`: `driver` " + options.driver +
-                     " finishes the frame part by part and has no picture of the whole before its "
-                     "end; choose a progressive driver");
-  }
   if (!options.reference.empty()) {
     reference_ = reference_pixels(read_rgb(options.reference, progress),
                                   "the frame to be measured against it", crop, options.width,

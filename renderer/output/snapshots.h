@@ -13,7 +13,7 @@
 #include "io/files/owned_folder.h"
 #include "io/files/write_attempts.h"
 #include "renderer/core/rect.h"
-#include "renderer/engine/frame_observer.h"
+#include "renderer/engine/render_sink.h"
 #include "renderer/output/render_options.h"
 #include "renderer/statistics/error_metrics.h"
 

@@ -4,7 +4,8 @@
 #include <cassert>
 #include <utility>
 
-#include "renderer/engine/frame_render.h"
+#include "renderer/engine/film_memory.h"
+#include "renderer/engine/render_job.h"
 #include "renderer/film/light_mix.h"
 
 namespace emberline {

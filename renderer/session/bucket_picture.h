@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "renderer/engine/frame_observer.h"
+#include "renderer/engine/render_sink.h"
 #include "renderer/film/film.h"
 #include "renderer/session/grading.h"
 

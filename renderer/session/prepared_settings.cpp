@@ -17,6 +17,15 @@ bool same_samples(const RenderOptions& a, const RenderOptions& b) {
   return a.threads == b.threads && texts(a) == texts(b);
 }
 
+// A plan without layers of files, which a window does not write: what they need does not matter.
+FramePlan plan_of(RenderOptions options, const ViewSettings& settings) {
+  options.light_groups = false;
+  options.half.clear();
+  return FramePlan(options, {.aovs = wanted_aovs(settings),
+                             .find_empty_pixels = false,
+                             .keep_tree = settings.overlay == ViewOverlay::kTree});
+}
+
 }  // namespace
 
 bool is_live(const RenderOptions& options) { return options.driver == kLiveDriver; }
@@ -68,12 +77,8 @@ bool frames_serve(const ViewSettings& a, const ViewSettings& b) {
 PreparedSettings::PreparedSettings(const ViewSettings& settings)
     : options(main_options(settings)),
       live(is_live(settings.render)),
-      plan(options),
+      plan(plan_of(options, settings)),
       light_groups(settings.light_groups && !plan.driver->tiles &&
-                   find_integrator(options.integrator).tells_lights_apart) {
-  plan.aovs = wanted_aovs(settings);
-  plan.find_empty_pixels = false;
-  plan.driver_settings.keep_tree = settings.overlay == ViewOverlay::kTree;
-}
+                   find_integrator(options.integrator).tells_lights_apart) {}
 
 }  // namespace emberline

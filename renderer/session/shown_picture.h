@@ -8,7 +8,7 @@
 
 #include "renderer/core/rect.h"
 #include "renderer/core/vector.h"
-#include "renderer/engine/frame_observer.h"
+#include "renderer/engine/render_sink.h"
 
 namespace emberline {
 

@@ -13,6 +13,7 @@
 #include "renderer/drivers/adaptive/round_planner.h"
 #include "renderer/drivers/bisection_schedule.h"
 #include "renderer/drivers/driver_table.h"
+#include "renderer/engine/film_memory.h"
 #include "renderer/film/light_group_sums.h"
 #include "renderer/session/overlay_picture.h"
 
@@ -117,27 +118,28 @@ void ViewFrame::render_region() {
   render_stage(Stage::kRegion, region_, "bisection", region, kRegionSamples);
 }
 
-FrameCounters ViewFrame::render_stage(Stage stage, std::optional<FrameRender>& render,
+FrameCounters ViewFrame::render_stage(Stage stage, std::optional<RenderJob>& job,
                                       const std::string& name, const Rect& crop,
                                       uint32_t samples_per_pixel) {
   const bool main = stage == Stage::kMain;
+  const FramePlan& plan = prepared_.plan;
   stage_ = stage;
   stage_name_ = name;
-  DriverSettings settings = prepared_.plan.driver_settings;
+  DriverSettings settings = plan.driver_settings;
   const bool in_frame = explained_ && crop.contains(explained_->x, explained_->y);
   if (main && in_frame) settings.explained = explained_;
-  render.emplace(driver_factory(name, settings));
-  const uint64_t lights = groups_ ? LightGroupSums::bytes_per_pixel(groups_->list().size()) : 0;
-  if (const uint64_t film = render->bytes_per_pixel(prepared_.plan.aovs))
-    reserve(crop, film + lights);
   Frame frame =
-      prepared_.plan.frame(request_.scene->scene->scene(), camera_, {.groups = groups_.get()});
+      plan.frame(request_.scene->scene->scene(), camera_, {.light_groups = groups_.get()});
   frame.crop = crop;
   frame.samples_per_pixel = samples_per_pixel;
-  frame.exact_counts = !main || prepared_.plan.even;
+  frame.exact_counts = !main || plan.even;
+  const uint64_t lights = groups_ ? LightGroupSums::bytes_per_pixel(groups_->list().size()) : 0;
+  const DriverFactory drivers = driver_factory(name, settings);
+  if (!drivers.tiles) reserve(crop, kept_bytes_per_pixel(drivers, plan.aovs) + lights);
+  job.emplace(std::move(frame), drivers);
   stage_end_ = std::stop_source();
   const std::stop_callback with_the_frame(stop_->token(), [this] { stage_end_.request_stop(); });
-  return render->render(frame, *this, stage_end_.get_token());
+  return job->render(*this, stage_end_.get_token()).counters;
 }
 
 // Buckets come over what the first picture shows.

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "renderer/drivers/frame_driver.h"
-#include "renderer/engine/frame_render.h"
+#include "renderer/engine/render_job.h"
 #include "renderer/engine/stop_request.h"
 #include "renderer/scene/camera.h"
 #include "renderer/session/bucket_picture.h"
@@ -101,8 +101,8 @@ class ViewFrame final : private FrameObserver {
   PixelStop stop_cause() const override { return stop_->cause(); }
 
   void render_region();
-  FrameCounters render_stage(Stage stage, std::optional<FrameRender>& render,
-                             const std::string& name, const Rect& crop, uint32_t samples_per_pixel);
+  FrameCounters render_stage(Stage stage, std::optional<RenderJob>& job, const std::string& name,
+                             const Rect& crop, uint32_t samples_per_pixel);
   void begin_buckets();
   void reserve(const Rect& pixels, uint64_t bytes_per_pixel);
   bool first_is_enough() const;
@@ -140,12 +140,12 @@ class ViewFrame final : private FrameObserver {
   std::string stage_name_;  // its driver's
   std::stop_source stage_end_;
   std::optional<Vec2i> explained_;
-  std::optional<FrameRender> region_, first_, main_;
+  std::optional<RenderJob> region_, first_, main_;
   std::optional<BucketPicture> bucket_picture_;
   MemoryReservation memory_;  // of films and pictures
   // What is shown and looked at, from which driver, and how far that is.
   const FramePicture* readable_ = nullptr;
-  FrameRender* shown_render_ = nullptr;
+  RenderJob* shown_render_ = nullptr;
   std::string shown_name_;
   FrameProgress progress_;
   bool finished_ = false;

@@ -7,26 +7,24 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
 #include <filesystem>
-#include <future>
-#include <nlohmann/json.hpp>
 #include <utility>
-#include <vector>
 
 #include "io/files/register.h"
-#include "io/image/output.h"
 #include "renderer/core/errors.h"
-#include "renderer/core/log.h"
 #include "renderer/output/outputs.h"
+#include "renderer/window/glfw_window.h"
 #include "renderer/window/input/imgui_input.h"
 #include "renderer/window/input/picture_input.h"
 #include "renderer/window/panels/panels.h"
 #include "renderer/window/panels/theme.h"
+#include "renderer/window/picture/drawn_journal.h"
 #include "renderer/window/picture/measurement.h"
 #include "renderer/window/picture/view.h"
+#include "renderer/window/screenshot.h"
 #include "renderer/window/view_command.h"
-#include "renderer/window/workbench.h"
+#include "renderer/window/workbench/clock.h"
+#include "renderer/window/workbench/workbench.h"
 
 namespace emberline {
 namespace {
@@ -39,92 +37,10 @@ constexpr double kStatusPause_s = 0.5, kIdlePause_s = 5.0;
 // ImGui shows what it was told a frame later: hover, popups, fields that were opened.
 constexpr int kFramesAfterInput = 3;
 
-std::string last_glfw_error = "no display";
-
-// GLFW's start and end.
-struct Glfw {
-  Glfw() {
-    glfwSetErrorCallback([](int, const char* description) { last_glfw_error = description; });
-#if defined(GLFW_PLATFORM_X11) && defined(__linux__)
-    // GLFW 3.4 and later look for Wayland first, whose library says on standard error what it
-    // misses.
-    if (!std::getenv("WAYLAND_DISPLAY") && !std::getenv("WAYLAND_SOCKET")) {
-      glfwInitHint(GLFW_PLATFORM, GLFW_PLATFORM_X11);
-    }
-#endif
-    if (!glfwInit()) {
-      throw RenderError("no window can be opened: " + last_glfw_error +
-                        "; `emberline render` needs no display");
-    }
-  }
-  ~Glfw() { glfwTerminate(); }
-};
-
-struct DestroyWindow {
-  void operator()(GLFWwindow* window) const { glfwDestroyWindow(window); }
-};
-using WindowHandle = std::unique_ptr<GLFWwindow, DestroyWindow>;
-
-WindowHandle open_window(const ViewOptions& options, const WindowState& state, float scale) {
-  glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
-  glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 0);
-  // What is drawn has no depth, and nothing of the screen shines through it.
-  for (const int bits : {GLFW_DEPTH_BITS, GLFW_STENCIL_BITS, GLFW_ALPHA_BITS}) {
-    glfwWindowHint(bits, 0);
-  }
-  glfwWindowHint(GLFW_MAXIMIZED, state.maximized && !options.window_size);
-  glfwWindowHintString(GLFW_X11_CLASS_NAME, "emberline");
-  glfwWindowHintString(GLFW_X11_INSTANCE_NAME, "emberline");
-  // What was remembered may be of a larger screen.
-  int unused = 0, most_x = 0, most_y = 0;
-  if (GLFWmonitor* const screen = glfwGetPrimaryMonitor()) {
-    glfwGetMonitorWorkarea(screen, &unused, &unused, &most_x, &most_y);
-  }
-  const auto remembered = [&](int size, int most) {
-    const int wanted = int(float(size) * scale);
-    return most > 0 ? std::min(wanted, most) : wanted;
-  };
-  const int width = options.window_size ? options.window_size->x : remembered(state.width, most_x);
-  const int height =
-      options.window_size ? options.window_size->y : remembered(state.height, most_y);
-  WindowHandle window(glfwCreateWindow(width, height, "Emberline", nullptr, nullptr));
-  if (!window) {
-    throw RenderError("no window can be opened: " + last_glfw_error +
-                      "; `emberline render` needs no display");
-  }
-  glfwMakeContextCurrent(window.get());
-  // Waiting for the screen would stop this thread; the pauses above do what it is for.
-  glfwSwapInterval(0);
-  return window;
-}
-
-// ImGui's context and its two back ends.
-struct ImGuiContextOwner {
-  explicit ImGuiContextOwner(GLFWwindow* window) {
-    IMGUI_CHECKVERSION();
-    ImGui::CreateContext();
-    ImGui::GetIO().IniFilename = nullptr;  // window_state.h remembers what there is
-    ImGui_ImplGlfw_InitForOpenGL(window, true);
-    ImGui_ImplOpenGL3_Init("#version 130");
-  }
-  ~ImGuiContextOwner() {
-    ImGui_ImplOpenGL3_Shutdown();
-    ImGui_ImplGlfw_Shutdown();
-    ImGui::DestroyContext();
-  }
-};
-
-float screen_scale() {
-  float x = 1.0f, y = 1.0f;
-  if (GLFWmonitor* monitor = glfwGetPrimaryMonitor()) glfwGetMonitorContentScale(monitor, &x, &y);
-  return std::max(x, y);
-}
-
 class Window {
  public:
   // Throws RenderError where there is no display or no OpenGL 3.0.
   explicit Window(const ViewOptions& options);
-  ~Window();
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;
 
@@ -132,6 +48,9 @@ class Window {
   void run();
 
  private:
+  static Window& of(GLFWwindow* window) {
+    return *static_cast<Window*>(glfwGetWindowUserPointer(window));
+  }
   void listen();
   void listen_to_input();
   void listen_to_window();
@@ -139,8 +58,8 @@ class Window {
   double pause() const;
   bool due(double now) const;
   void draw(double now);
+  void note_drawn();
   std::string screenshot_file();
-  void take_screenshot(const std::string& path);
   void finish_screenshot();
   void follow_options(double now);
   void set_title();
@@ -155,6 +74,7 @@ class Window {
   WindowHandle window_;
   ImGuiContextOwner imgui_;
   Workbench bench_;
+  DrawnJournal drawn_journal_;
   Interface interface_;
   PictureView picture_;
   PictureInput input_;
@@ -168,8 +88,7 @@ class Window {
   std::string title_;
   bool full_screen_ = false;
   std::array<int, 4> windowed_ = {};
-  std::future<void> screenshot_;
-  std::string screenshot_name_;
+  Screenshot screenshot_;
   bool closing_ = false, wanted_screenshot_ = false;
 };
 
@@ -180,20 +99,16 @@ Window::Window(const ViewOptions& options)
       scale_(options.interface_scale.value_or(screen_scale())),
       window_(open_window(options, state_, scale_)),
       imgui_(window_.get()),
-      bench_(options, state_, [] { glfwPostEmptyEvent(); }),
+      bench_(
+          options, state_, [] { glfwPostEmptyEvent(); },
+          [this](const std::string& text) { glfwSetClipboardString(window_.get(), text.c_str()); }),
+      drawn_journal_(bench_.journal),
       input_(
           bench_, [this](const Vec2f& point) { return interface_.covers(point); },
           [this] { return ImGui::GetIO().WantTextInput || interface_.popup_open(); }) {
-  bench_.copy_text = [this](const std::string& text) {
-    glfwSetClipboardString(window_.get(), text.c_str());
-  };
   if (!options.measure.empty()) measurement_.emplace(options, bench_);
   listen();
   set_theme();
-}
-
-Window::~Window() {
-  if (screenshot_.valid()) screenshot_.wait();
 }
 
 void Window::set_theme() {
@@ -215,25 +130,25 @@ void Window::listen_to_input() {
   GLFWwindow* const window = window_.get();
   // Instead of those that ImGui's back end has set: it is called from ours.
   glfwSetMouseButtonCallback(window, [](GLFWwindow* w, int button, int action, int modifiers) {
-    auto& self = *static_cast<Window*>(glfwGetWindowUserPointer(w));
+    Window& self = of(w);
     ImGui_ImplGlfw_MouseButtonCallback(w, button, action, modifiers);
     self.input_.button(button, action == GLFW_PRESS, modifiers);
     self.frames_owed_ = kFramesAfterInput;
   });
   imgui_moved_ = glfwSetCursorPosCallback(window, [](GLFWwindow* w, double x, double y) {
-    auto& self = *static_cast<Window*>(glfwGetWindowUserPointer(w));
+    Window& self = of(w);
     if (self.imgui_moved_) self.imgui_moved_(w, x, y);
     self.input_.moved(Vec2f(float(x), float(y)));
     self.frames_owed_ = std::max(self.frames_owed_, 2);
   });
   glfwSetCursorEnterCallback(window, [](GLFWwindow* w, int entered) {
-    auto& self = *static_cast<Window*>(glfwGetWindowUserPointer(w));
+    Window& self = of(w);
     ImGui_ImplGlfw_CursorEnterCallback(w, entered);
     if (!entered) self.input_.left_window();
     self.frames_owed_ = kFramesAfterInput;
   });
   glfwSetScrollCallback(window, [](GLFWwindow* w, double x, double y) {
-    auto& self = *static_cast<Window*>(glfwGetWindowUserPointer(w));
+    Window& self = of(w);
     ImGui_ImplGlfw_ScrollCallback(w, x, y);
     const bool control = glfwGetKey(w, GLFW_KEY_LEFT_CONTROL) == GLFW_PRESS ||
                          glfwGetKey(w, GLFW_KEY_RIGHT_CONTROL) == GLFW_PRESS;
@@ -241,14 +156,14 @@ void Window::listen_to_input() {
     self.frames_owed_ = kFramesAfterInput;
   });
   glfwSetKeyCallback(window, [](GLFWwindow* w, int key, int scancode, int action, int modifiers) {
-    auto& self = *static_cast<Window*>(glfwGetWindowUserPointer(w));
+    Window& self = of(w);
     self.imgui_input_.key(w, key, scancode, action, modifiers);
     if (key == GLFW_KEY_ESCAPE && action == GLFW_PRESS) self.interface_.cancel_dialogs();
     self.input_.key(key, action != GLFW_RELEASE, action == GLFW_REPEAT, modifiers);
     self.frames_owed_ = kFramesAfterInput;
   });
   glfwSetWindowFocusCallback(window, [](GLFWwindow* w, int focused) {
-    auto& self = *static_cast<Window*>(glfwGetWindowUserPointer(w));
+    Window& self = of(w);
     ImGui_ImplGlfw_WindowFocusCallback(w, focused);
     if (!focused) self.input_.lost_focus();
     self.frames_owed_ = kFramesAfterInput;
@@ -258,17 +173,15 @@ void Window::listen_to_input() {
 void Window::listen_to_window() {
   GLFWwindow* const window = window_.get();
   glfwSetDropCallback(window, [](GLFWwindow* w, int count, const char** paths) {
-    auto& self = *static_cast<Window*>(glfwGetWindowUserPointer(w));
-    for (int i = 0; i < count; ++i) self.bench_.open_dropped(paths[i]);
+    Window& self = of(w);
+    for (int i = 0; i < count; ++i) self.bench_.files.open_dropped(paths[i]);
   });
-  glfwSetFramebufferSizeCallback(window, [](GLFWwindow* w, int, int) {
-    static_cast<Window*>(glfwGetWindowUserPointer(w))->frames_owed_ = kFramesAfterInput;
-  });
-  glfwSetWindowRefreshCallback(window, [](GLFWwindow* w) {
-    static_cast<Window*>(glfwGetWindowUserPointer(w))->frames_owed_ = kFramesAfterInput;
-  });
+  glfwSetFramebufferSizeCallback(
+      window, [](GLFWwindow* w, int, int) { of(w).frames_owed_ = kFramesAfterInput; });
+  glfwSetWindowRefreshCallback(window,
+                               [](GLFWwindow* w) { of(w).frames_owed_ = kFramesAfterInput; });
   glfwSetWindowContentScaleCallback(window, [](GLFWwindow* w, float x, float y) {
-    auto& self = *static_cast<Window*>(glfwGetWindowUserPointer(w));
+    Window& self = of(w);
     if (self.options_.interface_scale) return;
     self.scale_ = std::max(x, y);
     self.set_theme();
@@ -279,9 +192,10 @@ void Window::listen_to_window() {
 
 void Window::run() {
   const auto stopped = [this] { return options_.stopped && options_.stopped(); };
-  while (!glfwWindowShouldClose(window_.get()) && !bench_.quit && !closing_ && !stopped()) {
+  while (!glfwWindowShouldClose(window_.get()) && !bench_.interface.quit && !closing_ &&
+         !stopped()) {
     glfwWaitEventsTimeout(pause());
-    const double began = Workbench::now();
+    const double began = window_time_s();
     if (input_.flying()) input_.fly(std::min(began - flown_s_, 0.1));
     flown_s_ = began;
     const uint64_t shown = picture_.drawn() ? picture_.drawn()->edit : 0;
@@ -290,10 +204,10 @@ void Window::run() {
     urgent_ |= bench_.picture() && bench_.picture()->filled && bench_.picture()->edit > shown;
     if (measurement_) measurement_->step(began);
     finish_screenshot();
-    if (due(Workbench::now())) draw(Workbench::now());
-    follow_options(Workbench::now());
+    if (due(window_time_s())) draw(window_time_s());
+    follow_options(window_time_s());
     if (measurement_) {
-      measurement_->blocked(Workbench::now() - began);
+      measurement_->blocked(window_time_s() - began);
       closing_ |= measurement_->finished();
     }
   }
@@ -302,16 +216,17 @@ void Window::run() {
 }
 
 double Window::pause() const {
-  const double now = Workbench::now();
+  const double now = window_time_s();
   double until = drawn_s_ + kIdlePause_s;
-  const bool renders = bench_.picture() && !bench_.picture()->finished && !bench_.settings().paused;
+  const bool renders =
+      bench_.picture() && !bench_.picture()->finished && !bench_.session.settings().paused;
   if (renders || bench_.load_status().state == LoadStatus::State::kLoading ||
-      !bench_.messages().empty()) {
+      !bench_.messages.messages().empty()) {
     until = drawn_s_ + kStatusPause_s;
   }
   if (frames_owed_ > 0 || input_.flying()) until = drawn_s_ + kInputPause_s;
   if (news_) until = std::min(until, drawn_s_ + kPicturePause_s);
-  until = std::min(until, bench_.next_frame_s());
+  until = std::min(until, bench_.player.next_frame_s());
   if (measurement_) until = std::min(until, measurement_->next_s());
   return std::max(until - now, 1e-4);
 }
@@ -324,7 +239,7 @@ bool Window::due(double now) const {
 }
 
 void Window::draw(double now) {
-  if (bench_.full_screen != full_screen_) set_full_screen();
+  if (bench_.interface.full_screen != full_screen_) set_full_screen();
   int width = 0, height = 0, pixels_x = 0, pixels_y = 0;
   glfwGetWindowSize(window_.get(), &width, &height);
   glfwGetFramebufferSize(window_.get(), &pixels_x, &pixels_y);
@@ -337,6 +252,7 @@ void Window::draw(double now) {
   ImGui_ImplGlfw_NewFrame();
   ImGui::NewFrame();
   interface_.draw(bench_, float(width), float(height));
+  drawn_journal_.note_dialog(interface_.asks());
   picture_.draw(bench_, input_.dragged_region());
   draw_inspector(bench_);
   ImGui::Render();
@@ -348,61 +264,47 @@ void Window::draw(double now) {
   glClearColor(ground.x, ground.y, ground.z, 1.0f);
   glClear(GL_COLOR_BUFFER_BIT);
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
-  if (std::exchange(bench_.want_screenshot, false)) take_screenshot(screenshot_file());
+  if (std::exchange(bench_.interface.want_screenshot, false)) {
+    screenshot_.take(window_.get(), screenshot_file());
+  }
   if (std::exchange(wanted_screenshot_, false)) {
-    bench_.check_output("`screenshot`", options_.screenshot);
-    take_screenshot(options_.screenshot);
+    bench_.files.check_output("`screenshot`", options_.screenshot);
+    screenshot_.take(window_.get(), options_.screenshot);
   }
   glfwSwapBuffers(window_.get());
 
-  bench_.note_drawn(picture_.drawn());
+  note_drawn();
   set_title();
 }
 
+void Window::note_drawn() {
+  if (!picture_.drawn()) return;
+  bench_.latency.shown(*picture_.drawn(), window_time_s());
+  drawn_journal_.note(picture_.drawn(), bench_.placement);
+}
+
 std::string Window::screenshot_file() {
-  const std::string stem =
-      bench_.scene() ? std::filesystem::path(bench_.load_status().path).stem().string() : "window";
+  const std::string stem = bench_.session.scene()
+                               ? std::filesystem::path(bench_.load_status().path).stem().string()
+                               : "window";
   return free_file(stem + "-window", ".png");
 }
 
-// Before the buffers are swapped: what was drawn is undefined afterwards.
-void Window::take_screenshot(const std::string& path) {
-  if (screenshot_.valid()) return;  // one after the other
-  ByteImage image;
-  glfwGetFramebufferSize(window_.get(), &image.width, &image.height);
-  const auto row = size_t(image.width) * 3;
-  std::vector<uint8_t> rows(row * size_t(image.height));
-  glPixelStorei(GL_PACK_ALIGNMENT, 1);
-  glReadPixels(0, 0, image.width, image.height, GL_RGB, GL_UNSIGNED_BYTE, rows.data());
-  screenshot_name_ = path;
-  screenshot_ = std::async(std::launch::async, [image, rows, row, path]() mutable {
-    image.values.resize(rows.size());  // OpenGL's rows begin at the bottom
-    for (size_t y = 0; y < size_t(image.height); ++y) {
-      std::copy_n(&rows[(size_t(image.height) - 1 - y) * row], row, &image.values[y * row]);
-    }
-    write_image(path, image);
-  });
-}
-
 void Window::finish_screenshot() {
-  if (!screenshot_.valid() ||
-      screenshot_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
-    return;
-  }
-  const bool wanted = screenshot_name_ == options_.screenshot;
+  std::string path;
   try {
-    screenshot_.get();
-    bench_.say(Message::Level::kNote, "picture of the window saved: " + screenshot_name_);
+    if (!screenshot_.finish(&path)) return;
+    bench_.messages.note("picture of the window saved: " + path);
   } catch (const EmberlineError& error) {
-    if (wanted) throw;
-    bench_.say(Message::Level::kError, error.what());
+    if (path == options_.screenshot) throw;
+    bench_.messages.error(error.what());
   }
-  closing_ |= wanted;
+  closing_ |= path == options_.screenshot;
 }
 
 // --screenshot: once the picture is as old, or as finished, as was asked for.
 void Window::follow_options(double now) {
-  if (options_.screenshot.empty() || screenshot_.valid() || closing_) return;
+  if (options_.screenshot.empty() || screenshot_.under_way() || closing_) return;
   const auto& picture = picture_.drawn();
   const bool failed = bench_.load_status().state == LoadStatus::State::kFailed;
   if (!failed && (!picture || !picture->complete)) return;
@@ -417,9 +319,9 @@ void Window::follow_options(double now) {
 
 void Window::set_title() {
   std::string title = "Emberline";
-  if (bench_.scene()) {
+  if (bench_.session.scene()) {
     title = std::filesystem::path(bench_.load_status().path).filename().string() +
-            (bench_.unsaved() ? " * – " : " – ") + title;
+            (bench_.edits.unsaved() ? " * – " : " – ") + title;
   }
   if (title == title_) return;
   title_ = title;
@@ -427,7 +329,7 @@ void Window::set_title() {
 }
 
 void Window::set_full_screen() {
-  full_screen_ = bench_.full_screen;
+  full_screen_ = bench_.interface.full_screen;
   GLFWmonitor* const monitor = glfwGetPrimaryMonitor();
   if (full_screen_ && monitor) {
     glfwGetWindowPos(window_.get(), &windowed_[0], &windowed_[1]);

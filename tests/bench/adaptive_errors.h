@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "bench/bench_frame.h"
-#include "renderer/engine/frame_observer.h"
+#include "renderer/engine/render_sink.h"
 
 namespace emberline::bench {
 

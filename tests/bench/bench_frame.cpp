@@ -12,8 +12,8 @@
 #include "renderer/core/names.h"
 #include "renderer/core/option_values.h"
 #include "renderer/engine/frame_plan.h"
-#include "renderer/engine/frame_render.h"
 #include "renderer/engine/frame_scene.h"
+#include "renderer/engine/render_job.h"
 #include "renderer/engine/setting_table.h"
 #include "renderer/scene/build_scene.h"
 #include "support/load_scene.h"
@@ -114,7 +114,7 @@ FrameRun BenchFrame::run(int threads, uint32_t spp) const {
 
 FrameRun BenchFrame::run(int threads, const FrameSampling& s, FrameObserver& observer,
                          const std::stop_token& stop,
-                         const std::function<void(const FrameRender&)>& look) const {
+                         const std::function<void(const RenderJob&)>& look) const {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
   FrameSettings settings = options_;
   settings.driver = "bucket";  // the others' checks are not wanted here
@@ -125,18 +125,18 @@ FrameRun BenchFrame::run(int threads, const FrameSampling& s, FrameObserver& obs
   plan.aovs = s.aovs;
   plan.even = s.driver != "adaptive";
   plan.driver_settings.adaptive = s.adaptive;
-  const Frame frame = plan.frame(*scene_, camera_, {.groups = s.light_groups});
-  FrameRender frame_render(driver_factory(s.driver, plan.driver_settings));
+  const Frame frame = plan.frame(*scene_, camera_, {.light_groups = s.light_groups});
+  RenderJob job(frame, driver_factory(s.driver, plan.driver_settings));
   tbb::task_arena arena(threads);
   FrameRun run;
   const double wall = wall_clock(), cpu = process_cpu();
-  arena.execute([&] { run.counters = frame_render.render(frame, observer, stop); });
+  arena.execute([&] { run.counters = job.render(observer, stop).counters; });
   run.returned = wall_clock();
   run.wall_s = run.returned - wall;
   run.cpu_s = process_cpu() - cpu;
-  arena.execute([&] { frame_render.deliver(observer); });
-  run.error_estimate = frame_render.error_estimate();
-  if (look) arena.execute([&] { look(frame_render); });
+  arena.execute([&] { job.deliver(observer); });
+  run.error_estimate = job.error_estimate();
+  if (look) arena.execute([&] { look(job); });
   return run;
 }
 

@@ -11,7 +11,7 @@
 #include "bench/clocks.h"
 #include "renderer/drivers/adaptive/round_planner.h"
 #include "renderer/drivers/driver_table.h"
-#include "renderer/engine/frame_render.h"
+#include "renderer/engine/render_job.h"
 #include "renderer/output/render_options.h"
 #include "renderer/scene/build_scene.h"
 #include "renderer/scene/camera.h"
@@ -62,7 +62,7 @@ class BenchFrame {
   // given, sees what the driver has kept.
   FrameRun run(int threads, const FrameSampling& sampling, FrameObserver& observer,
                const std::stop_token& stop = {},
-               const std::function<void(const FrameRender&)>& look = {}) const;
+               const std::function<void(const RenderJob&)>& look = {}) const;
 
   double load_s = 0, build_s = 0;
   const Scene& scene() const { return *scene_; }

@@ -18,7 +18,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/description/framing.h"
 #include "renderer/description/scene_edits.h"
-#include "renderer/engine/frame_render.h"
+#include "renderer/engine/render_job.h"
 #include "renderer/scene/light_groups.h"
 #include "support/edits.h"
 
@@ -96,7 +96,7 @@ void measure_relight(const Options& options, const BenchFrame& frame, const Ligh
   std::vector<float> rgba(4 * frame.pixels(), 1.0f);
   std::vector<double> mixing, mixed, plain;
   Nobody nobody;
-  const auto look = [&](const FrameRender& rendered) {
+  const auto look = [&](const RenderJob& rendered) {
     if (!rendered.picture()) return;  // it keeps none
     fmt::print("{} light groups, film {:.1f} MiB\n", groups.size(),
                double(rendered.film_bytes()) / 1048576);

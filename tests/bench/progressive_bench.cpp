@@ -17,7 +17,7 @@
 #include "bench/frame_benches.h"
 #include "renderer/app/number_option.h"
 #include "renderer/core/errors.h"
-#include "renderer/engine/frame_observer.h"
+#include "renderer/engine/render_sink.h"
 
 namespace emberline::bench {
 namespace {

@@ -18,7 +18,7 @@
 #include "bench/frame_benches.h"
 #include "renderer/app/number_option.h"
 #include "renderer/core/errors.h"
-#include "renderer/engine/frame_observer.h"
+#include "renderer/engine/render_sink.h"
 #include "support/edits.h"
 #include "support/session_owner.h"
 

@@ -47,9 +47,9 @@ TEST_F(Adaptive, LimitsThatContradictEachOther) {
 TEST_F(Adaptive, SamplersOfAFixedCountAreRefused) {
   for (const char* name : {"stratified", "blue_noise"}) {
     expect_failure(adaptive({"--sampler", name}), 2,
-                   {"--sampler", name, "valid names are", "sobol", "independent"});
+                   {"--sampler", name, "valid with it are", "sobol", "independent"});
     expect_failure(render_words({"--sampler", name, "--noise-threshold", "0.1"}), 2,
-                   {"--sampler", name, "valid names are"});
+                   {"--sampler", name, "valid with it are"});
   }
 }
 
@@ -78,7 +78,7 @@ TEST_F(Adaptive, OptionsThatMeanNothingToUniformSampling) {
     }
   }
   expect_failure(render_words({"--driver", "bisection", "--noise-threshold", "0.1"}), 2,
-                 {"--noise-threshold", "bisection", "--driver adaptive"});
+                 {"--noise-threshold", "bisection", "--driver bucket or adaptive"});
   expect_failure(adaptive({"--estimator", "kajiya", "--allocation", "mse"}), 2,
                  {"--allocation", "kajiya", "two-stream"});
 }

@@ -108,7 +108,7 @@ TEST_F(LightGroupsOption, AddUpInAStoppedFrame) {
 
 TEST_F(LightGroupsOption, IsRefusedWhereThereAreNone) {
   expect_failure(words({"--light-groups", "--integrator", "normal"}), 2,
-                 {"--light-groups", "normal", "path, direct"});
+                 {"--light-groups", "normal", "path or direct"});
   expect_failure(words({"--light-groups", "--driver", "adaptive", "--unbiased"}), 2,
                  {"--light-groups", "--unbiased"});
   expect_failure({"render", scene(), "-o", path("out.png"), "--light-groups"}, 2,

@@ -105,7 +105,8 @@ TEST_F(PathLayersOption, AddUpInEveryFrame) {
 }
 
 TEST_F(PathLayersOption, AreRefusedWhereThereAreNone) {
-  expect_failure(frame({"--integrator", "normal"}), 2, {"--aov direct", "normal", "path, direct"});
+  expect_failure(frame({"--integrator", "normal"}), 2,
+                 {"--aov direct", "normal", "path or direct"});
   expect_failure(render_words({"--half", "direct"}), 2, {"--half direct requires --aov direct"});
 }
 

@@ -128,7 +128,7 @@ TEST_F(PlateOptions, SayWhatTheyCannotDo) {
   expect_failure(frame({"--holdout", "floor"}), 2, {"--holdout", "'floor' is a catcher already"});
   expect_failure(frame({"--catcher", std::string(100'000, 'y') + "\n"}), 2, {"--catcher: no node"});
   expect_failure(frame({"--integrator", "ambient_occlusion"}), 2,
-                 {"--catcher", "ambient_occlusion", "path, direct"});
+                 {"--catcher", "ambient_occlusion", "path or direct"});
   expect_failure(render_words({"--aov", "shadow"}), 2, {"--aov shadow requires --catcher"});
   expect_failure(render_words({"--half", "shadow"}), 2, {"--half shadow requires --aov shadow"});
 }

@@ -136,7 +136,7 @@ TEST_F(Snapshots, WhatCannotBeIsSaidBeforeTheSceneIsLoaded) {
     return Words{"render", path("none.glb"), "-o", path("out.exr"), "--driver", "bisection"} + more;
   };
   expect_failure(words({"--driver", "bucket", "--snapshots", path("shots")}), 2,
-                 {"--snapshots", "bucket", "progressive"});
+                 {"--snapshots", "bucket", "--driver bisection or adaptive"});
   expect_failure(words({"--snapshots", path("file")}), 1, {"--snapshots", "file"});
   expect_failure(words({"--snapshots", path("new/shots")}), 1, {"--snapshots", "new/shots"});
   expect_failure(words({"--snapshots", path("shots"), "--reference", path("no.exr")}), 3,

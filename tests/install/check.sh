@@ -12,8 +12,8 @@ prefix=$folder/prefix
 cmake --install "$build" --prefix "$prefix" >"$folder/log" || { cat "$folder/log" >&2; exit 1; }
 libdir=$(dirname "$(find "$prefix" -name libemberline.a)")
 
-# Nothing but the interface can be seen.
-foreign=$(nm -DC --defined-only "$libdir/libemberline.so" | cut -d' ' -f3- | grep -v 'emberline::api' || true)
+# Nothing but the interface can be seen. (The linker may list a local symbol, which nothing can bind to.)
+foreign=$(nm -DC --defined-only --extern-only "$libdir/libemberline.so" | cut -d' ' -f3- | grep -v 'emberline::api' || true)
 if [ -n "$foreign" ]; then
   echo "libemberline.so shows more than its interface:" >&2
   echo "$foreign" | head >&2
@@ -33,6 +33,20 @@ echo "$shared"
 for program in "$folder/build/example_static" "$folder/example_pc"; do
   other=$(run "$program")
   [ "$other" = "$shared" ] || { echo "$program says: $other" >&2; exit 1; }
+done
+# What was built against 1.0.0 runs with this library, and compiles against this header.
+mkdir -p "$folder/old/emberline" "$folder/pictures"
+cp "$here/emberline_1_0_0.h" "$folder/old/emberline/emberline.h"
+for program in example all_of_1_0_0; do
+  "${CXX:-c++}" -std=c++20 -I"$folder/old" "$here/$program.cpp" -o "$folder/${program}_old" \
+    "$libdir/libemberline.so"
+done
+# shellcheck disable=SC2086
+"${CXX:-c++}" -std=c++20 "$here/all_of_1_0_0.cpp" -o "$folder/all_of_1_0_0" $flags
+other=$(run "$folder/example_old")
+[ "$other" = "$shared" ] || { echo "what was built against 1.0.0 says: $other" >&2; exit 1; }
+for program in all_of_1_0_0_old all_of_1_0_0; do
+  (cd / && LD_LIBRARY_PATH=$libdir "$folder/$program" "$scenes/cornell_box.glb" light "$folder/pictures")
 done
 # So does Python's module find it, where it was built, in a prefix that the loader does not know.
 if [ -d "$prefix/lib/python3/dist-packages/emberline" ]; then

@@ -11,7 +11,7 @@
 #include "renderer/drivers/adaptive_driver.h"
 #include "renderer/drivers/bucket_schedule.h"
 #include "renderer/drivers/driver_table.h"
-#include "renderer/engine/frame_render.h"
+#include "renderer/engine/render_job.h"
 #include "renderer/engine/render_worker.h"
 #include "support/busy_scene.h"
 #include "support/render.h"
@@ -195,11 +195,11 @@ RenderedImage stop_after(const Scene& scene, const RenderSettings& s, uint64_t s
   RenderedImage image = blank_image(plan);
   MemoryObserver memory(image);
   StopAfter observer(memory, samples, image.crop, false);
-  FrameRender frame_render(driver_factory("adaptive", plan.driver_settings));
+  RenderJob job(frame, driver_factory("adaptive", plan.driver_settings));
   tbb::task_arena arena(s.threads);
   arena.execute([&] {
-    image.counters = frame_render.render(frame, observer, observer.token());
-    frame_render.deliver(observer);
+    image.counters = job.render(observer, observer.token()).counters;
+    job.deliver(observer);
   });
   if (progress) *progress = observer.last();
   return image;
@@ -287,8 +287,9 @@ TEST(AdaptiveUnbiased, ALaterRoundsNanIsReplayedFromItsSeed) {
   plan.integrator = std::make_unique<SometimesNan>();
   const Frame frame = plan.frame(*scene, camera);
   Nobody nobody;
-  const FrameCounters counters =
-      FrameRender(driver_factory("adaptive", plan.driver_settings)).render(frame, nobody, {});
+  const FrameCounters counters = RenderJob(frame, driver_factory("adaptive", plan.driver_settings))
+                                     .render(nobody, {})
+                                     .counters;
   ASSERT_FALSE(counters.located.empty());
   size_t of_later_rounds = 0;
   for (const NonFiniteSample& at : counters.located) {

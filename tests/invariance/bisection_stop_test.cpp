@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "renderer/drivers/driver_table.h"
-#include "renderer/engine/frame_render.h"
+#include "renderer/engine/render_job.h"
 #include "samplers/pixel_samples.h"
 #include "support/render.h"
 #include "support/sanitized.h"
@@ -49,11 +49,11 @@ class BisectionStop : public testing::Test {
     RenderedImage image = blank_image(plan);
     MemoryObserver memory(image);
     StopAfter observer(memory, samples, image.crop, true);
-    FrameRender frame_render(driver_factory("bisection", plan.driver_settings));
+    RenderJob job(frame, driver_factory("bisection", plan.driver_settings));
     tbb::task_arena arena(threads);
     arena.execute([&] {
-      image.counters = frame_render.render(frame, observer, observer.token());
-      frame_render.deliver(observer);
+      image.counters = job.render(observer, observer.token()).counters;
+      job.deliver(observer);
     });
     if (progress) *progress = observer.last();
     return image;
@@ -158,12 +158,12 @@ TEST_F(BisectionStop, WithinTheLastPass) {
     const Frame frame = plan.frame(*scene_, camera);
     RenderedImage image = blank_image(plan);
     MemoryObserver observer(image);
-    FrameRender frame_render(driver_factory("bisection", {}));
+    RenderJob job(frame, driver_factory("bisection", {}));
     tbb::task_arena arena(1);
     FrameCounters counters;
     arena.execute([&] {
-      counters = frame_render.render(frame, observer, integrator.token());
-      frame_render.deliver(observer);
+      counters = job.render(observer, integrator.token()).counters;
+      job.deliver(observer);
     });
     if (left < 0) {
       all = integrator.done();
@@ -208,8 +208,8 @@ TEST_F(BisectionStop, IsSoonInAHeavyScene) {
       requested = Clock::now();
       stop.request_stop();
     });
-    FrameRender frame_render(driver_factory("bisection", {}));
-    const FrameCounters counters = frame_render.render(frame, nobody, stop.get_token());
+    RenderJob job(frame, driver_factory("bisection", {}));
+    const FrameCounters counters = job.render(nobody, stop.get_token()).counters;
     const Clock::time_point returned = Clock::now();
     timer.join();
     EXPECT_TRUE(counters.stopped);

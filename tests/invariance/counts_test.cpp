@@ -7,7 +7,7 @@
 #include <atomic>
 #include <cstdint>
 
-#include "renderer/engine/frame_observer.h"
+#include "renderer/engine/render_sink.h"
 #include "renderer/engine/render_worker.h"
 #include "renderer/scene/embree_api.h"
 #include "renderer/scene/empty_pixels.h"

@@ -12,7 +12,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/murmur3.h"
 #include "renderer/drivers/driver_table.h"
-#include "renderer/engine/frame_render.h"
+#include "renderer/engine/render_job.h"
 #include "renderer/scene/cryptomatte_ids.h"
 #include "support/render.h"
 #include "support/scenes.h"
@@ -316,9 +316,9 @@ Mattes mattes(const MatteScene& of, const RenderSettings& s) {
   Mattes seen(plan.crop);
   MatteObserver observer(seen);
   tbb::task_arena arena(s.threads);
-  FrameRender render(driver_factory(s.driver, plan.driver_settings));
+  RenderJob render(frame, driver_factory(s.driver, plan.driver_settings));
   arena.execute([&] {
-    render.render(frame, observer, {});
+    render.render(observer, {});
     render.deliver(observer);
   });
   return seen;
@@ -422,10 +422,11 @@ TEST(Cryptomatte, OfTwoRangesIsThatOfTheWhole) {
     plan.first_sample = first;
     plan.find_empty_pixels = false;
     const Frame frame = plan.frame(*scene.scene, camera, {.cryptomattes = &scene.ids});
-    auto render = std::make_unique<FrameRender>(driver_factory("bisection", plan.driver_settings));
+    auto render =
+        std::make_unique<RenderJob>(frame, driver_factory("bisection", plan.driver_settings));
     Mattes unseen(plan.crop);
     MatteObserver observer(unseen);
-    render->render(frame, observer, {});
+    render->render(observer, {});
     return render;
   };
   const auto whole = film(0, 32), first = film(0, 12), second = film(12, 32);

@@ -9,7 +9,7 @@
 
 #include "renderer/core/errors.h"
 #include "renderer/drivers/driver_table.h"
-#include "renderer/engine/frame_render.h"
+#include "renderer/engine/render_job.h"
 #include "renderer/film/film.h"
 #include "support/chi_square.h"
 #include "support/render.h"
@@ -277,8 +277,10 @@ TEST(Film, StoppedFrameHasTrueCounts) {
     stop.request_stop();
   });
   Stopper observer(stop);
-  const FrameCounters counters = FrameRender(driver_factory("bucket", {16, BucketOrder::kScanline}))
-                                     .render(frame, observer, stop.get_token());
+  const FrameCounters counters =
+      RenderJob(frame, driver_factory("bucket", {16, BucketOrder::kScanline}))
+          .render(observer, stop.get_token())
+          .counters;
   timer.join();
   EXPECT_TRUE(counters.stopped);
   EXPECT_GT(counters.samples, 0u);

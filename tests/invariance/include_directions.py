@@ -23,7 +23,7 @@ BELOW = {
     "renderer/statistics/study": ["renderer/output"],
     "renderer/session": ["renderer/output"],
     "renderer/window": ["renderer/session"],
-    "renderer/api": ["renderer/engine", "renderer/statistics"],
+    "renderer/api": ["renderer/statistics/study"],
     "renderer/api/python": ["renderer/api"],
     "renderer/app": ["renderer/statistics/study", "renderer/window"],
 }

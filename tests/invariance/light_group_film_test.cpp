@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "renderer/drivers/driver_table.h"
-#include "renderer/engine/frame_render.h"
+#include "renderer/engine/render_job.h"
 #include "renderer/film/light_mix.h"
 #include "samplers/pixel_samples.h"
 #include "support/grouped_scene.h"
@@ -91,7 +91,7 @@ TEST(LightGroupFilm, ABadSampleIsBlackInAllGroups) {
   settings.width = settings.height = 8;
   FramePlan plan = plan_of(settings);
   plan.integrator = std::make_unique<Faulty>();
-  const Frame frame = plan.frame(scene, camera, {.groups = &lit.groups});
+  const Frame frame = plan.frame(scene, camera, {.light_groups = &lit.groups});
   class Look final : public FrameObserver {
     void tile_finished(const FilmTile& tile) override {
       EXPECT_EQ(tile.non_finite(3, 3), 4u);
@@ -104,7 +104,7 @@ TEST(LightGroupFilm, ABadSampleIsBlackInAllGroups) {
       EXPECT_FLOAT_EQ(rgba[4 * i + 3], 0.75f);
     }
   } look;
-  FrameRender(driver_factory("bucket", {})).render(frame, look, {});
+  RenderJob(frame, driver_factory("bucket", {})).render(look, {});
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 #include <algorithm>
 
 #include "renderer/drivers/driver_table.h"
-#include "renderer/engine/frame_render.h"
+#include "renderer/engine/render_job.h"
 #include "renderer/scene/light_groups.h"
 #include "support/busy_scene.h"
 #include "support/edited_scene.h"
@@ -439,7 +439,7 @@ TEST(LightGroups, MixIncompletePictures) {
   s.spp = 4;
   s.max_depth = 3;
   const FramePlan plan = plan_of(s);
-  const Frame frame = plan.frame(scene, camera, {.groups = &lit.groups});
+  const Frame frame = plan.frame(scene, camera, {.light_groups = &lit.groups});
   for (const char* name : {"bisection", "adaptive"}) {
     for (const Reconstruction reconstruction :
          {Reconstruction::kDuplicate, Reconstruction::kLinear}) {
@@ -447,7 +447,7 @@ TEST(LightGroups, MixIncompletePictures) {
       how.reconstruction = reconstruction;
       how.adaptive.budget = 4;
       Onlooker onlooker(lit.groups.size(), plan.crop);
-      FrameRender(driver_factory(name, how)).render(frame, onlooker, {});
+      RenderJob(frame, driver_factory(name, how)).render(onlooker, {});
       EXPECT_GE(onlooker.pictures, 5) << name;
     }
   }

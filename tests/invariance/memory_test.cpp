@@ -11,7 +11,7 @@
 
 #include "io/image/library.h"
 #include "renderer/drivers/driver_table.h"
-#include "renderer/engine/frame_render.h"
+#include "renderer/engine/render_job.h"
 #include "renderer/output/outputs.h"
 #include "support/process_memory.h"
 #include "support/render.h"
@@ -222,8 +222,8 @@ TEST_F(Memory, FilmOfLargeTilesAndAPicture) {
   MeasuredOutputs observer(outputs);
   tbb::task_arena arena(2);
   arena.execute([&] {
-    FrameRender(driver_factory("bucket", {kTile, BucketOrder::kScanline}))
-        .render(frame, observer, {});
+    RenderJob(frame, driver_factory("bucket", {kTile, BucketOrder::kScanline}))
+        .render(observer, {});
   });
   const double measured = observer.most_resident() - before;
   expect_true(double(outputs.film_bytes()), measured, "film");

@@ -8,7 +8,7 @@
 
 #include "renderer/core/errors.h"
 #include "renderer/drivers/driver_table.h"
-#include "renderer/engine/frame_render.h"
+#include "renderer/engine/render_job.h"
 #include "renderer/film/light_group_values.h"
 #include "support/busy_scene.h"
 #include "support/grouped_scene.h"
@@ -297,7 +297,7 @@ TEST(PathLayers, AddUpInIncompletePictures) {
       how.reconstruction = reconstruction;
       how.adaptive.budget = 4;
       Onlooker onlooker(plan.crop);
-      FrameRender(driver_factory(name, how)).render(frame, onlooker, {});
+      RenderJob(frame, driver_factory(name, how)).render(onlooker, {});
       EXPECT_GE(onlooker.pictures, 5) << name;
     }
   }

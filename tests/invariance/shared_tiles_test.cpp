@@ -10,7 +10,7 @@
 #include <thread>
 
 #include "renderer/drivers/driver_table.h"
-#include "renderer/engine/frame_render.h"
+#include "renderer/engine/render_job.h"
 #include "support/busy_scene.h"
 #include "support/render.h"
 
@@ -71,9 +71,9 @@ class SharedTile : public testing::Test {
                         scene_->scale());
     const FramePlan plan = plan_of(settings_);
     const Frame frame = plan.frame(*scene_, camera);
-    FrameRender frame_render(driver_factory(settings_.driver, plan.driver_settings));
+    RenderJob job(frame, driver_factory(settings_.driver, plan.driver_settings));
     tbb::task_arena arena(kThreads);
-    return arena.execute([&] { return frame_render.render(frame, observer, stop); });
+    return arena.execute([&] { return job.render(observer, stop).counters; });
   }
 
   const std::unique_ptr<Scene> scene_;

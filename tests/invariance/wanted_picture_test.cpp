@@ -4,7 +4,7 @@
 #include <tbb/task_arena.h>
 
 #include "renderer/drivers/driver_table.h"
-#include "renderer/engine/frame_render.h"
+#include "renderer/engine/render_job.h"
 #include "support/render.h"
 #include "support/scenes.h"
 
@@ -66,11 +66,11 @@ class WantedPicture : public testing::TestWithParam<const char*> {
     RenderedImage image = blank_image(plan);
     const Frame frame = plan.frame(*scene_, camera);
     Impatient observer(image, wants);
-    FrameRender frame_render(driver_factory(GetParam(), plan.driver_settings));
+    RenderJob job(frame, driver_factory(GetParam(), plan.driver_settings));
     tbb::task_arena arena(threads);
     arena.execute([&] {
-      image.counters = frame_render.render(frame, observer, {});
-      frame_render.deliver(observer);
+      image.counters = job.render(observer, {}).counters;
+      job.deliver(observer);
     });
     *most_between = observer.most_between();
     if (arrived) *arrived = observer.arrived();

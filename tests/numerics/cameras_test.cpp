@@ -1,8 +1,7 @@
 // Case 29: whoever looks at it, from whatever angle and distance, the floor under a rectangle has
 // the irradiance of case 6, without acne; and cameras in places that only a test finds.
 #include "closed_form.h"
-
-#include "renderer/engine/frame_observer.h"
+#include "renderer/engine/render_sink.h"
 #include "renderer/engine/render_worker.h"
 #include "support/closed_forms.h"
 #include "support/scenes.h"

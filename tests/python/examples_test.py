@@ -52,6 +52,39 @@ class Examples(Test):
         self.assertEqual(colours.shape, (24, 32, 3))
         self.assertGreater(np.ptp(colours), 0.5)
 
+    def test_layers(self):
+        shot = self.folder() / "shot"
+        out = self.run_example(
+            "layers.py", SCENES / "teapot.glb", "--lamp", "window", "--weight", 0, "--object", "teapot", *SIZE,
+            "--spp", 16, "-o", shot,
+        )
+        self.assertIn("lights: window, fill, rim", out)
+        covered = float(re.search(r"teapot covers ([0-9.]+) %", out)[1])
+        self.assertTrue(2 < covered < 60, out)
+        mask = emberline.read(f"{shot}_mask.png")["RGB"]
+        self.assertTrue(mask.min() == 0 and mask.max() > 0.5)
+        lit = emberline.read(f"{shot}.exr")["RGB"].mean()
+        self.assertLess(emberline.read(f"{shot}_relit.png")["RGB"].mean(), lit)
+        self.assertEqual(emberline.read(f"{shot}_samples.png").width, 32)
+
+    def test_go_on(self):
+        out = self.run_example(
+            "go_on.py", SCENES / "cornell_box.glb", "--folder", self.folder(), "--size", 48, 32, "--spp", 16
+        )
+        self.assertIn("extended to 32 samples a pixel", out)
+        self.assertIn("the same bits: True True True", out)
+
+    def test_speed_against_error(self):
+        folder = self.folder() / "study"
+        out = self.run_example(
+            "speed_against_error.py", SCENES / "cornell_box.glb", "--folder", folder, "--budgets", 1, 4, "--seeds", 2,
+            *SIZE,
+        )
+        rows = re.findall(r"^(\w\S*) +([14]) +([0-9.e+-]+) +[0-9.e+-]+$", out, re.M)
+        self.assertEqual([(method, budget) for method, budget, _ in rows][:2], [("bucket", "1"), ("bucket", "4")], out)
+        self.assertLess(float(rows[1][2]), float(rows[0][2]))
+        self.assertTrue((folder / "study.csv").exists())
+
     @classmethod
     def tearDownClass(cls):
         assert cls.ran == {path.name for path in EXAMPLES.glob("*.py")}, "each is run"

@@ -50,7 +50,7 @@ class Unmade(Test):
     """Objects whose __init__ has not run, and what only says that it is one of ours."""
 
     def test_nothing_can_be_asked_of_them(self):
-        for name in ("Settings", "Scene", "Progress", "Picture", "Comparison"):
+        for name in ("Settings", "Scene", "Progress", "Picture", "Comparison", "StoredFrame", "StudyTable"):
             with self.subTest(name):
                 process = python(UNMADE, name)
                 out, err = process.communicate(timeout=100)
@@ -190,12 +190,22 @@ class WrongInput(Test):
             emberline.render(self.box, env="studio.hdr")
         with self.says(emberline.UsageError, "threads: -1"):
             emberline.render(self.box, threads=-1)
-        with self.says(emberline.UsageError, "the command alone"):
-            emberline.render(self.box, denoise=True)
-        with self.says(emberline.UsageError, "working_space: the command alone"):
-            emberline.Scene(BOX, working_space="acescg")
-        with self.says(emberline.UsageError, "cryptomatte: the command alone"):
-            emberline.Scene(BOX, cryptomatte="object")
+        with self.says(emberline.UsageError, "working_space: is decided when the scene is loaded"):
+            emberline.render(self.box, working_space="acescg")
+        with self.says(emberline.UsageError, "cryptomatte: the scene was loaded without"):
+            emberline.render(self.box, cryptomatte="object")
+        with self.says(emberline.UsageError, "light_groups: the integrator normal knows no lights"):
+            emberline.render(self.box, light_groups=True, integrator="normal")
+        with self.says(TypeError, "resume, keep_checkpoint: they need a checkpoint"):
+            emberline.render(self.box, resume=True)
+        with self.says(emberline.UsageError, "checkpoint_interval: nan"):
+            emberline.render(self.box, checkpoint="a", checkpoint_interval=float("nan"))
+        with self.says(emberline.UsageError, "merge needs at least one checkpoint"):
+            emberline.merge([])
+        with self.says(emberline.InputError, str(BOX)):
+            emberline.merge([BOX])
+        with self.says(emberline.InputError, "/no/file"):
+            emberline.stored_frame("/no/file")
         with self.says(emberline.UsageError, "did you mean"):
             emberline.Settings.help("drivr")
         with self.says(TypeError, "progress: not callable"):

@@ -16,7 +16,7 @@
 
 #include "renderer/drivers/driver_table.h"
 #include "renderer/engine/frame_plan.h"
-#include "renderer/engine/frame_render.h"
+#include "renderer/engine/render_job.h"
 #include "renderer/scene/camera.h"
 #include "renderer/scene/light_groups.h"
 #include "renderer/scene/scene.h"
@@ -130,7 +130,7 @@ inline RenderedImage render(const Scene& scene, const CameraDescription& view,
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(s.threads));
   const Camera camera(view, s.width, s.height, scene.origin(), scene.scale());
   const FramePlan plan = plan_of(s);
-  const Frame frame = plan.frame(scene, camera, {.groups = groups, .roles = roles});
+  const Frame frame = plan.frame(scene, camera, {.light_groups = groups, .roles = roles});
   RenderedImage image = blank_image(plan);
   if (groups) {
     image.light_groups = groups->size();
@@ -139,12 +139,12 @@ inline RenderedImage render(const Scene& scene, const CameraDescription& view,
   MemoryObserver observer(image);
   // An arena makes as many workers as asked for, on a machine with fewer cores too.
   tbb::task_arena arena(s.threads);
-  FrameRender frame_render(driver_factory(s.driver, plan.driver_settings));
+  RenderJob job(frame, driver_factory(s.driver, plan.driver_settings));
   arena.execute([&] {
-    image.counters = frame_render.render(frame, observer, {});
-    frame_render.deliver(observer);
-    image.error_estimate = frame_render.error_estimate();
-    if (look) look(frame_render.picture());
+    image.counters = job.render(observer, {}).counters;
+    job.deliver(observer);
+    image.error_estimate = job.error_estimate();
+    if (look) look(job.picture());
   });
 
   double sum = 0, sum2 = 0;

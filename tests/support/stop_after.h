@@ -8,7 +8,7 @@
 #include <stop_token>
 #include <vector>
 
-#include "renderer/engine/frame_observer.h"
+#include "renderer/engine/render_sink.h"
 #include "support/render.h"
 
 namespace emberline::test {

@@ -222,14 +222,6 @@ TEST(FrameRange, AnOutputForAllFramesIsRefused) {
             "-o a.#.exr: of frame 12 it is a.12.exr, which is an output already");
 }
 
-TEST(FrameRange, OneFramesOptionsAreRefused) {
-  EXPECT_TRUE(says([](RenderOptions& o) { o.time = 1; }).starts_with("--time is of one frame"));
-  EXPECT_TRUE(says([](RenderOptions& o) { o.frame = 1; }).starts_with("--frame "));
-  EXPECT_TRUE(says([](RenderOptions& o) { o.replay = "0,0,0"; }).starts_with("--replay "));
-  EXPECT_TRUE(says([](RenderOptions& o) { o.explained = Vec2i(0); }).starts_with("--explain "));
-  EXPECT_TRUE(says([](RenderOptions& o) { o.turntable = Turntable{1, 2}; }).starts_with("--turnt"));
-}
-
 TEST(FrameRange, ATurntableIsARangeOfItsOwn) {
   RenderOptions options;
   options.outputs = {"a.##.exr"};

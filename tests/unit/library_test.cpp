@@ -226,8 +226,8 @@ TEST_F(Library, SaysWhatIsWrong) {
   const Scene scene(kScenes + "cornell_box.glb");
   EXPECT_THROW(render(scene, Settings().set("backfaces", "show")), UsageError);
   EXPECT_THROW(render(scene, Settings().set("integrator", "uv")), UsageError);
-  EXPECT_THROW(render(scene, Settings().set("light-groups", "yes")), UsageError);
-  EXPECT_THROW(render(scene, Settings().set("denoise", "yes")), UsageError);
+  EXPECT_THROW(render(scene, Settings().set("cryptomatte", "object")), UsageError);
+  EXPECT_THROW(render(scene, Settings().set("working-space", "acescg")), UsageError);
   EXPECT_THROW(render(scene, Settings().set("crop", "0,0,9999,1")), UsageError);
   EXPECT_THROW(render(scene, Settings().set("camera", "none")), UsageError);
   try {

@@ -38,6 +38,15 @@ TEST(PicturePlacement, ThePixelUnderThePointIsTheOneThatCoversIt) {
   EXPECT_FALSE(p.pixel_at(Vec2f(50, 80)));
 }
 
+TEST(PicturePlacement, ZoomingWithoutACursorKeepsTheMiddleOfTheArea) {
+  PicturePlacement p = placed({100, 0, 900, 600}, 1280, 720);
+  const Vec2f middle(500, 300);
+  const Vec2f before = p.to_picture(middle);
+  p.zoom_to(4.0);
+  EXPECT_DOUBLE_EQ(p.zoom(), 4.0);
+  EXPECT_LE((p.to_screen(before) - middle).length(), 1.0f);
+}
+
 TEST(PicturePlacement, NoPixelBesideASmallPicture) {
   PicturePlacement p = placed({0, 0, 100, 100}, 100, 50);
   EXPECT_FALSE(p.pixel_at(Vec2f(50, 10)));

@@ -12,3 +12,6 @@ emberline_test(view_interface_test
 if(EMBERLINE_HAS_WINDOW)
   emberline_test(input_test SOURCES input_test.cpp LINK emberline_window glfw)
 endif()
+
+emberline_test(workbench_test TIMED TIMEOUT 300 SOURCES workbench_test.cpp LINK emberline_window_parts)
+target_compile_definitions(workbench_test PRIVATE EMBERLINE_SCENES="${CMAKE_SOURCE_DIR}/scenes")

@@ -184,6 +184,9 @@ RenderOptions frame_options(const PlannedMethod& method, uint32_t samples, uint3
 }
 
 StudyPlan plan_study(const StudyOptions& options) {
+  if (options.frame.working_space != WorkingSpace::kRec709) {
+    throw UsageError("`working-space`: study measures in rec709; valid with render");
+  }
   StudyPlan plan;
   const std::vector<std::string> drivers =
       parse_names(options.drivers, "`drivers`", "driver", driver_table());

@@ -4,11 +4,11 @@
 
 #include <cmath>
 
-#include "renderer/drivers/driver_table.h"
+#include "renderer/engine/film_memory.h"
 #include "renderer/engine/frame_plan.h"
-#include "renderer/engine/frame_render.h"
 #include "renderer/engine/frame_scene.h"
 #include "renderer/engine/render_clock.h"
+#include "renderer/engine/render_job.h"
 #include "renderer/output/denoise_pass.h"
 #include "renderer/output/report.h"
 #include "renderer/output/rgb_file.h"
@@ -123,10 +123,6 @@ class ProgressiveKeeper final : public TileKeeper {
   std::optional<double> last_estimate_;
 };
 
-FrameRender render_of(const FramePlan& plan) {
-  return FrameRender(driver_factory(plan.driver->name, plan.driver_settings));
-}
-
 }  // namespace
 
 StudyRenderer::StudyRenderer(const RenderOptions& frame, const LoadLimits& limits,
@@ -145,28 +141,26 @@ uint64_t StudyRenderer::frame_bytes(const RenderOptions& options, size_t budgets
   const std::vector<std::string> channels = film_channel_names(aovs);
   const uint64_t floats = channels.size() + budgets * kStudyPictureChannels;
   const uint64_t filter = denoises(options) ? denoise_bytes(crop_, kStudyTile, channels) : 0;
-  return filter + bytes_of(pixels(), render_of(FramePlan(options)).bytes_per_pixel(aovs) +
+  return filter + bytes_of(pixels(), kept_bytes_per_pixel(FramePlan(options).drivers(), aovs) +
                                          floats * sizeof(float));
 }
 
 std::optional<StudyPicture> StudyRenderer::render(const RenderOptions& options, const AovSet& aovs,
                                                   const std::stop_token& stop) const {
-  FramePlan plan(options);
-  plan.aovs = aovs;
-  FrameRender frame_render = render_of(plan);
+  const FramePlan plan(options, {.aovs = aovs});
   TileKeeper keeper(crop_, aovs, on_samples_);
   StudyPicture picture;
   const RenderClock clock;
-  const FrameCounters counters =
-      frame_render.render(plan.frame(scene_->scene(), camera_, {.stop = stop}), keeper, stop);
+  const std::unique_ptr<RenderJob> job = plan.prepare(*scene_, camera_, stop);
+  const FrameCounters counters = job->render(keeper, stop).counters;
   picture.wall_s = clock.seconds();
   picture.cpu_s = clock.cpu_seconds();
   if (counters.stopped) return std::nullopt;
   warn_of_counters(options, counters);
   picture.non_finite_samples = counters.non_finite_samples;
-  frame_render.deliver(keeper);
+  job->deliver(keeper);
   picture.samples = counters.samples;
-  picture.estimate = frame_render.error_estimate();
+  picture.estimate = job->error_estimate();
   picture.values = keeper.take_values();
   return picture;
 }
@@ -174,14 +168,12 @@ std::optional<StudyPicture> StudyRenderer::render(const RenderOptions& options, 
 ProgressiveFrame StudyRenderer::render_progressive(const RenderOptions& options,
                                                    std::span<const double> budgets, bool by_time,
                                                    const std::stop_token& stop) const {
-  FramePlan plan(options);
-  plan.aovs = {};
-  FrameRender frame_render = render_of(plan);
+  const FramePlan plan(options, {.aovs = AovSet()});
   ProgressiveKeeper keeper(crop_, budgets, by_time, plan.even, on_samples_);
   const std::stop_callback pass_on(stop, [&] { keeper.spent.request_stop(); });
   keeper.clock = RenderClock();
-  const FrameCounters counters = frame_render.render(
-      plan.frame(scene_->scene(), camera_, {.stop = stop}), keeper, keeper.spent.get_token());
+  const std::unique_ptr<RenderJob> job = plan.prepare(*scene_, camera_, stop);
+  const FrameCounters counters = job->render(keeper, keeper.spent.get_token()).counters;
   const double wall = keeper.clock.seconds(), cpu = keeper.clock.cpu_seconds();
   ProgressiveFrame result;
   result.stopped = stop.stop_requested();
@@ -191,8 +183,8 @@ ProgressiveFrame StudyRenderer::render_progressive(const RenderOptions& options,
   result.pictures = std::move(keeper.pictures);
   result.claims = std::move(keeper.claims);
   if (!counters.stopped) {
-    frame_render.deliver(keeper);
-    const std::optional<double> estimate = frame_render.error_estimate();
+    job->deliver(keeper);
+    const std::optional<double> estimate = job->error_estimate();
     const std::vector<float> values = keeper.take_values();
     while (result.pictures.size() < budgets.size()) {
       result.pictures.push_back(

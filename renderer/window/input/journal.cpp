@@ -5,7 +5,7 @@
 
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
-#include "renderer/window/workbench.h"
+#include "renderer/window/workbench/clock.h"
 
 namespace emberline {
 
@@ -21,7 +21,7 @@ void Journal::begin() {
 
 void Journal::write(const char* event, const nlohmann::json& members) {
   if (!is_open()) return;
-  nlohmann::json line = {{"t", Workbench::now()}, {"event", event}};
+  nlohmann::json line = {{"t", window_time_s()}, {"event", event}};
   line.update(members);
   constexpr auto kReplace = nlohmann::json::error_handler_t::replace;  // names need not be UTF-8
   const std::string text = line.dump(-1, ' ', false, kReplace) + "\n";

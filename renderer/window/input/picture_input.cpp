@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "renderer/window/workbench/clock.h"
+
 namespace emberline {
 namespace {
 
@@ -26,9 +28,7 @@ void PictureInput::button(int button, bool pressed, int modifiers) {
     if (button != drag_button_) return;
     const std::optional<Rect> region = dragged_region();
     if (region && !region->empty()) {
-      ViewSettings settings = bench_.settings();
-      settings.region = region;
-      bench_.change(settings);
+      bench_.settings.set_region(region);
     } else if (!moved_ && !wiping_ && drag_) {
       click(modifiers & kModifiers);
     }
@@ -45,11 +45,10 @@ void PictureInput::button(int button, bool pressed, int modifiers) {
   drag_button_ = button;
   moved_ = false;
   pressed_at_ = position_;
-  if ((bench_.wipe || bench_.wipe_raw) && button == GLFW_MOUSE_BUTTON_LEFT && bench_.picture()) {
-    const float line =
-        bench_.placement.to_screen(Vec2f(bench_.wipe_place * float(bench_.picture()->width), 0.0f))
-            .x;
-    wiping_ = std::abs(position_.x - line) <= kWipeGrip;
+  const Comparison& comparison = bench_.comparison;
+  if (comparison.wipe() != Wipe::kNone && button == GLFW_MOUSE_BUTTON_LEFT && bench_.picture()) {
+    const Vec2f line(comparison.place() * float(bench_.picture()->width), 0.0f);
+    wiping_ = std::abs(position_.x - bench_.placement.to_screen(line).x) <= kWipeGrip;
     if (wiping_) return;
   }
   if (const DragGesture* gesture = find_drag(button, modifiers & kModifiers)) {
@@ -61,38 +60,37 @@ void PictureInput::moved(const Vec2f& position) {
   const Vec2f way = position - position_;
   position_ = position;
   if (wiping_ && bench_.picture()) {
-    const float x = bench_.placement.to_picture(position).x / float(bench_.picture()->width);
-    bench_.wipe_place = std::clamp(x, 0.0f, 1.0f);
-    return;
+    const float x = bench_.placement.to_picture(position).x;
+    return bench_.comparison.move_to(x / float(bench_.picture()->width));
   }
   const Rect& area = bench_.placement.area();
   const bool over = area.contains(int(position.x), int(position.y)) && !covered_(position);
   if (!drag_) {
-    bench_.point_at(over ? bench_.placement.pixel_at(position) : std::nullopt);
+    bench_.pixels.point_at(over ? bench_.placement.pixel_at(position) : std::nullopt);
     return;
   }
   if (!moved_) {
     if ((position - pressed_at_).length() < kClickSlack) return;
     moved_ = true;
-    bench_.point_at(std::nullopt);
+    bench_.pixels.point_at(std::nullopt);
   }
   if (*drag_ == Drag::kMovePicture) return bench_.placement.drag(way);
-  if (*drag_ != Drag::kRegion) bench_.navigate(*drag_, way / float(bench_.placement.zoom()));
+  if (*drag_ != Drag::kRegion) bench_.navigator.drag(*drag_, way / float(bench_.placement.zoom()));
 }
 
 void PictureInput::left_window() {
-  if (!drag_) bench_.point_at(std::nullopt);
+  if (!drag_) bench_.pixels.point_at(std::nullopt);
 }
 
 void PictureInput::click(int modifiers) {
   const std::optional<Vec2i> pixel = bench_.placement.pixel_at(pressed_at_);
   if (!pixel || drag_button_ != GLFW_MOUSE_BUTTON_LEFT) return;
   if (modifiers & GLFW_MOD_CONTROL) return bench_.act(Action::kClearRegion);
-  const double now = Workbench::now();
+  const double now = window_time_s();
   if (now - last_click_s_ < kDoubleClick_s) {
-    bench_.orbit_around(*pixel);
+    bench_.pixels.orbit_around(*pixel);
   } else {
-    bench_.select_at(*pixel);
+    bench_.pixels.select_at(*pixel);
   }
   last_click_s_ = now;
 }
@@ -105,7 +103,7 @@ void PictureInput::wheel(double steps, int modifiers) {
   if (modifiers & GLFW_MOD_CONTROL) {
     bench_.placement.zoom_to(bench_.placement.zoom() * std::pow(kWheelZoom, steps), position_);
   } else {
-    bench_.dolly_by(steps);
+    bench_.navigator.dolly(steps);
   }
 }
 
@@ -133,14 +131,15 @@ void PictureInput::lost_focus() { held_ = {}; }
 bool PictureInput::flying() const { return std::ranges::find(held_, true) != held_.end(); }
 
 void PictureInput::fly(double seconds) {
-  if (flying()) bench_.fly_along(held_, seconds, fast_);
+  if (flying()) bench_.navigator.fly(held_, seconds, fast_);
 }
 
 std::optional<Rect> PictureInput::dragged_region() const {
   if (drag_ != Drag::kRegion || !moved_) return std::nullopt;
   const Vec2f a = bench_.placement.to_picture(pressed_at_);
   const Vec2f b = bench_.placement.to_picture(position_);
-  const Rect frame{0, 0, bench_.settings().render.width, bench_.settings().render.height};
+  const RenderOptions& options = bench_.session.settings().render;
+  const Rect frame{0, 0, options.width, options.height};
   return Rect{int(std::floor(std::min(a.x, b.x))), int(std::floor(std::min(a.y, b.y))),
               int(std::ceil(std::max(a.x, b.x))), int(std::ceil(std::max(a.y, b.y)))}
       .intersect(frame);

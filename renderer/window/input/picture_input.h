@@ -6,7 +6,7 @@
 #include <functional>
 #include <optional>
 
-#include "renderer/window/workbench.h"
+#include "renderer/window/workbench/workbench.h"
 
 namespace emberline {
 

@@ -6,7 +6,7 @@
 
 #include "renderer/core/rect.h"
 #include "renderer/window/panels/file_dialog.h"
-#include "renderer/window/workbench.h"
+#include "renderer/window/workbench/workbench.h"
 
 namespace emberline {
 
@@ -18,13 +18,12 @@ class Interface {
   // Whether the point belongs to a window or menu that lies over the picture.
   bool covers(const Vec2f& point) const;
   bool popup_open() const { return popup_; }  // a menu, list or dialog, which has the keyboard
+  const char* asks() const;                   // the dialog whose name is being typed; empty: none
   void cancel_dialogs();                      // as their button does
 
  private:
-  void draw_file_menu(Workbench& bench);
-  void draw_menu(Workbench& bench);
   void draw_side_panel(Workbench& bench, float top, float width, float bottom);
-  void draw_status_line(const Workbench& bench, float width, float height);
+  void draw_panel_edge(WindowState& window, float top, float width, float height);
   void draw_shortcuts(Workbench& bench);
   void draw_messages(Workbench& bench);
   void draw_explanation(Workbench& bench);
@@ -52,6 +51,10 @@ void draw_materials(Workbench& bench);
 void draw_camera(Workbench& bench);
 void draw_sampling(Workbench& bench);
 void draw_display(Workbench& bench);
+
+// Along the upper and the lower edge of the window.
+void draw_menu(Workbench& bench);
+void draw_status_line(const Workbench& bench, float width, float height);
 
 // Under the picture, of a scene that has animations: 0 high, and nothing, of any other.
 float time_line_height(const Workbench& bench);

@@ -16,6 +16,7 @@
 #include "renderer/window/panels/theme.h"
 #include "renderer/window/panels/widgets.h"
 #include "renderer/window/picture/histogram.h"
+#include "renderer/window/workbench/clock.h"
 #include "samplers/sampler.h"
 
 namespace emberline {
@@ -99,8 +100,8 @@ bool choose_size(RenderOptions& options) {
 }
 
 void draw_actions(Workbench& bench) {
-  const float half = 0.5f * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
-  if (ImGui::Button(bench.settings().paused ? "Go on" : "Pause", {half, 0.0f})) {
+  const float half = widgets::half_width();
+  if (ImGui::Button(bench.session.settings().paused ? "Go on" : "Pause", {half, 0.0f})) {
     bench.act(Action::kPause);
   }
   ImGui::SameLine();
@@ -111,7 +112,7 @@ void draw_actions(Workbench& bench) {
 void draw_histogram(Workbench& bench) {
   static Histogram histogram;  // one window, one thread
   if (!bench.picture()) return;
-  histogram.update(bench.picture(), Workbench::now());
+  histogram.update(bench.picture(), window_time_s());
   const float height = 5.0f * ImGui::GetFontSize();
   const ImVec2 at = ImGui::GetCursorScreenPos();
   const float width = ImGui::GetContentRegionAvail().x;
@@ -189,37 +190,46 @@ std::string words_of(const DisplaySettings& display) {
 
 // What the sides are: one that has another exposure must not pass for another light.
 void draw_sides(Workbench& bench) {
-  const KeptPicture& kept = bench.kept;
+  const KeptPicture& kept = bench.comparison.kept();
   if (!kept.picture || !bench.picture()) return;
   const bool overlay = !kept.picture->overlay_legend.empty();
   ImGui::BeginDisabled(overlay);
-  widgets::check({"Grade B as A", "off: B keeps exposure, view and look that it was kept with"},
-                 bench.kept.graded_as_a);
+  bool graded_as_a = bench.comparison.graded_as_a();
+  if (widgets::check({"Grade B as A", "off: B keeps exposure, view and look that it was kept with"},
+                     graded_as_a)) {
+    bench.comparison.grade_as_a(graded_as_a);
+  }
   ImGui::EndDisabled();
   widgets::quiet_paragraph("A, left: the picture of now, " + samples_of(*bench.picture()) + ", " +
-                           words_of(bench.settings().display));
-  widgets::quiet_paragraph(
-      fmt::format("B, right: kept {} ago, {}, {}", readable_seconds(Workbench::now() - kept.time_s),
-                  samples_of(*kept.picture),
-                  overlay            ? "with its overlay"
-                  : kept.graded_as_a ? "graded as A"
-                                     : words_of(kept.display) + " as it was kept"));
+                           words_of(bench.session.settings().display));
+  widgets::quiet_paragraph(fmt::format("B, right: kept {} ago, {}, {}",
+                                       readable_seconds(window_time_s() - kept.time_s),
+                                       samples_of(*kept.picture),
+                                       overlay       ? "with its overlay"
+                                       : graded_as_a ? "graded as A"
+                                                     : words_of(kept.display) + " as it was kept"));
 }
 
 void draw_comparison(Workbench& bench) {
-  const float half = 0.5f * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
+  Comparison& comparison = bench.comparison;
+  const Wipe wipe = comparison.wipe();
+  const float half = widgets::half_width();
   if (ImGui::Button("Keep as B", {half, 0.0f})) bench.act(Action::kStoreSnapshot);
   ImGui::SameLine();
-  ImGui::BeginDisabled(!bench.kept.picture);
-  if (ImGui::Button(bench.wipe ? "End wipe" : "Wipe A / B", {half, 0.0f})) bench.act(Action::kWipe);
+  ImGui::BeginDisabled(!comparison.kept().picture);
+  if (ImGui::Button(wipe == Wipe::kKept ? "End wipe" : "Wipe A / B", {half, 0.0f})) {
+    bench.act(Action::kWipe);
+  }
   ImGui::EndDisabled();
-  ImGui::BeginDisabled(!bench.settings().denoise);
-  if (ImGui::Button(bench.wipe_raw ? "End wipe" : "Wipe denoised / raw", {-1.0f, 0.0f}))
-    bench.act(Action::kWipeRaw);
+  ImGui::BeginDisabled(!bench.session.settings().denoise);
+  const char* const raw_label = wipe == Wipe::kRaw ? "End wipe" : "Wipe denoised / raw";
+  if (ImGui::Button(raw_label, {-1.0f, 0.0f})) bench.act(Action::kWipeRaw);
   ImGui::EndDisabled();
-  if (bench.wipe || bench.wipe_raw) {
-    float place = 100.0f * bench.wipe_place;
-    if (widgets::slide({"Wipe"}, place, 0.0f, 100.0f, "%.0f %%")) bench.wipe_place = 0.01f * place;
+  if (wipe != Wipe::kNone) {
+    float place = 100.0f * comparison.place();
+    if (widgets::slide({"Wipe"}, place, 0.0f, 100.0f, "%.0f %%")) {
+      comparison.move_to(0.01f * place);
+    }
   }
   draw_sides(bench);
 }
@@ -228,12 +238,12 @@ void draw_comparison(Workbench& bench) {
 
 void draw_sampling(Workbench& bench) {
   draw_actions(bench);
-  if (!bench.problem().empty()) {
+  if (const std::string problem = bench.session.problem(); !problem.empty()) {
     ImGui::PushStyleColor(ImGuiCol_Text, error_colour());
-    widgets::paragraph(bench.problem());
+    widgets::paragraph(problem);
     ImGui::PopStyleColor();
   }
-  ViewSettings settings = bench.settings();
+  ViewSettings settings = bench.session.settings();
   RenderOptions& options = settings.render;
   widgets::heading("Method");
   bool changed = choose_driver(options);
@@ -261,11 +271,11 @@ void draw_sampling(Workbench& bench) {
                             options.max_depth, 0, kMostShownDepth);
   widgets::heading("Frame");
   changed |= choose_size(options);
-  if (changed) bench.change(settings);
+  if (changed) bench.settings.change(settings);
 }
 
 void draw_display(Workbench& bench) {
-  ViewSettings settings = bench.settings();
+  ViewSettings settings = bench.session.settings();
   bool changed = false, reset = false;
   changed |= widgets::slide({"Exposure", "stops", settings.display.exposure != 0.0f, &reset},
                             settings.display.exposure, -8.0f, 8.0f, "%+.2f");
@@ -273,7 +283,7 @@ void draw_display(Workbench& bench) {
     settings.display.exposure = 0.0f;
     changed = true;
   }
-  changed |= choose_display(settings.display, bench.display_names());
+  changed |= choose_display(settings.display, bench.display_names);
   changed |=
       choose_value({"Overlay", "O goes from one to the next"}, settings.overlay, overlay_table());
   const ViewOverlay overlay = settings.overlay;
@@ -281,7 +291,7 @@ void draw_display(Workbench& bench) {
       overlay != ViewOverlay::kStop) {
     changed |= choose_heatmap_style(settings.render.heatmap_style);
   }
-  if (changed) bench.change(settings);
+  if (changed) bench.settings.change(settings);
   bool denoise = settings.denoise;
   if (widgets::check(
           {"Denoise", "the picture on the screen alone: saved ones and values of pixels stay raw"},

@@ -19,7 +19,7 @@ constexpr float kWidth = 44.0f, kHeight = 22.0f;
 void place_aside(const Workbench& bench) {
   const float em = ImGui::GetFontSize();
   const Rect& area = bench.placement.area();
-  const auto& pixel = bench.picked_pixel();
+  const auto& pixel = bench.pixels.picked();
   const Vec2f at =
       bench.placement.to_screen(pixel ? Vec2f(float(pixel->x), float(pixel->y)) : Vec2f(0.0f));
   const bool left = at.x > 0.5f * float(area.x0 + area.x1);
@@ -30,15 +30,16 @@ void place_aside(const Workbench& bench) {
 }
 
 void draw_text(const Workbench& bench) {
-  const std::string text = bench.explanation_text();
-  if (!bench.picked_pixel()) {
+  const std::string text = bench.pixels.explanation_text();
+  if (!bench.pixels.picked()) {
     widgets::quiet_paragraph("Click on the picture to choose a pixel.");
   } else if (text.empty()) {
     widgets::quiet_paragraph("Waiting for the first samples of this pixel.");
-  } else if (bench.explanation()->explanation.empty() && is_live(bench.settings().render)) {
+  } else if (bench.pixels.explanation()->explanation.empty() &&
+             is_live(bench.session.settings().render)) {
     widgets::quiet_paragraph(
         "The first picture: a sample for every pixel. What follows decides by pixel.");
-  } else if (bench.explanation()->explanation.empty()) {
+  } else if (bench.pixels.explanation()->explanation.empty()) {
     widgets::quiet_paragraph(
         "This driver gives every pixel as many samples as any other. The adaptive one decides "
         "pixel by pixel.");
@@ -52,7 +53,7 @@ void draw_text(const Workbench& bench) {
 
 // Stays where it is put, whatever its text and wherever the pixel.
 void Interface::draw_explanation(Workbench& bench) {
-  if (!bench.show_explanation) return;
+  if (!bench.pixels.explains()) return;
   const float em = ImGui::GetFontSize();
   const Rect& area = bench.placement.area();
   place_aside(bench);
@@ -65,8 +66,8 @@ void Interface::draw_explanation(Workbench& bench) {
     ImGui::BeginChild("##text", {0.0f, -buttons}, false, ImGuiWindowFlags_HorizontalScrollbar);
     draw_text(bench);
     ImGui::EndChild();
-    ImGui::BeginDisabled(bench.explanation_text().empty());
-    if (ImGui::Button("Copy")) bench.copy_explanation();
+    ImGui::BeginDisabled(bench.pixels.explanation_text().empty());
+    if (ImGui::Button("Copy")) bench.pixels.copy_explanation();
     ImGui::EndDisabled();
     ImGui::SameLine();
     if (ImGui::Button("Render anew")) bench.act(Action::kRestart);

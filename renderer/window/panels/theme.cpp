@@ -110,6 +110,11 @@ ImVec4 warning_colour() { return {0.94f, 0.89f, 0.36f, 1.0f}; }
 ImVec4 error_colour() { return {1.0f, 0.52f, 0.38f, 1.0f}; }
 ImVec4 quiet_colour() { return grey(0.60f); }
 
+int fixed_panel_flags() {
+  return ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
+         ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBringToFrontOnFocus;
+}
+
 ImFont* fixed_font() { return ImGui::GetIO().Fonts->Fonts.back(); }
 
 void apply_theme(float scale, float pixels_per_unit) {

@@ -20,6 +20,9 @@ ImVec4 warning_colour();
 ImVec4 error_colour();
 ImVec4 quiet_colour();  // what matters less than the rest
 
+// ImGuiWindowFlags of a panel that stays where it is, under everything that floats.
+int fixed_panel_flags();
+
 // Of letters that are all as wide, for tables in text: Latin alone.
 ImFont* fixed_font();
 

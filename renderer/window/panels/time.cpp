@@ -109,35 +109,34 @@ bool scrub(AnimationEdit& edit, double duration, float beside) {
 }  // namespace
 
 float time_line_height(const Workbench& bench) {
-  return bench.has_time_line() ? 2.0f * ImGui::GetFrameHeightWithSpacing() + 4.0f : 0.0f;
+  return bench.player.available() ? 2.0f * ImGui::GetFrameHeightWithSpacing() + 4.0f : 0.0f;
 }
 
 void draw_time_line(Workbench& bench, float top, float width) {
-  if (!bench.has_time_line()) return;
-  const Animations& list = bench.scene()->animations;
+  if (!bench.player.available()) return;
+  const Animations& list = bench.session.scene()->animations;
   ImGui::SetNextWindowPos({0.0f, top});
   ImGui::SetNextWindowSize({width, time_line_height(bench)});
   ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(0.7f * ImGui::GetFontSize(), 2.0f));
   ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 0.0f);
-  ImGui::Begin("##time line", nullptr,
-               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
-                   ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBringToFrontOnFocus);
-  AnimationEdit edit = bench.edits().animation;
-  button(bench, bench.playback.playing() ? "Stop" : "Play", Action::kPlay, "play, and stop");
+  ImGui::Begin("##time line", nullptr, fixed_panel_flags());
+  AnimationEdit edit = bench.session.edits().animation;
+  button(bench, bench.player.playing() ? "Stop" : "Play", Action::kPlay, "play, and stop");
   button(bench, "<", Action::kPreviousFrame, "a frame back");
   button(bench, ">", Action::kNextFrame, "a frame on");
   if (scrub(edit, duration_of(edit, list), 0.0f)) {
-    bench.playback.stop();
-    bench.change_animation(edit, "time");
+    bench.player.stop();
+    bench.edits.change(edit, "time");
   }
   bool changed = choose_animation(edit, list);
   ImGui::SameLine();
   changed |= choose_fps(edit);
   ImGui::SameLine();
-  ImGui::Checkbox("Loop", &bench.playback.loop);
+  bool loop = bench.player.loops();
+  if (ImGui::Checkbox("Loop", &loop)) bench.player.set_loop(loop);
   ImGui::SameLine();
   changed |= choose_shutter(edit);
-  if (changed) bench.change_animation(edit, "animation");
+  if (changed) bench.edits.change(edit, "animation");
   ImGui::End();
   ImGui::PopStyleVar(2);
 }

@@ -115,6 +115,10 @@ std::vector<Choice> choices_of_names(std::span<const std::string> names) {
   return choices;
 }
 
+float half_width() {
+  return 0.5f * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
+}
+
 void heading(const char* text) {
   ImGui::Dummy({0.0f, 0.2f * ImGui::GetFontSize()});
   ImGui::TextColored(quiet_colour(), "%s", text);

@@ -25,6 +25,18 @@ struct Row {
 bool slide(const Row& row, float& value, float least, float most, const char* format,
            bool logarithmic = false);
 bool slide(const Row& row, int& value, int least, int most, bool logarithmic = false);
+// A number of the file, `own`, that an edit may replace.
+template <typename T>
+bool slide_edit(const char* name, const char* help, std::optional<T>& edit, T own, float least,
+                float most, const char* format, bool logarithmic = false) {
+  auto value = float(edit.value_or(own));
+  bool reset = false;
+  const bool moved =
+      slide({name, help, edit.has_value(), &reset}, value, least, most, format, logarithmic);
+  if (moved) edit = T(value);
+  if (reset) edit.reset();
+  return moved || reset;
+}
 bool colour(const Row& row, Rgb& value, bool hdr = false);
 bool check(const Row& row, bool& value);
 void text(const Row& row, const std::string& value);
@@ -48,6 +60,9 @@ std::vector<Choice> choices_of(const Table& table) {
 }
 // Refer to the names.
 std::vector<Choice> choices_of_names(std::span<const std::string> names);
+
+// Width of each of two widgets side by side, at the beginning of their line.
+float half_width();
 
 // A heading between groups of rows.
 void heading(const char* text);

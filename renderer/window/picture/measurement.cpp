@@ -71,8 +71,8 @@ Measurement::Measurement(const ViewOptions& options, Workbench& bench)
 }
 
 std::vector<Measurement::Step> Measurement::built_in_script() const {
-  const SceneDescription& outline = bench_.scene()->outline;
-  const auto lights = int(list_lights(outline, bench_.edits()).size());
+  const SceneDescription& outline = bench_.session.scene()->outline;
+  const auto lights = int(list_lights(outline, bench_.session.edits()).size());
   std::vector<Step> steps;
   double at = kWarmUp_s;
   const auto add = [&](Json edit) {
@@ -93,35 +93,35 @@ std::vector<Measurement::Step> Measurement::built_in_script() const {
 
 void Measurement::make(const Json& edit) {
   const auto number = [&](const char* name) { return edit.at(name).get<double>(); };
-  const SceneDescription& outline = bench_.scene()->outline;
-  SceneEdits edits = bench_.edits();
+  const SceneDescription& outline = bench_.session.scene()->outline;
+  const SceneEdits& edits = bench_.session.edits();
   if (edit.contains("orbit")) {
     const Json& way = edit["orbit"];
-    return bench_.navigate(Drag::kOrbit, Vec2f(way.at(0).get<float>(), way.at(1).get<float>()));
+    return bench_.navigator.drag(Drag::kOrbit,
+                                 Vec2f(way.at(0).get<float>(), way.at(1).get<float>()));
   }
   if (edit.contains("exposure")) {
-    ViewSettings settings = bench_.settings();
+    ViewSettings settings = bench_.session.settings();
     settings.display.exposure = float(number("exposure"));
-    return bench_.change(settings);
+    return bench_.settings.change(settings);
   }
   if (edit.contains("environment_rotation")) {
-    edits.environment.rotation_degrees = float(number("environment_rotation"));
-    return bench_.change(edits, "environment rotation");
+    SceneEdits turned = edits;
+    turned.environment.rotation_degrees = float(number("environment_rotation"));
+    return bench_.edits.change(turned, "environment rotation");
   }
   if (edit.contains("light")) {
     const std::vector<ListedLight> lights = list_lights(outline, edits);
     const ListedLight& light = lights.at(edit["light"].get<size_t>());
     LightEdit entry = light_edit(edits, outline, light.kind, light.index);
     entry.intensity = float(number("intensity"));
-    put(edits, outline, entry);
-    return bench_.change(edits, "light");
+    return bench_.edits.change(entry, "light");
   }
   if (edit.contains("material")) {
     MaterialEdit entry = material_edit(edits, outline, edit["material"].get<int>());
     if (edit.contains("roughness")) entry.roughness = float(number("roughness"));
     if (edit.contains("metallic")) entry.metallic = float(number("metallic"));
-    put(edits, outline, entry);
-    return bench_.change(edits, "material");
+    return bench_.edits.change(entry, "material");
   }
   throw InputError("edit", "unknown: " + edit.dump());
 }
@@ -134,7 +134,7 @@ Measurement::Mark Measurement::mark(double now_s) const {
 void Measurement::step(double now_s) {
   now_s_ = now_s;
   if (bench_.load_status().state == LoadStatus::State::kFailed) finished_ = true;
-  if (!bench_.scene() || !bench_.picture() || finished_) return;
+  if (!bench_.session.scene() || !bench_.picture() || finished_) return;
   if (opened_s_ < 0.0) {
     if (!bench_.picture()->complete) return;
     opened_s_ = last_edit_s_ = now_s;
@@ -148,8 +148,7 @@ void Measurement::step(double now_s) {
     try {
       make(*steps_[number].edit);
     } catch (const std::exception& error) {
-      bench_.say(Message::Level::kError,
-                 "step " + std::to_string(number) + " of the script: " + error.what());
+      bench_.messages.error("step " + std::to_string(number) + " of the script: " + error.what());
     }
   }
   if (next_step_ < steps_.size() || now_s < last_edit_s_ + kSettling_s) return;
@@ -196,7 +195,7 @@ void Measurement::write() const {
             {"samples_per_s", double(idle_end_->samples - idle_begin_->samples) / seconds},
             {"rays_per_s", double(idle_end_->rays - idle_begin_->rays) / seconds}};
   }
-  const RenderOptions& options = bench_.settings().render;
+  const RenderOptions& options = bench_.session.settings().render;
   const Json report = {{"scene", scene_},
                        {"driver", options.driver},
                        {"size", {options.width, options.height}},
@@ -207,7 +206,7 @@ void Measurement::write() const {
                        {"window_busy_ms", milliseconds(busy_s_)},
                        {"idle", idle},
                        {"edits", edits}};
-  bench_.check_output("`measure`", file_);
+  bench_.files.check_output("`measure`", file_);
   write_file_atomically(file_, report.dump(2) + "\n");
 }
 

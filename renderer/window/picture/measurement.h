@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "io/json/value.h"
-#include "renderer/window/workbench.h"
+#include "renderer/window/workbench/workbench.h"
 
 namespace emberline {
 

@@ -47,6 +47,10 @@ void PicturePlacement::zoom_to(double zoom, const Vec2f& screen) {
   keep_in_sight();
 }
 
+void PicturePlacement::zoom_to(double zoom) {
+  zoom_to(zoom, Vec2f(0.5f * float(area_.x0 + area_.x1), 0.5f * float(area_.y0 + area_.y1)));
+}
+
 void PicturePlacement::drag(const Vec2f& screen_delta) {
   fitted_ = false;
   left_ += screen_delta.x;

@@ -26,6 +26,7 @@ class PicturePlacement {
   bool fitted() const { return fitted_; }
   // `zoom` is clamped; what is under `screen` stays under it.
   void zoom_to(double zoom, const Vec2f& screen);
+  void zoom_to(double zoom);  // about the middle of the area
   // Moves the picture with the mouse.
   void drag(const Vec2f& screen_delta);
 

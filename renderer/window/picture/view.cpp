@@ -98,7 +98,7 @@ void draw_label(ImDrawList& list, const ImVec2& at, const std::string& text) {
 
 // What the colours of an overlay mean, over the upper edge of the picture.
 void draw_legend(const Workbench& bench, ImDrawList& list, const ShownPicture& picture) {
-  const ViewOverlay overlay = bench.settings().overlay;
+  const ViewOverlay overlay = bench.session.settings().overlay;
   if (overlay == ViewOverlay::kNone || picture.overlay_legend.empty()) return;
   const float em = ImGui::GetFontSize();
   const Rect& area = bench.placement.area();
@@ -118,7 +118,8 @@ void draw_legend(const Workbench& bench, ImDrawList& list, const ShownPicture& p
     constexpr int kSteps = 64;
     const float width = 14.0f * em;
     for (int i = 0; i < kSteps; ++i) {
-      const Rgb8 c = colour_of(bench.settings().render.heatmap_style.colours, (i + 0.5) / kSteps);
+      const Rgb8 c =
+          colour_of(bench.session.settings().render.heatmap_style.colours, (i + 0.5) / kSteps);
       list.AddRectFilled({at.x + width * float(i) / kSteps, at.y},
                          {at.x + width * float(i + 1) / kSteps, at.y + 0.7f * em},
                          IM_COL32(c[0], c[1], c[2], 255));
@@ -129,18 +130,19 @@ void draw_legend(const Workbench& bench, ImDrawList& list, const ShownPicture& p
 
 // The line of the wipe, and which side is which.
 void draw_wipe(const Workbench& bench, ImDrawList& list, int width, int height) {
-  const float x = bench.wipe_place * float(width);
+  const float x = bench.comparison.place() * float(width);
   const ImVec2 a = corner(bench, x, 0.0f), b = corner(bench, float(width), float(height));
   list.AddLine({a.x, a.y}, {a.x, b.y}, kShadow, 3.0f);
   list.AddLine({a.x, a.y}, {a.x, b.y}, colour(accent_colour()), 1.0f);
   const float gap = ImGui::GetFontSize();
   const float top = std::max(a.y, float(bench.placement.area().y0)) + gap;
-  const std::string left = bench.wipe ? "A  now" : "denoised";
+  const bool kept = bench.comparison.wipe() == Wipe::kKept;
+  const std::string left = kept ? "A  now" : "denoised";
   draw_label(list, {a.x - 1.3f * gap - ImGui::CalcTextSize(left.c_str()).x, top}, left);
   draw_label(list, {a.x + 1.3f * gap, top},
-             !bench.wipe              ? "raw"
-             : bench.kept.graded_as_a ? "B  kept"
-                                      : "B  as kept");
+             !kept                            ? "raw"
+             : bench.comparison.graded_as_a() ? "B  kept"
+                                              : "B  as kept");
 }
 
 // Around the picture from `a` to `b`, not under it: an OpenGL in software would draw it twice.
@@ -162,6 +164,19 @@ void row(const char* name, const std::string& value) {
   ImGui::TextUnformatted(value.c_str());
 }
 
+// Whether there is a picture for the right side of the wipe.
+bool has_other_side(const Workbench& bench) {
+  switch (bench.comparison.wipe()) {
+    case Wipe::kNone:
+      return false;
+    case Wipe::kKept:
+      return bench.comparison.picture_b() != nullptr;
+    case Wipe::kRaw:
+      return bench.picture() && !bench.picture()->raw8.empty();
+  }
+  return false;
+}
+
 }  // namespace
 
 void PictureView::upload(const Workbench& bench) {
@@ -170,9 +185,9 @@ void PictureView::upload(const Workbench& bench) {
     picture_.upload(picture->width, picture->height, picture->rgba8);
     drawn_ = picture;
   }
-  const bool raw = bench.shows_raw_beside();
-  const std::shared_ptr<const ShownPicture>& b = raw ? picture : bench.picture_b();
-  if ((raw || bench.wipe) && b && (b != drawn_b_ || raw != drawn_b_raw_)) {
+  const bool raw = bench.comparison.wipe() == Wipe::kRaw;
+  const std::shared_ptr<const ShownPicture>& b = raw ? picture : bench.comparison.picture_b();
+  if (has_other_side(bench) && (b != drawn_b_ || raw != drawn_b_raw_)) {
     picture_b_.upload(b->width, b->height, raw ? b->raw8 : b->rgba8);
     drawn_b_ = b;
     drawn_b_raw_ = raw;
@@ -200,8 +215,8 @@ void PictureView::draw(Workbench& bench, const std::optional<Rect>& dragged_regi
   list.PushClipRect({float(area.x0), float(area.y0)}, {float(area.x1), float(area.y1)});
   // A to the left of the wipe, B to its right, neither under the other: llvmpipe, Mesa's OpenGL in
   // software, leaves out the upper of two pictures where nothing else is drawn.
-  const bool wipe = (bench.wipe || bench.shows_raw_beside()) && !picture_b_.empty();
-  const float place = wipe ? bench.wipe_place : 1.0f;
+  const bool wipe = has_other_side(bench) && !picture_b_.empty();
+  const float place = wipe ? bench.comparison.place() : 1.0f;
   const float line = wipe ? corner(bench, place * float(width), 0.0f).x : b.x;
   plain_.begin(list);
   list.AddImage(picture_.id(), a, {line, b.y}, {0.0f, 0.0f}, {place, 1.0f});
@@ -212,20 +227,21 @@ void PictureView::draw(Workbench& bench, const std::optional<Rect>& dragged_regi
   if (bench.placement.zoom() >= kValuesZoom) draw_values(bench, list, *drawn_);
   draw_legend(bench, list, *drawn_);
   const ImU32 ink = IM_COL32(255, 255, 255, 220);
-  if (bench.settings().region) draw_rect(bench, list, *bench.settings().region, ink);
+  if (bench.session.settings().region)
+    draw_rect(bench, list, *bench.session.settings().region, ink);
   if (dragged_region) draw_rect(bench, list, *dragged_region, colour(accent_colour()));
-  if (const auto& pixel = bench.picked_pixel(); pixel && bench.show_explanation) {
+  if (const auto& pixel = bench.pixels.picked(); pixel && bench.pixels.explains()) {
     draw_picked(bench, list, *pixel);
   }
-  if (const auto& pixel = bench.pointed_pixel(); pixel && pixels) {
+  if (const auto& pixel = bench.pixels.pointed(); pixel && pixels) {
     draw_rect(bench, list, {pixel->x, pixel->y, pixel->x + 1, pixel->y + 1}, ink);
   }
   list.PopClipRect();
 }
 
 void draw_inspector(const Workbench& bench) {
-  if (!bench.show_inspector || !bench.inspection()) return;
-  const PixelInspection& pixel = *bench.inspection();
+  if (!bench.window.inspector || !bench.pixels.inspection()) return;
+  const PixelInspection& pixel = *bench.pixels.inspection();
   const Vec2f at = bench.placement.to_screen(Vec2f(float(pixel.x + 1), float(pixel.y + 1)));
   const float gap = ImGui::GetFontSize();
   const Rect& area = bench.placement.area();
@@ -258,8 +274,8 @@ void draw_inspector(const Workbench& bench) {
     row("object",
         pixel.id == 0 ? "background" : fmt::format("{}  (id {})", pixel.object, pixel.id));
   }
-  if (pixel.known && pixel.material >= 0 && bench.scene()) {
-    const auto& materials = bench.scene()->outline.materials;
+  if (const auto scene = bench.session.scene(); pixel.known && pixel.material >= 0 && scene) {
+    const auto& materials = scene->outline.materials;
     if (size_t(pixel.material) < materials.size()) {
       row("material",
           shown_name(materials[size_t(pixel.material)].name, "material", pixel.material));

@@ -4,7 +4,7 @@
 
 #include "renderer/window/picture/plain_shader.h"
 #include "renderer/window/picture/texture.h"
-#include "renderer/window/workbench.h"
+#include "renderer/window/workbench/workbench.h"
 
 namespace emberline {
 

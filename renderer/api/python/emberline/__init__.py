@@ -4,7 +4,7 @@
 
     scene = emberline.Scene("shot.glb", size=(640, 360), env="studio.hdr")
     picture = emberline.render(scene, driver="adaptive", noise_threshold=0.01)
-    picture["RGB"]                              # float32, (360, 640, 3), linear Rec. 709
+    picture["RGB"]                              # float32, (360, 640, 3), linear
     emberline.write("shot.png", picture)
 
 Equal scene, edits and settings give equal bits, whatever the threads, and those of the command. Messages go

@@ -95,6 +95,22 @@ class Picture:
     def __getitem__(self, name: str) -> NDArray[np.float32]: ...
     def __contains__(self, name: str) -> bool: ...
 
+class StoredFrame:
+    @property
+    def scene(self) -> str: ...
+    @property
+    def settings(self) -> Settings: ...
+    @property
+    def mattes(self) -> dict[str, dict[str, int]]: ...
+
+class StudyTable:
+    @property
+    def rows(self) -> list[dict[str, Any]]: ...
+    @property
+    def complete(self) -> bool: ...
+    @property
+    def text(self) -> str: ...
+
 class Comparison:
     @property
     def mse(self) -> float: ...
@@ -128,8 +144,31 @@ def render(
     *,
     threads: int = 0,
     progress: Optional[Callable[[Progress], Optional[bool]]] = None,
+    checkpoint: Optional[_Path] = None,
+    resume: bool = False,
+    checkpoint_interval: float = 300.0,
+    keep_checkpoint: bool = False,
     **kwargs: _Value,
 ) -> Picture: ...
+def extend(
+    checkpoint: _Path,
+    scene: Optional[Scene] = None,
+    *,
+    threads: int = 0,
+    progress: Optional[Callable[[Progress], Optional[bool]]] = None,
+    **kwargs: _Value,
+) -> Picture: ...
+def merge(
+    checkpoints: Iterable[_Path],
+    *,
+    allow_holes: bool = False,
+    strict: bool = False,
+    parts: bool = False,
+    threads: int = 0,
+    memory_limit: Optional[int] = None,
+) -> Picture: ...
+def stored_frame(checkpoint: _Path) -> StoredFrame: ...
+def matte_names(scene: Scene, settings: Optional[Settings] = None, **kwargs: _Value) -> dict[str, dict[str, int]]: ...
 def read(path: _Path, *, memory_limit: Optional[int] = None, load_timeout: Optional[float] = None) -> Picture: ...
 def write(
     path: _Path,
@@ -137,6 +176,40 @@ def write(
     *,
     exposure: float = 0.0,
     channels: Optional[Iterable[str]] = None,
+    scene: Optional[Scene] = None,
+    settings: Optional[Settings] = None,
 ) -> None: ...
 def compare(image: _Rgb, reference: _Rgb, *, exposure: float = 0.0) -> Comparison: ...
 def flip(image: _Rgb, reference: _Rgb, *, exposure: float = 0.0) -> NDArray[np.float32]: ...
+def heatmap(
+    picture: Picture,
+    of: str = "samples",
+    *,
+    colors: str = "grey",
+    range: Optional[tuple[float, float]] = None,
+    log: bool = False,
+    plain: bool = False,
+) -> NDArray[np.uint8]: ...
+def heatmap_values(picture: Picture, of: str = "samples") -> NDArray[np.float32]: ...
+def heatmap_kinds() -> dict[str, str]: ...
+def study(
+    scene: _Path,
+    folder: _Path,
+    settings: Optional[Settings] = None,
+    *,
+    drivers: Union[None, str, Sequence[str]] = None,
+    estimators: Union[None, str, Sequence[str]] = None,
+    samplers: Union[None, str, Sequence[str]] = None,
+    budgets: Union[None, str, Sequence[int]] = None,
+    seconds: Union[None, str, Sequence[float]] = None,
+    seeds: Optional[int] = None,
+    baseline: str = "",
+    denoised: bool = False,
+    separate: bool = False,
+    reference: Optional[_Path] = None,
+    reference_spp: Optional[int] = None,
+    cache: Optional[_Path] = None,
+    restart: bool = False,
+    threads: int = 0,
+    **kwargs: _Value,
+) -> StudyTable: ...

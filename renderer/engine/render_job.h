@@ -1,26 +1,26 @@
-// The one loop that renders: asks a driver what comes next, has workers carry it out, pauses where
-// a picture is wanted, tells the observer.
+// One frame that is rendered: asks a driver what comes next, has workers carry it out, pauses where
+// a picture is wanted, tells the sink. Whatever renders does it through here.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <span>
 #include <stop_token>
+#include <string>
 #include <vector>
 
 #include "renderer/core/archive.h"
 #include "renderer/drivers/driver_table.h"
 #include "renderer/drivers/frame.h"
 #include "renderer/drivers/frame_driver.h"
-#include "renderer/engine/frame_observer.h"
+#include "renderer/engine/render_sink.h"
 #include "renderer/film/film.h"
 
 namespace emberline {
 
+class RenderLoop;
 class RenderWorker;
 class TileOwner;
 
@@ -33,54 +33,84 @@ struct TileResult {
   void archive(Archive& archive);
 };
 
-// The state of finished tiles, kept elsewhere so that nobody need render them again. Called from
-// worker threads, concurrently, of each tile once. Tiles are numbered row by row.
+// Keeps the state of finished tiles, so that a later run need not render them again. Called from
+// worker threads, concurrently, for each tile once. Tiles are numbered row by row.
 class TileStore {
  public:
   virtual ~TileStore() = default;
-  // What save() was given, of at most so many bytes; nothing: the tile is to be rendered.
+  // What save() was given, of at most `most` bytes; nothing: the tile is to be rendered.
   virtual std::optional<std::vector<std::byte>> load(size_t tile, uint64_t most) = 0;
-  // A TileResult, the film, the driver's state.
+  // `state`: a TileResult, the film, the driver's state.
   virtual void save(size_t tile, std::span<const std::byte> state) = 0;
-  // The same of an equal frame of fewer samples, which is finished and goes on in this one.
+  // The same for an equal frame of fewer samples, which is finished and goes on in this one.
   virtual std::optional<std::vector<std::byte>> load_finished(size_t /*tile*/, uint64_t /*most*/) {
     return std::nullopt;
   }
   // What load() or load_finished() gave cannot be used: the tile is rendered.
   virtual void unusable(bool /*finished*/) {}
+
+  // The most that load() takes for a tile whose film has `film_bytes`.
+  static uint64_t most_of_state(uint64_t film_bytes) { return 4 * film_bytes + (1 << 16); }
 };
 
-// One frame with one driver. A driver of tiles hands them to the observer as they are finished, and
-// keeps nothing; another's film is kept, and is the picture.
-class FrameRender final : public FramePicture {
- public:
-  explicit FrameRender(DriverFactory drivers) : drivers_(std::move(drivers)) {}
+struct RenderResult {
+  FrameCounters counters;
+  // All was done, or the frame has a picture that a time limit has ended; then that counts as all.
+  // A frame of tiles has no picture before its last tile.
+  bool complete = false;
+};
 
-  // Before render(). Of tiles: those that `store` has are not rendered, and it is given the others.
+// One sample of a frame alone, exactly as render() computes it.
+struct SampleReplay {
+  SampleValue value;
+  Ray camera_ray;  // in internal space
+  RayCounters rays;
+};
+
+// A driver of tiles hands them to the sink as they are finished, and nothing is kept; another's
+// film is kept, and is the picture. Made by FramePlan::prepare(), or of a frame and the drivers
+// that make it. What the frame refers to must outlive the job.
+class RenderJob final : public FramePicture {
+ public:
+  RenderJob(Frame frame, DriverFactory drivers);
+  RenderJob(const RenderJob&) = delete;  // its driver refers to its frame
+  RenderJob& operator=(const RenderJob&) = delete;
+
+  const Frame& frame() const { return frame_; }
+  bool by_tiles() const { return drivers_.tiles; }
+
+  // Before render(), by tiles: those that `store` has are not rendered, and it is given the others.
   void keep_tiles(TileStore* store) { store_ = store; }
   // Before render(), of one film: makes it, for save(), load() and extend(). Decisions are then
   // made to their end when a stop is requested, since amid one there is nothing to save.
-  void resumable(const Frame& frame);
+  void make_resumable();
   // Goes on from what save() has saved of an equal frame, to the same bits. Throws InputError for
   // what it cannot have saved.
   void load(std::span<const std::byte> state);
-  // The same of an equal frame of fewer samples, or a higher threshold, which is finished.
+  // The same for an equal frame of fewer samples, or a higher threshold, which is finished.
   void extend(std::span<const std::byte> finished);
   // At any call of picture_changed() and cut_short(), and after render(): a TileResult of the
   // whole, whether it is finished, the film, the driver's state, and how far it is.
   void save(std::vector<std::byte>& state);
 
   // Renders on the calling thread's TBB arena; once. Returns soon after a stop is requested. Throws
-  // RenderError where the film does not fit into memory, and what the observer throws.
-  FrameCounters render(const Frame& frame, FrameObserver& observer, std::stop_token stop);
+  // RenderError where the film does not fit into memory, and what the sink throws.
+  RenderResult render(FrameObserver& sink, std::stop_token stop);
   // After render(): writes into a film that was kept why its pixels stopped; those that a stop
   // request cut short, because of `cut_short`.
   void end(PixelStop cut_short);
   // After render(), once: end(), then hands over the film that was kept as finished tiles.
-  void deliver(FrameObserver& observer);
+  void deliver(FrameObserver& sink);
 
+  // Held by now.
+  uint64_t film_bytes() const { return driver_ ? film_->bytes() + driver_->bytes() : 0; }
+
+  SampleReplay replay(int x, int y, uint32_t sample) const;
+
+  // So far.
   const FrameCounters& counters() const { return counters_; }
-  // Expected RMS error of the displayed frame, if the driver has estimated it.
+  // Expected RMS error of the displayed frame, if the driver has estimated it; end() of a frame
+  // that was stopped may do so.
   std::optional<double> error_estimate() const;
   // The frame as it can be shown, from the first pause on; null if nothing is kept.
   const FramePicture* picture() const { return driver_ ? this : nullptr; }
@@ -88,22 +118,6 @@ class FrameRender final : public FramePicture {
   DriverFacts facts() const { return driver_->facts(); }
   std::string explain(int x, int y) const { return driver_->explain(*film_, x, y); }
   void follow(int x, int y) { driver_->follow(x, y); }
-  // Tiles are handed on, and nothing is kept.
-  bool by_tiles() const { return drivers_.tiles; }
-  // A time limit ends a frame as --spp does, but where the driver finishes it part by part: then
-  // parts of it have nothing.
-  bool is_complete(const FrameCounters& counters, PixelStop cause) const {
-    return !counters.stopped || (cause == PixelStop::kTimeLimit && !by_tiles());
-  }
-
-  // What load() takes of a tile whose film holds so much, at most.
-  static uint64_t most_of_state(uint64_t film_bytes) { return 4 * film_bytes + (1 << 16); }
-  // What render() and deliver() hold of each pixel of the crop beside their workers' tiles, at
-  // most; with light groups 24 for each and 24 more. And what is held by now.
-  uint64_t bytes_per_pixel(const AovSet& aovs) const;
-  // Of each pixel of a worker's tile.
-  uint64_t tile_bytes_per_pixel(const AovSet& aovs) const;
-  uint64_t film_bytes() const { return driver_ ? film_->bytes() + driver_->bytes() : 0; }
 
   void resolve(std::span<float> rgba, const LightMix* mix = nullptr) const override {
     driver_->resolve(*film_, rgba, mix);
@@ -112,20 +126,22 @@ class FrameRender final : public FramePicture {
   PixelStop stop_so_far(int x, int y) const override { return driver_->stop_so_far(*film_, x, y); }
 
  private:
-  class Loop;
-
-  void render_tiles(Loop& loop);
-  void render_crop(Loop& loop);
-  void render_tile(Loop& loop, TileOwner& owner, RenderWorker& worker, FrameDriver& driver,
-                   FilmTile& film, TileResult& result);
-  void save_tile(const Rect& crop, FrameDriver& driver, FilmTile& film, TileResult& result);
-  bool load_tile(Loop& loop, const Rect& tile, FilmTile& film, TileResult& result);
-  std::unique_ptr<FrameDriver> begin_tile(Loop& loop, const Rect& tile, FilmTile& film,
-                                          TileResult& result);
-  void begin(const Frame& frame);
-  std::vector<Rect> tiles_of(const Frame& frame) const;
+  FilmExtras film_extras() const { return frame_.with_light_groups(drivers_.film_extras); }
+  void begin();
   void archive(Archive& archive);
+  void render_crop(RenderLoop& loop);
 
+  // render_tiles.cpp
+  void render_tiles(RenderLoop& loop);
+  void render_tile(RenderLoop& loop, TileOwner& owner, RenderWorker& worker, FrameDriver& driver,
+                   FilmTile& film, TileResult& result);
+  void save_tile(FrameDriver& driver, FilmTile& film, TileResult& result);
+  bool load_tile(RenderLoop& loop, const Rect& tile, FilmTile& film, TileResult& result);
+  std::unique_ptr<FrameDriver> begin_tile(RenderLoop& loop, const Rect& tile, FilmTile& film,
+                                          TileResult& result);
+  std::vector<Rect> tiles() const;
+
+  const Frame frame_;
   const DriverFactory drivers_;
   std::optional<FilmTile> film_;
   std::unique_ptr<FrameDriver> driver_;
@@ -143,15 +159,5 @@ class FrameRender final : public FramePicture {
 // unknown.
 std::optional<double> error_of_tiles(std::span<const Rect> tiles,
                                      std::span<const std::optional<double>> errors);
-
-// What a film holds of a pixel, in bytes, and deliver() on top where it fills in.
-// What deliver() takes of a film whose pixels do not all have a sample, for so many layers or
-// lights: each as it is shown, and a picture that they are taken from.
-uint64_t shown_layer_bytes_per_pixel(size_t layers);
-
-uint64_t film_bytes_per_pixel(const AovSet& aovs, const FilmExtras& extras);
-
-// Makes the film ready for the crop. Throws RenderError if there is not the memory for it.
-void reset_film(const Rect& crop, FilmTile* film);
 
 }  // namespace emberline

@@ -1,0 +1,102 @@
+#include "renderer/api/frame_parts.h"
+
+#include "renderer/core/errors.h"
+#include "renderer/engine/frame_scene.h"
+#include "renderer/engine/setting_table.h"
+#include "renderer/output/light_layers.h"
+
+namespace emberline::api {
+
+bool is_of_scene(SettingGroup group) {
+  return group == SettingGroup::kLoading || group == SettingGroup::kEdits ||
+         group == SettingGroup::kLight;
+}
+
+namespace {
+
+// Throws UsageError for settings of a frame that do not go with those of its scene.
+void check_suits(const FrameSettings& settings, const Access::SceneState& scene) {
+  const SceneBuildOptions& built = scene.build;
+  if (settings.catchers != scene.settings.catchers) {
+    throw emberline::UsageError("`catcher`: the scene was loaded with another value");
+  }
+  if (settings.holdouts != scene.settings.holdouts) {
+    throw emberline::UsageError("`holdout`: the scene was loaded with another value");
+  }
+  if (settings.show_backfaces != built.show_backfaces) {
+    throw emberline::UsageError("`backfaces`: the scene was loaded with another value");
+  }
+  if (settings.isa != built.isa) {
+    throw emberline::UsageError("`isa`: the scene was loaded with another value");
+  }
+  if (settings.working_space != scene.settings.working_space) {
+    throw emberline::UsageError("`working-space`: the scene was loaded with another value");
+  }
+  if (!settings.cryptomattes.empty() && !load_options(scene.settings).nodes) {
+    throw emberline::UsageError(
+        "`cryptomatte`: the scene was loaded without the names of its nodes; load it with this "
+        "setting");
+  }
+  const bool shows_uv =
+      find_integrator(settings.integrator).shows_uv || aovs_of(settings).contains(Aov::kUv);
+  if (shows_uv && !built.unread_uv) {
+    throw emberline::UsageError(
+        "`integrator`, `aov`: the scene was loaded without the texture coordinates that they show; "
+        "load it with these settings");
+  }
+}
+
+// What the settings and the scene's edits look through.
+Camera camera_of(const Access::SceneState& state, const FrameSettings& settings) {
+  SceneDescription views;
+  views.cameras = state.open->editable().original().cameras;
+  if (views.cameras.empty()) {
+    const double aspect = double(settings.width) / settings.height;
+    views.cameras.push_back(framing_camera(state.bounds, aspect));
+  }
+  FrameSettings still = settings;
+  still.turntable.reset();
+  const CameraDescription camera = choose_camera(still, views, state.open->editable().edits());
+  return create_camera(settings, turned(camera, settings, state.bounds), state.open->scene());
+}
+
+}  // namespace
+
+RenderOptions options_of(const Access::SceneState& scene, const FrameSettings& settings) {
+  RenderOptions options;
+  for (const Setting& row : setting_table()) {
+    const std::string text = row.text(is_of_scene(row.group) ? scene.settings : settings);
+    if (!text.empty()) row.read(options, text);
+  }
+  options.scene = scene.settings.scene;
+  if (scene.edited) {
+    options.edits.clear();
+    options.variant.clear();
+  }
+  options.outputs = {"picture.exr"};
+  check_suits(settings, scene);
+  return options;
+}
+
+FrameParts::FrameParts(const Access::SceneState& scene, const FrameSettings& settings)
+    : camera(camera_of(scene, settings)) {
+  const EditableScene& editable = scene.open->editable();
+  if (settings.light_groups) {
+    lights.emplace(editable.original(), editable.edits());
+    layers.lights = light_layer_names(lights->list());
+  }
+  if (!settings.cryptomattes.empty()) {
+    SceneDescription edited = editable.original();
+    apply(editable.edits(), edited);
+    mattes.emplace(edited, parse_cryptomattes(settings.cryptomattes));
+    layers.cryptomattes = mattes->names();
+  }
+  of_scene = {.light_groups = lights ? &*lights : nullptr,
+              .cryptomattes = mattes ? &*mattes : nullptr,
+              .roles = scene.open->parts().roles};
+  if (!camera.is_panorama()) {
+    layers.camera = camera_matrices(camera, scene.open->scene().origin());
+  }
+}
+
+}  // namespace emberline::api

@@ -1,0 +1,84 @@
+// Frames in checkpoints: what they are of, and parts of one as a picture.
+#include <tbb/task_arena.h>
+
+#include <nlohmann/json.hpp>
+
+#include "io/files/record_file.h"
+#include "io/json/input.h"
+#include "renderer/api/frame_parts.h"
+#include "renderer/api/picture_sink.h"
+#include "renderer/api/translated.h"
+#include "renderer/core/errors.h"
+#include "renderer/output/checkpoint_head.h"
+#include "renderer/output/cryptomatte_layers.h"
+#include "renderer/output/frame_extension.h"
+#include "renderer/output/frame_merge.h"
+
+namespace emberline::api {
+namespace {
+
+nlohmann::json head_of(const std::string& checkpoint) {
+  return parse_json(RecordFile(checkpoint).head(), checkpoint);
+}
+
+}  // namespace
+
+FrameSettings settings_in(const std::string& checkpoint) {
+  return stored_settings(head_of(checkpoint), checkpoint);
+}
+
+std::vector<MatteNames> names_of(const SceneLayers& layers) {
+  std::vector<MatteNames> all;
+  for (const CryptomatteNames& names : layers.cryptomattes) {
+    all.push_back({cryptomatte_layer_name(names.kind), names.ids});
+  }
+  return all;
+}
+
+StoredFrame stored_frame(const std::string& checkpoint) {
+  return translated([&] {
+    StoredFrame stored;
+    const nlohmann::json head = head_of(checkpoint);
+    FrameSettings& settings = Access::of(stored.settings);
+    settings = stored_settings(head, checkpoint);
+    stored.scene = std::exchange(settings.scene, {});
+    stored.mattes = names_of(scene_layers_of(head, checkpoint));
+    return stored;
+  });
+}
+
+Picture merge(const std::vector<std::string>& checkpoints, const MergeRules& rules,
+              const Resources& resources) {
+  return translated([&] {
+    check_resources(resources);
+    if (checkpoints.empty()) throw emberline::UsageError("merge needs at least one checkpoint");
+    allow_many_files();  // every part stays open
+    const LoadLimits limits =
+        limits_of({resources.memory_bytes, resources.load_timeout_s}, checkpoints.front());
+    FrameMerge frame(checkpoints, rules.allow_holes, rules.strict, *limits.memory);
+    RenderOptions options;
+    static_cast<FrameSettings&>(options) = frame.settings();
+    options.outputs = {"picture.exr"};
+    OutputSettings output = output_settings(options, frame.first().plan().crop);
+    if (rules.parts) output.aovs.insert(Aov::kPart);
+    const int threads = arena_threads(resources);
+    frame.reserve(options, output, threads, *limits.memory);
+    limits.memory->reserve(MemoryPart::kFilm, PictureSink::bytes(output, frame.first().layers()),
+                           checkpoints.front());
+    PictureSink sink(output, frame.first().layers());
+    Picture picture;
+    tbb::task_arena(threads).execute([&] {
+      frame.deliver(output.aovs, sink);
+      picture = sink.finish({});
+    });
+    warn_of_optics(frame.counters().optics);
+    picture.samples = frame.counters().samples;
+    picture.rays = frame.counters().rays.total();
+    picture.non_finite_samples = frame.counters().non_finite_samples;
+    picture.error_estimate = frame.error_estimate();
+    picture.complete = frame.complete();
+    return picture;
+  });
+}
+
+}  // namespace emberline::api

@@ -1,0 +1,49 @@
+#!/usr/bin/python3
+"""A frame that goes on: stopped and resumed, given more samples, rendered in parts.
+
+    go_on.py scenes/cornell_box.glb --folder /tmp/frames
+
+Stops a frame half-way and resumes it; doubles its samples with extend(); renders it in two parts, as two machines would, and
+merges them. All of them are the same bits as the frame that was rendered at once.
+"""
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+import emberline
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scene")
+    parser.add_argument("--folder", type=Path, required=True, help="of the checkpoints; it has to exist")
+    parser.add_argument("--size", type=int, nargs=2, default=(320, 180))
+    parser.add_argument("--spp", type=int, default=32)
+    options = parser.parse_args()
+    scene = emberline.Scene(options.scene, size=options.size, spp=options.spp, bucket_size=16)
+    whole = emberline.render(scene)
+    enough = whole.samples / 2
+
+    file = options.folder / "frame.checkpoint"
+    half = emberline.render(scene, checkpoint=file, progress=lambda now: now.samples < enough)
+    resumed = emberline.render(scene, checkpoint=file, resume=True, keep_checkpoint=True)
+    print(f"stopped after {half.samples} of {whole.samples} samples, and resumed")
+
+    more = emberline.extend(file, scene, spp=2 * options.spp)
+    print(f"extended to {emberline.stored_frame(file).settings['spp']} samples a pixel")
+
+    parts = [options.folder / f"part_{k}.checkpoint" for k in (1, 2)]
+    for k, part in enumerate(parts, 1):
+        emberline.render(scene, part=f"{k}/2", checkpoint=part)
+    merged = emberline.merge(parts, parts=True)
+    print(f"merged: {(merged['part'] == 1).mean():.0%} of the pixels are of the first part")
+
+    twice = emberline.render(scene, spp=2 * options.spp)
+    same = [np.array_equal(a.pixels, b.pixels) for a, b in ((resumed, whole), (more, twice))]
+    same.append(np.array_equal(merged["RGBA"], whole["RGBA"]))
+    print("the same bits:", *same)
+
+
+if __name__ == "__main__":
+    main()

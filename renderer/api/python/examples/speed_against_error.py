@@ -1,0 +1,41 @@
+#!/usr/bin/python3
+"""A study: which driver comes to a small error first?
+
+    speed_against_error.py scenes/cornell_box.glb --folder /tmp/study
+
+Renders the scene by each driver with several budgets and seeds, measures the pictures against a reference, and prints each
+method's mean error and time. The folder has study.html for people; a study that was stopped goes on in it.
+"""
+import argparse
+from collections import defaultdict
+
+import numpy as np
+
+import emberline
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scene")
+    parser.add_argument("--folder", required=True)
+    parser.add_argument("--drivers", nargs="+", default=["bucket", "adaptive"])
+    parser.add_argument("--budgets", type=int, nargs="+", default=[4, 16, 64], help="samples per pixel")
+    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--size", type=int, nargs=2, default=(160, 90))
+    options = parser.parse_args()
+    table = emberline.study(
+        options.scene, options.folder, drivers=options.drivers, budgets=options.budgets, seeds=options.seeds,
+        size=options.size,
+    )
+    runs = defaultdict(list)
+    for row in table.rows:
+        if not row["failure"]:
+            runs[row["method"], row["budget"]].append((row["relmse"], row["cpu_s"]))
+    print(f"{'method':24}{'budget':>8}{'relmse':>12}{'cpu s':>10}")
+    for (method, budget), values in runs.items():
+        error, seconds = np.mean(values, axis=0)
+        print(f"{method:24}{budget:8g}{error:12.3g}{seconds:10.3g}")
+
+
+if __name__ == "__main__":
+    main()

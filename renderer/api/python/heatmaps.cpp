@@ -1,0 +1,64 @@
+// Heatmaps of pictures.
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "renderer/api/python/module.h"
+
+namespace emberline::python {
+namespace {
+
+api::HeatmapLook look_of(const std::string& colors, const py::object& range, bool log, bool plain) {
+  api::HeatmapLook look{colors, std::nullopt, log, plain};
+  if (!range.is_none()) look.range = py::cast<std::pair<double, double>>(range);
+  return look;
+}
+
+}  // namespace
+
+void add_heatmaps(py::module_& module) {
+  using Pictures = std::shared_ptr<api::Picture>;
+  module.def(
+      "heatmap",
+      [](const Pictures& picture, const std::string& of, const std::string& colors,
+         const py::object& range, bool log, bool plain) {
+        const api::HeatmapLook look = look_of(colors, range, log, plain);
+        const api::DisplayedPicture drawn =
+            result_of([&](Call&) { return api::heatmap(*picture, of, look); });
+        return py::array_t<uint8_t>(
+            {py::ssize_t(drawn.height), py::ssize_t(drawn.width), py::ssize_t(3)},
+            drawn.values.data());
+      },
+      "picture"_a, "of"_a = "samples", py::kw_only(), "colors"_a = "grey", "range"_a = py::none(),
+      "log"_a = false, "plain"_a = false,
+      "Where samples went, or what else heatmap_kinds() names, as a picture with legend: uint8 "
+      "(height, width, 3), sRGB, its first rows the picture's pixels one to one; write() makes the "
+      "file of `emberline heatmap` of it. The colours are grey, viridis, inferno, magma or turbo; "
+      "range=(least, most) are the values at their ends.");
+  module.def(
+      "heatmap_values",
+      [](const Pictures& picture, const std::string& of) {
+        const std::vector<float> values =
+            result_of([&](Call&) { return api::heatmap_values(*picture, of); });
+        return py::array_t<float>({py::ssize_t(picture->height), py::ssize_t(picture->width)},
+                                  values.data());
+      },
+      "picture"_a, "of"_a = "samples",
+      "The numbers behind heatmap(): float32 (height, width), NaN where a pixel has none. "
+      "\"error\" "
+      "is the expected RMS error as displayed, 0 to 1, \"time\" seconds.");
+  module.def(
+      "heatmap_kinds",
+      [] {
+        py::dict kinds;
+        for (const api::HeatmapKind& kind : api::heatmap_kinds()) {
+          kinds[text(kind.name)] = text(kind.summary);
+        }
+        return kinds;
+      },
+      "What a heatmap can show, {name: what it is}.");
+}
+
+}  // namespace emberline::python

@@ -1,0 +1,140 @@
+// Pictures: their layers, and their files.
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <string>
+
+#include "renderer/api/python/module.h"
+
+namespace emberline::python {
+namespace {
+
+std::shared_ptr<api::Picture> read(const py::object& path, const py::object& memory_limit,
+                                   const py::object& load_timeout) {
+  const std::string file = path_of(path);
+  const api::Resources resources = resources_of(py::none(), memory_limit, load_timeout);
+  return result_of([&](Call& call) {
+    return std::make_shared<api::Picture>(api::read_picture(file, resources, call.given_up()));
+  });
+}
+
+void write_bytes(const std::string& file, const py::array& array) {
+  const py::array_t<uint8_t, py::array::c_style> values(array);
+  const py::ssize_t channels = values.ndim() == 3 ? values.shape(2) : 1;
+  constexpr auto kMost = std::numeric_limits<int>::max();
+  if (values.ndim() < 2 || values.ndim() > 3 || values.shape(0) > kMost ||
+      values.shape(1) > kMost || channels > 4) {
+    throw py::value_error("picture: an array of the shape " + shape_of(values) +
+                          ", where (height, width) or (height, width, 3 or 4) is needed");
+  }
+  carry_out([&](Call&) {
+    api::write_picture(file, values.data(), int(values.shape(1)), int(values.shape(0)),
+                       int(channels));
+  });
+}
+
+bool holds_bytes(const py::object& picture) {
+  if (!py::isinstance<py::array>(picture)) return false;
+  const py::dtype type = py::reinterpret_borrow<py::array>(picture).dtype();
+  return type.kind() == 'u' && type.itemsize() == 1;
+}
+
+void write(const py::object& path, const py::object& picture, double exposure,
+           const py::object& channels, Scene* scene, const api::Settings* settings) {
+  const std::string file = path_of(path);
+  if (is_object_of<api::Picture>(picture)) {
+    if (!channels.is_none()) throw py::type_error("channels: a Picture has names of its own");
+    if (settings && !scene) throw py::type_error("settings: they need the scene as well");
+    const auto& values = py::cast<const api::Picture&>(picture);
+    if (!scene) return carry_out([&](Call&) { api::write_picture(file, values, exposure); });
+    const api::Settings all = settings ? *settings : scene->settings;
+    const Use use(*scene, false);
+    return carry_out(
+        [&](Call&) { api::write_picture(file, values, *scene->scene, all, exposure); });
+  }
+  if (scene || settings) throw py::type_error("scene, settings: of a Picture alone");
+  if (holds_bytes(picture)) {
+    if (exposure != 0 || !channels.is_none()) {
+      throw py::type_error("exposure, channels: not of uint8, which is written as it is");
+    }
+    return write_bytes(file, py::reinterpret_borrow<py::array>(picture));
+  }
+  const api::Picture values = picture_of(floats_of(picture, "picture"), channels);
+  carry_out([&](Call&) { api::write_picture(file, values, exposure); });
+}
+
+std::string describe(const api::Picture& picture) {
+  return "<emberline.Picture " + std::to_string(picture.width) + "x" +
+         std::to_string(picture.height) + ": " +
+         std::string(py::str(", ").attr("join")(layers(picture)).cast<py::str>()) +
+         (picture.complete ? ">" : ", stopped>");
+}
+
+bool has_layer(const std::shared_ptr<api::Picture>& picture, const std::string& name) {
+  try {
+    layer(picture, name);
+    return true;
+  } catch (const py::key_error&) {
+    return false;
+  }
+}
+
+}  // namespace
+
+py::dict mattes_dict(const std::vector<api::MatteNames>& mattes) {
+  py::dict layers;
+  for (const api::MatteNames& of_kind : mattes) {
+    py::dict ids;
+    for (const auto& [name, id] : of_kind.ids) ids[text(name)] = id;
+    layers[text(of_kind.layer)] = ids;
+  }
+  return layers;
+}
+
+void add_pictures(py::module_& module) {
+  using Pictures = std::shared_ptr<api::Picture>;
+  py::class_<api::Picture, Pictures>(
+      module, "Picture",
+      "A frame, linear, in the working space. picture[\"RGB\"] is a float32 array (height, width, "
+      "3), "
+      "picture[\"samples\"] one of (height, width): views, which stay valid.")
+      .def_readonly("width", &api::Picture::width)
+      .def_readonly("height", &api::Picture::height)
+      .def_readonly("x", &api::Picture::x, "Of its left edge in the frame: not 0 of a crop.")
+      .def_readonly("y", &api::Picture::y)
+      .def_readonly("frame_width", &api::Picture::frame_width)
+      .def_readonly("frame_height", &api::Picture::frame_height)
+      .def_readonly("samples", &api::Picture::samples, "Taken; 0 of a file.")
+      .def_readonly("rays", &api::Picture::rays)
+      .def_readonly("non_finite_samples", &api::Picture::non_finite_samples,
+                    "That were NaN or infinite and count as black.")
+      .def_readonly(
+          "error_estimate", &api::Picture::error_estimate,
+          "Expected RMS error as displayed, 0 to 1, or None: driver \"adaptive\" has one.")
+      .def_readonly("complete", &api::Picture::complete,
+                    "False: it was stopped; with driver \"bucket\" by time_limit, too.")
+      .def_property_readonly("channels", [](const api::Picture& p) { return texts(p.channels); })
+      .def_property_readonly("layers", &layers)
+      .def_property_readonly("pixels", &pixels, "All channels, (height, width, channels).")
+      .def("__getitem__", &layer, "name"_a,
+           "A channel, (height, width), or a layer, (height, width, channels): \"RGB\", \"RGBA\", "
+           "\"alpha\", \"samples\", \"error\", and what aov, light_groups (\"light.key\"), "
+           "cryptomatte (\"CryptoObject00\") and denoise (\"denoised\", \"denoised.error\") asked "
+           "for.")
+      .def("__contains__", &has_layer, "name"_a)
+      .def("__repr__", [](const api::Picture& picture) { return describe(picture); });
+  module.def(
+      "read", &read, "path"_a, py::kw_only(), "memory_limit"_a = py::none(),
+      "load_timeout"_a = py::none(),
+      "A picture file: an EXR with all its channels, or a PNG, JPEG, HDR, WebP or TIFF as linear.");
+  module.def(
+      "write", &write, "path"_a, "picture"_a, py::kw_only(), "exposure"_a = 0.0,
+      "channels"_a = py::none(), "scene"_a = nullptr, "settings"_a = nullptr,
+      "A Picture or float32 array, linear, as .exr, or displayed as .png or .jpg; a uint8 array "
+      "as .png or .jpg as it is. With the scene and the settings (or the scene's) that a Picture "
+      "was rendered with, the file is the command's: half, exr_compression, exr_parts and "
+      "working_space count, the header has camera, settings and the names of mattes, and a .png "
+      "shows the denoised picture.");
+}
+
+}  // namespace emberline::python

@@ -1,0 +1,102 @@
+// Scenes: loaded, posed, edited.
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "renderer/api/python/module.h"
+
+namespace emberline::python {
+namespace {
+
+std::shared_ptr<Scene> load(const py::object& path, const api::Settings* settings,
+                            const py::object& threads, const py::object& memory_limit,
+                            const py::object& load_timeout, bool animated,
+                            const py::kwargs& options) {
+  const std::string file = path_of(path);
+  api::Settings all = settings ? *settings : api::Settings();
+  apply(options, all);
+  const api::Resources resources = resources_of(threads, memory_limit, load_timeout);
+  return result_of([&](Call& call) {
+    api::Scene scene = animated ? api::Scene::animated(file, all, resources, call.given_up())
+                                : api::Scene(file, all, resources, call.given_up());
+    return std::make_shared<Scene>(Scene{LoadedScene(new api::Scene(std::move(scene))), all, all});
+  });
+}
+
+void edit(Scene& scene, const py::object& edits, const py::object& environment) {
+  const std::string json = edits_text(edits);
+  std::optional<FloatArray> rgb;
+  if (!environment.is_none()) rgb = rgb_of(environment, "environment");
+  const Use use(scene, true);
+  carry_out([&](Call&) {
+    if (!rgb) return scene.scene->edit(json);
+    scene.scene->edit(json, {rgb->data(), int(rgb->shape(1)), int(rgb->shape(0))});
+  });
+}
+
+void pose(Scene& scene, const py::kwargs& options) {
+  api::Settings settings = scene.loaded;
+  apply(options, settings);
+  const Use use(scene, true);
+  carry_out([&](Call& call) { scene.scene->pose(settings, call.given_up()); });
+  scene.settings = std::move(settings);
+}
+
+template <std::vector<std::string> (api::Scene::*names)() const>
+py::list names_of(Scene& scene) {
+  const Use use(scene, false);
+  return texts(((*scene.scene).*names)());
+}
+
+}  // namespace
+
+api::Resources resources_of(const py::object& threads, const py::object& memory_limit,
+                            const py::object& load_timeout) {
+  const int64_t count = whole_number(threads, "threads").value_or(0);
+  if (!std::in_range<int>(count)) {
+    throw api::UsageError("threads: " + std::to_string(count) + " is out of range");
+  }
+  const std::optional<int64_t> bytes = whole_number(memory_limit, "memory_limit");
+  if (bytes && *bytes < 0) {
+    throw api::UsageError("memory_limit: " + std::to_string(*bytes) + " is below 0");
+  }
+  return {int(count), bytes ? std::optional(uint64_t(*bytes)) : std::nullopt,
+          real_number(load_timeout, "load_timeout")};
+}
+
+py::list texts(const std::vector<std::string>& names) {
+  py::list list;
+  for (const std::string& name : names) list.append(text(name));
+  return list;
+}
+
+void add_scene(py::module_& module) {
+  py::class_<Scene, std::shared_ptr<Scene>>(
+      module, "Scene",
+      "A loaded glTF scene. Settings that concern its files (env, backfaces, time ...) count here, "
+      "and all are what render() takes where it is given none.")
+      .def(py::init(&load), "path"_a, "settings"_a = nullptr, py::kw_only(), "threads"_a = 0,
+           "memory_limit"_a = py::none(), "load_timeout"_a = py::none(), "animated"_a = false)
+      .def("pose", &pose,
+           "pose(time=1.5): puts a scene that was loaded with animated=True where its animation "
+           "has it. Takes animation, time or frame, fps, shutter and aov (for velocities), each "
+           "as it was loaded unless it is given. The edits stay. What is wrong is raised, and the "
+           "scene is then as it was.")
+      .def("edit", &edit, "edits"_a, py::kw_only(), "environment"_a = py::none(),
+           "All that differs from the file from now on, as a file of edits has it: a dict or "
+           "JSON. {} is the file again. The environment may be an array or Picture: "
+           "latitude-longitude, linear, rows from the top. What is wrong is raised, and the scene "
+           "is then as it was.")
+      .def_property_readonly(
+          "settings", [](const Scene& scene) { return scene.settings; },
+          "A copy of those that it was loaded with, and posed with.")
+      .def_property_readonly("lights", &names_of<&api::Scene::lights>)
+      .def_property_readonly("materials", &names_of<&api::Scene::materials>)
+      .def_property_readonly("cameras", &names_of<&api::Scene::cameras>)
+      .def_property_readonly("approximated", &names_of<&api::Scene::approximated>,
+                             "What of the file is not honoured to the letter.")
+      .def_property_readonly("ignored", &names_of<&api::Scene::ignored>);
+}
+
+}  // namespace emberline::python

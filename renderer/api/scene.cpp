@@ -1,0 +1,163 @@
+// Scenes: opened, posed, edited.
+#include <tbb/task_arena.h>
+
+#include <cmath>
+#include <span>
+#include <utility>
+
+#include "io/files/fingerprint.h"
+#include "io/json/edits_file.h"
+#include "renderer/api/access.h"
+#include "renderer/api/translated.h"
+#include "renderer/core/errors.h"
+#include "renderer/engine/frame_plan.h"
+#include "renderer/engine/frame_scene.h"
+
+namespace emberline::api {
+namespace {
+
+template <typename List>
+std::vector<std::string> names_of(const List& list) {
+  std::vector<std::string> names;
+  for (const auto& entry : list) names.push_back(entry.name);
+  return names;
+}
+
+std::shared_ptr<const Image> image_of(const Scene::Environment& environment) {
+  const int width = environment.width, height = environment.height;
+  if (width <= 0 || height <= 0) throw emberline::UsageError("environment: no texels");
+  auto image = std::make_shared<Image>();
+  image->name = "the environment";
+  image->width = width;
+  image->height = height;
+  image->channels = 3;
+  image->type = TexelType::kFloat;
+  const size_t count = 3 * size_t(width) * size_t(height);
+  for (size_t i = 0; i < count; ++i) {
+    const float value = environment.rgb[i];
+    if (std::isfinite(value) && value >= 0.0f) continue;
+    const size_t texel = i / 3;
+    throw emberline::UsageError("environment: {} at column {} of row {}", value,
+                                texel % size_t(width), texel / size_t(width));
+  }
+  const auto bytes = std::as_bytes(std::span(environment.rgb, count));
+  image->texels.assign(bytes.begin(), bytes.end());
+  return image;
+}
+
+// For checkpoints: what a frame is made of.
+std::string fingerprint_of(std::string_view json, const SceneEdits& edits) {
+  const uint64_t text = fingerprint(json);
+  if (!edits.environment.image) return hexadecimal(text);
+  const std::vector<std::byte>& texels = edits.environment.image->texels;
+  return hexadecimal(
+      fingerprint({reinterpret_cast<const char*>(texels.data()), texels.size()}, text));
+}
+
+}  // namespace
+
+Scene::State::State(const std::string& path, const Settings& given, const Resources& with,
+                    const std::stop_token& stop, bool poses)
+    : resources(with), settings(Access::of(given)) {
+  check_resources(resources);
+  settings.scene = path;
+  limits = limits_of({resources.memory_bytes, resources.load_timeout_s}, path);
+  build = FramePlan(settings).build;
+  build.editable = true;
+  LoadProgress progress({}, stop, limits);
+  FrameSettings read_as = settings;
+  read_as.light_groups = false;  // edits change them: each frame has its own
+  tbb::task_arena(arena_threads(resources)).execute([&] {
+    ReadScene read(read_as, load_edits(settings, progress),
+                   {.build = build, .edits = true, .poses = poses}, progress);
+    const SceneEdits edits = read.edits();
+    animation = edits.animation;
+    bounds = framed_bounds(read.description());
+    open = std::move(read).build(progress);
+    open->editable().set(edits);
+  });
+}
+
+void Scene::State::pose(const FrameSettings& wanted, const std::stop_token& stop) {
+  FrameSettings at = settings;
+  at.animation = wanted.animation;
+  at.time = wanted.time;
+  at.frame = wanted.frame;
+  at.fps = wanted.fps;
+  at.shutter = wanted.shutter;
+  at.aovs = wanted.aovs;
+  FrameSettings read_as = at;
+  read_as.variant.clear();  // the edits have it
+  read_as.light_groups = false;
+  SceneEdits edits = open->editable().edits();
+  edits.animation = {};
+  LoadProgress progress({}, stop, limits);
+  tbb::task_arena(arena_threads(resources)).execute([&] {
+    ReadScene read = open->read(read_as, edits, progress);
+    const WorldBounds posed = framed_bounds(read.description());
+    open->pose(std::move(read), progress);
+    bounds = posed;
+    settings = at;
+  });
+}
+
+void Scene::State::edit(std::string_view json, const Environment& environment) {
+  SceneEdits edits = parse_edits(json, "the edits");
+  if (environment.rgb) {
+    if (edits.environment.image) {
+      throw emberline::UsageError("environment: the edits name a file as well");
+    }
+    edits.environment.image = image_of(environment);
+  }
+  if (edits.animation != AnimationEdit() && edits.animation != animation) {
+    throw emberline::InputError(edits.animation.place, "a scene is posed by its settings");
+  }
+  open->editable().set(edits);
+  edited = edits == SceneEdits() ? "" : fingerprint_of(json, edits);
+}
+
+Scene::Scene(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Scene::Scene(const std::string& path, const Settings& settings, const Resources& resources,
+             const std::stop_token& stop)
+    : Scene(translated(
+          [&] { return std::make_unique<State>(path, settings, resources, stop, false); })) {}
+Scene Scene::animated(const std::string& path, const Settings& settings, const Resources& resources,
+                      const std::stop_token& stop) {
+  return Scene(
+      translated([&] { return std::make_unique<State>(path, settings, resources, stop, true); }));
+}
+Scene::Scene(Scene&& other) noexcept = default;
+Scene& Scene::operator=(Scene&& other) noexcept = default;
+Scene::~Scene() = default;
+
+void Scene::pose(const Settings& settings, const std::stop_token& stop) {
+  translated([&] {
+    if (!state_->open->can_pose()) {
+      throw emberline::UsageError(
+          "pose: the scene has no animations, or was not opened as an animated one");
+    }
+    state_->pose(Access::of(settings), stop);
+  });
+}
+
+void Scene::edit(std::string_view json) { edit(json, {}); }
+
+void Scene::edit(std::string_view json, const Environment& environment) {
+  translated([&] { state_->edit(json, environment); });
+}
+
+std::vector<std::string> Scene::lights() const {
+  return names_of(state_->open->editable().original().lights);
+}
+std::vector<std::string> Scene::materials() const {
+  return names_of(state_->open->editable().original().materials);
+}
+std::vector<std::string> Scene::cameras() const {
+  return names_of(state_->open->editable().original().cameras);
+}
+std::vector<std::string> Scene::approximated() const {
+  return state_->open->coverage().approximated;
+}
+std::vector<std::string> Scene::ignored() const { return state_->open->coverage().ignored; }
+
+}  // namespace emberline::api

@@ -1,0 +1,100 @@
+// Settings, and what holds for the whole process.
+#include <tbb/info.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "renderer/api/frame_parts.h"
+#include "renderer/api/translated.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/log.h"
+#include "renderer/core/names.h"
+#include "renderer/core/setting_names.h"
+#include "renderer/core/version.h"
+#include "renderer/engine/setting_rules.h"
+
+namespace emberline::api {
+
+std::string version() { return kEmberlineVersion; }
+
+// TBB has no more than the machine, and says so on stderr when it is asked for them.
+int arena_threads(const Resources& resources) {
+  const int most = tbb::info::default_concurrency();
+  return resources.threads > 0 ? std::min(resources.threads, most) : most;
+}
+
+void check_resources(const Resources& resources) {
+  if (resources.threads < 0 || resources.threads > kMostThreads) {
+    throw emberline::UsageError("threads: {} is not from 1 to {}, nor 0 for all of them",
+                                resources.threads, kMostThreads);
+  }
+  if (resources.memory_bytes == 0) throw emberline::UsageError("`memory-limit`: 0 is not a size");
+  const double seconds = resources.load_timeout_s.value_or(1.0);
+  if (!(seconds >= kLeastLoadTimeout && seconds <= kMostLoadTimeout)) {
+    throw emberline::UsageError("`load-timeout`: {} is not a number from {} to {}", seconds,
+                                kLeastLoadTimeout, kMostLoadTimeout);
+  }
+}
+
+Settings::Settings() : state_(std::make_unique<State>()) {}
+Settings::Settings(const Settings& other) : state_(std::make_unique<State>(*other.state_)) {}
+Settings::Settings(Settings&& other) noexcept = default;
+Settings& Settings::operator=(Settings other) noexcept {
+  state_ = std::move(other.state_);
+  return *this;
+}
+Settings::~Settings() = default;
+
+Settings& Settings::set(std::string_view name, std::string_view text) {
+  translated([&] {
+    find_named(setting_table(), "settings", "setting", name).read(state_->settings, text);
+  });
+  return *this;
+}
+
+std::string Settings::get(std::string_view name) const {
+  return translated([&] {
+    return find_named(setting_table(), "settings", "setting", name).text(state_->settings);
+  });
+}
+
+Settings& Settings::read(const std::string& path) {
+  FrameSettings read = state_->settings;
+  translated([&] { read_settings(path, read); });
+  state_->settings = std::move(read);
+  return *this;
+}
+
+std::vector<Settings::Help> Settings::help() {
+  std::vector<Help> all;
+  for (const Setting& row : setting_table()) {
+    const RulesHelp& rules = rules_of(row);
+    all.push_back({row.name, row.type, spelled(row.help + rules.rules), spelled(rules.values),
+                   is_of_scene(row.group)});
+  }
+  return all;
+}
+
+void spell_settings(SettingSpelling spelling) {
+  constexpr emberline::SpellSetting kPlain = [](std::string_view name) {
+    return std::string(name);
+  };
+  constexpr emberline::SpellSetting kUnderscores = [](std::string_view name) {
+    std::string argument(name);
+    std::ranges::replace(argument, '-', '_');
+    return argument;
+  };
+  emberline::spell_settings(spelling == SettingSpelling::kUnderscores ? kUnderscores : kPlain);
+}
+
+void set_log(std::function<void(Message, std::string_view)> log) {
+  if (!log) return set_log_sink({});
+  set_log_sink([log = std::move(log)](LogKind kind, std::string_view message) {
+    log(kind == LogKind::kError     ? Message::kError
+        : kind == LogKind::kWarning ? Message::kWarning
+                                    : Message::kInfo,
+        message);
+  });
+}
+
+}  // namespace emberline::api

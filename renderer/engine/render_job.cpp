@@ -1,0 +1,223 @@
+#include "renderer/engine/render_job.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <utility>
+
+#include "renderer/core/errors.h"
+#include "renderer/core/flush_denormals.h"
+#include "renderer/drivers/bucket_schedule.h"
+#include "renderer/engine/film_memory.h"
+#include "renderer/engine/render_loop.h"
+#include "renderer/film/light_mix.h"
+
+namespace emberline {
+namespace {
+
+// What each light group, or layer by light path, gives to each pixel of an incomplete picture, by
+// pixel, then by group.
+std::vector<Rgb> shown_groups(const FramePicture& picture, LightMix::Of of, size_t groups) {
+  const auto pixels = size_t(picture.film().rect().area());
+  std::vector<Rgb> lights(groups * pixels);
+  std::vector<float> rgba(4 * pixels);
+  for (size_t g = 0; g < groups; ++g) {
+    std::vector<Rgb> weights(groups, Rgb(0.0f));
+    weights[g] = Rgb(1.0f);
+    const LightMix alone(weights, of);
+    picture.resolve(rgba, &alone);
+    for (size_t i = 0; i < pixels; ++i) std::copy_n(&rgba[4 * i], 3, &lights[groups * i + g].x);
+  }
+  return lights;
+}
+
+// How many parts from `begin` on come before the next pause: all, unless a picture is wanted with
+// so many samples.
+size_t pause_after(const FrameDriver& driver, const Round& round, size_t begin,
+                   std::optional<uint64_t> samples_wanted) {
+  if (!samples_wanted) return round.parts;
+  size_t end = begin;
+  for (uint64_t samples = 0; end < round.parts && samples < *samples_wanted; ++end) {
+    samples += driver.samples(end);
+  }
+  return end;
+}
+
+// The parts [begin, end) of the round under way, or fewer if a picture is wanted soon.
+RenderedParts carry_out(RenderLoop& loop, RoundWork& work) {
+  loop.share(work.parts_left(), [&](RenderWorker& worker, const auto& going) {
+    bool took_one = false;
+    work.take_parts(worker, loop.sink, loop.stop, [&] {
+      if (took_one && loop.sink.picture_wanted()) return false;
+      took_one = true;
+      return going();
+    });
+  });
+  return work.rendered(loop.stop.stop_requested());
+}
+
+}  // namespace
+
+void show_picture(const FrameDriver& driver, FilmTile& film) {
+  if (!driver.shows_other_means()) return;
+  const Rect& pixels = film.rect();
+  std::vector<float> shown(4 * size_t(pixels.area()));
+  driver.resolve(film, shown, nullptr);
+  for (size_t i = 0; i < size_t(pixels.area()); ++i) {
+    film.show(pixels.x_of(i), pixels.y_of(i), &shown[4 * i]);
+  }
+}
+
+RenderJob::RenderJob(Frame frame, DriverFactory drivers)
+    : frame_(std::move(frame)), drivers_(std::move(drivers)) {}
+
+RenderResult RenderJob::render(FrameObserver& sink, std::stop_token stop) {
+  RenderLoop loop(frame_, sink, std::move(stop), counters_);
+  drivers_.tiles ? render_tiles(loop) : render_crop(loop);
+  const bool ended_by_time = sink.stop_cause() == PixelStop::kTimeLimit && !drivers_.tiles;
+  return {counters_, !counters_.stopped || ended_by_time};
+}
+
+void RenderJob::begin() {
+  film_.emplace(frame_.aovs, film_extras());
+  reset_film(frame_.crop, &*film_);
+  driver_ = drivers_.create(frame_, frame_.crop);
+  counters_ = frame_.no_counts();
+}
+
+void RenderJob::archive(Archive& archive) {
+  TileResult result{driver_->error_estimate(), driver_->least_samples(*film_), counters_};
+  bool finished = driver_->finished();
+  result.archive(archive);
+  archive.number(finished, false, true);
+  film_->archive(archive);
+  driver_->archive(archive, *film_);
+  counters_ = result.counters;
+  archive.number(parts_done_, size_t(0), driver_->round().parts);
+}
+
+void RenderJob::save(std::vector<std::byte>& state) {
+  Archive saving(state);
+  archive(saving);
+  saving.end();
+}
+
+void RenderJob::make_resumable() {
+  resumable_ = true;
+  begin();
+}
+
+void RenderJob::load(std::span<const std::byte> state) {
+  Archive loading(state);
+  archive(loading);
+  loading.end();
+  film_is_ahead_ = true;
+}
+
+void RenderJob::extend(std::span<const std::byte> finished) {
+  Archive loading(finished);
+  TileResult result{.counters = counters_};
+  bool is_finished = false;
+  result.archive(loading);
+  loading.number(is_finished, false, true);
+  loading.check(is_finished);
+  film_->archive(loading);
+  film_->show_means();
+  driver_->extend(loading, *film_);
+  counters_ = result.counters;
+  film_is_ahead_ = true;
+}
+
+void RenderJob::render_crop(RenderLoop& loop) {
+  if (!driver_) begin();
+  FrameProgress progress;
+  while (!driver_->finished()) {
+    if (parts_done_ == driver_->round().parts) {
+      if (!driver_->next(*film_, resumable_ ? std::stop_token() : loop.stop)) break;
+      parts_done_ = 0;
+    }
+    const Round round = driver_->round();
+    std::optional<uint64_t> wanted = loop.sink.picture_wanted_at();
+    if (wanted) *wanted = std::max(*wanted, counters_.samples + 1) - counters_.samples;
+    const size_t end = pause_after(*driver_, round, parts_done_, wanted);
+    RoundWork work(*driver_, *film_, parts_done_, end, film_is_ahead_);
+    const RenderedParts parts = carry_out(loop, work);
+    if (!parts.complete) loop.sink.cut_short();
+    driver_->rendered(parts, *film_);
+    if (!parts.complete) break;
+    const bool round_done = parts.end == round.parts;
+    // A driver that needs a round no more may have let it go by now.
+    parts_done_ = round_done ? driver_->round().parts : parts.end;
+    progress.pass = round.pass;
+    progress.samples = counters_.samples;
+    progress.rays = counters_.rays.total();
+    progress.completion = std::min(1.0, double(progress.samples) / double(frame_.crop.area()));
+    progress.pass_finished = round.ends_pass && round_done;
+    progress.error_estimate = driver_->error_estimate();
+    loop.sink.picture_changed(progress, *this);
+  }
+  counters_.min_samples = driver_->least_samples(*film_);
+  counters_.stopped = !driver_->finished();
+}
+
+SampleReplay RenderJob::replay(int x, int y, uint32_t sample) const {
+  RenderWorker worker(frame_);
+  SampleReplay replay;
+  replay.value = worker.replay(x, y, sample, &replay.camera_ray);
+  replay.rays = worker.take_counters().rays;
+  return replay;
+}
+
+std::optional<double> RenderJob::error_estimate() const {
+  return driver_ ? driver_->error_estimate() : tiles_error_;
+}
+
+void RenderJob::end(PixelStop cut_short) {
+  if (!driver_) return;
+  driver_->end(*film_, cut_short);
+  show_picture(*driver_, *film_);
+}
+
+// Tiles of the bucket driver's size, aligned as they are. Pixels without samples are shown as the
+// picture has them.
+void RenderJob::deliver(FrameObserver& sink) {
+  if (!driver_) return;
+  end(sink.stop_cause());
+  const Rect& crop = film_->rect();
+  const std::vector<Rect> tiles =
+      bucket_schedule(crop, drivers_.tile_size, BucketOrder::kScanline, 0);
+  // Before the workers begin: one that waits for help with it must not begin a tile that needs it.
+  std::vector<float> shown;
+  if (film_->least_samples() == 0) {
+    shown.resize(4 * size_t(crop.area()));
+    resolve(shown);
+  }
+  const auto groups = size_t(std::max(0, film_->light_groups().groups()));
+  const auto layers = size_t(std::max(0, film_->path_layers().groups()));
+  std::vector<Rgb> lights, paths;
+  if (!shown.empty() && groups > 0) lights = shown_groups(*this, LightMix::Of::kLights, groups);
+  if (!shown.empty() && layers > 0) paths = shown_groups(*this, LightMix::Of::kPaths, layers);
+  std::atomic<size_t> next{0};
+  const auto work = [&](size_t /*worker*/) {
+    const FlushDenormals flush;                     // as the workers that hand tiles on
+    FilmTile tile(film_->aovs(), film_->extras());  // one each: its memory serves again and again
+    for (size_t i = next++; i < tiles.size(); i = next++) {
+      const Rect& rect = tiles[i];
+      tile.reset(rect);
+      for (int y = rect.y0; y < rect.y1; ++y) {
+        for (int x = rect.x0; x < rect.x1; ++x) {
+          tile.copy_pixel(*film_, x, y);
+          if (film_->sample_count(x, y) > 0) continue;
+          const size_t pixel = crop.index_of(x, y);
+          tile.show(x, y, &shown[4 * pixel]);
+          if (groups > 0) tile.show_lights(x, y, std::span(lights).subspan(groups * pixel, groups));
+          if (layers > 0) tile.show_layers(x, y, std::span(paths).subspan(layers * pixel, layers));
+        }
+      }
+      sink.tile_finished(tile);
+    }
+  };
+  parallel_tasks(std::min(tiles.size(), worker_count()), work);
+}
+
+}  // namespace emberline

@@ -1,0 +1,168 @@
+// RenderJob, by tiles.
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+
+#include "renderer/core/errors.h"
+#include "renderer/drivers/bucket_schedule.h"
+#include "renderer/engine/render_job.h"
+#include "renderer/engine/render_loop.h"
+
+namespace emberline {
+
+void TileResult::archive(Archive& archive) {
+  double value = error.value_or(-1.0);
+  archive.number(value, -1.0, std::numeric_limits<double>::max());
+  archive.check(value == -1.0 || value >= 0.0);
+  error = value >= 0.0 ? std::optional(value) : std::nullopt;
+  archive.number(least_samples, 0u, UINT32_MAX);
+  counters.archive(archive);
+}
+
+std::optional<double> error_of_tiles(std::span<const Rect> tiles,
+                                     std::span<const std::optional<double>> errors) {
+  double sum = 0, pixels = 0;
+  for (size_t i = 0; i < tiles.size(); ++i) {
+    if (!errors[i]) return std::nullopt;
+    sum += square(*errors[i]) * double(tiles[i].area());
+    pixels += double(tiles[i].area());
+  }
+  return tiles.empty() ? std::nullopt : std::optional(std::sqrt(sum / pixels));
+}
+
+// All rounds of one tile.
+void RenderJob::render_tile(RenderLoop& loop, TileOwner& owner, RenderWorker& worker,
+                            FrameDriver& driver, FilmTile& film, TileResult& result) {
+  const bool film_is_ahead = result.counters.samples > 0;
+  for (bool complete = true; complete;) {
+    const std::optional<Round> round = driver.next(film, {});
+    if (!round) break;
+    RoundWork work(driver, film, 0, round->parts, film_is_ahead);
+    owner.carry_out(work, worker, result.counters);
+    const RenderedParts parts = work.rendered(loop.stop.stop_requested());
+    driver.rendered(parts, film);
+    complete = parts.complete;
+  }
+  driver.end(film, loop.sink.stop_cause());
+  show_picture(driver, film);
+  result.counters.merge(worker.take_counters());
+  result.error = driver.error_estimate();
+  result.least_samples = driver.least_samples(film);
+}
+
+// Workers take the next tile from a counter rather than a share of the list in advance, so the
+// order is kept whatever the threads' speeds. One increment per tile is no contention. With its
+// tiles a thread is isolated: while it waits for help with a decision, it must not begin what waits
+// for its tile.
+void RenderJob::render_tiles(RenderLoop& loop) {
+  const std::vector<Rect> tiles = this->tiles();
+  std::atomic<size_t> next{0};
+  std::atomic<bool> all_finished{true};
+  std::vector<std::optional<double>> errors(tiles.size());  // summed in order, whoever brought them
+  std::vector<uint32_t> least(tiles.size(), 0);
+  SharedTiles shared(loop.sink, loop.stop);
+  const auto take_tiles = [&](RenderWorker& worker, const auto& going) {
+    TileOwner owner(shared);
+    FilmTile film(frame_.aovs, film_extras());
+    while (going()) {
+      const size_t i = next.fetch_add(1, std::memory_order_relaxed);
+      if (i >= tiles.size()) break;
+      TileResult result{.counters = frame_.no_counts()};
+      if (!load_tile(loop, tiles[i], film, result)) {
+        loop.sink.tile_begun(tiles[i]);
+        const std::unique_ptr<FrameDriver> driver = begin_tile(loop, tiles[i], film, result);
+        render_tile(loop, owner, worker, *driver, film, result);
+        if (!driver->finished()) all_finished = false;
+        if (driver->finished() && store_) save_tile(*driver, film, result);
+        loop.sink.tile_finished(film);
+      }
+      loop.count(result.counters);
+      errors[i] = result.error;
+      least[i] = result.least_samples;
+    }
+  };
+  // A row of a tile is worth sharing.
+  loop.share(tiles.size() * size_t(drivers_.tile_size),
+             [&](RenderWorker& worker, const auto& going) {
+               tbb::this_task_arena::isolate([&] { take_tiles(worker, going); });
+               shared.help(worker);
+             });
+  counters_.stopped = !all_finished || next.load() < tiles.size();
+  counters_.min_samples = tiles.empty() ? 0 : *std::ranges::min_element(least);
+  tiles_error_ = error_of_tiles(tiles, errors);
+}
+
+// The tiles of this part of the frame, in their order.
+std::vector<Rect> RenderJob::tiles() const {
+  const std::vector<Rect> all =
+      bucket_schedule(frame_.crop, drivers_.tile_size, drivers_.tile_order, frame_.seed);
+  std::vector<Rect> tiles;
+  for (size_t i = drivers_.part.index - 1; i < all.size(); i += drivers_.part.count) {
+    tiles.push_back(all[i]);
+  }
+  return tiles;
+}
+
+void RenderJob::save_tile(FrameDriver& driver, FilmTile& film, TileResult& result) {
+  std::vector<std::byte> state;
+  state.reserve(film.bytes() + driver.bytes() + 4096);
+  Archive saving(state);
+  result.archive(saving);
+  film.archive(saving);
+  driver.archive(saving, film);
+  store_->save(bucket_number(frame_.crop, film.rect(), drivers_.tile_size), state);
+}
+
+// With what a frame of fewer samples has of it, where that can be used.
+std::unique_ptr<FrameDriver> RenderJob::begin_tile(RenderLoop& loop, const Rect& tile,
+                                                   FilmTile& film, TileResult& result) {
+  film.reset(tile);
+  std::unique_ptr<FrameDriver> driver = drivers_.create(frame_, tile);
+  if (!store_) return driver;
+  const auto finished = store_->load_finished(bucket_number(frame_.crop, tile, drivers_.tile_size),
+                                              TileStore::most_of_state(film.bytes()));
+  if (!finished) return driver;
+  try {
+    Archive loading{std::span<const std::byte>(*finished)};
+    result.archive(loading);
+    film.archive(loading);
+    film.show_means();
+    driver->extend(loading, film);
+  } catch (const InputError&) {
+    store_->unusable(true);
+    result = {.counters = frame_.no_counts()};
+    film.reset(tile);
+    return drivers_.create(frame_, tile);
+  }
+  loop.sink.samples_loaded(result.counters.samples);
+  return driver;
+}
+
+// False: it is to be rendered. A stored tile that cannot be used is as good as none.
+bool RenderJob::load_tile(RenderLoop& loop, const Rect& tile, FilmTile& film, TileResult& result) {
+  if (!store_) return false;
+  film.reset(tile);
+  const auto state = store_->load(bucket_number(frame_.crop, tile, drivers_.tile_size),
+                                  TileStore::most_of_state(film.bytes()));
+  if (!state) return false;
+  try {
+    Archive loading{std::span<const std::byte>(*state)};
+    result.archive(loading);
+    film.archive(loading);
+    const std::unique_ptr<FrameDriver> driver = drivers_.create(frame_, tile);
+    driver->archive(loading, film);
+    loading.check(driver->finished());
+    loading.end();
+  } catch (const InputError&) {
+    store_->unusable(false);
+    result = {.counters = frame_.no_counts()};
+    return false;
+  }
+  loop.sink.tile_loaded(film, result.counters.samples);
+  return true;
+}
+
+}  // namespace emberline

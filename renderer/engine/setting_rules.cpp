@@ -1,0 +1,407 @@
+#include "renderer/engine/setting_rules.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "integrators/integrator.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/option_values.h"
+#include "renderer/drivers/adaptive/error_estimator.h"
+#include "renderer/engine/half_layers.h"
+#include "samplers/sampler.h"
+
+namespace emberline {
+namespace {
+
+const Setting* find_setting(std::string_view name) {
+  const auto found = std::ranges::find(setting_table(), name, &Setting::name);
+  return found == setting_table().end() ? nullptr : &*found;
+}
+
+std::string text_of(const FrameSettings& settings, std::string_view name) {
+  const Setting* const setting = find_setting(name);
+  return setting ? setting->text(settings) : std::string();
+}
+
+bool is_given(const FrameSettings& settings, std::string_view name) {
+  static const FrameSettings defaults;
+  return text_of(settings, name) != text_of(defaults, name);
+}
+
+std::string quoted(const SettingIs& is) { return fmt::format("`{}`", is.name); }
+
+// "bucket with `noise-threshold`".
+std::string value_text(const SettingIs& is) {
+  std::string text(is.value);
+  if (!is.with.empty()) text += fmt::format(" with `{}`", is.with);
+  if (!is.without.empty()) text += fmt::format(" without `{}`", is.without);
+  return text;
+}
+
+std::string text_of(const SettingIs& is) {
+  const std::string value = value_text(is);
+  return value.empty() ? quoted(is) : quoted(is) + " " + value;
+}
+
+// "`env`, `aov` N or P".
+std::string text_of(const AnySetting& list, std::string_view last_comma) {
+  std::string text;
+  for (size_t i = 0; i < list.size(); ++i) {
+    const bool same = i > 0 && list[i].name == list[i - 1].name && !list[i].value.empty();
+    if (i > 0) text += i + 1 < list.size() ? ", " : last_comma;
+    text += same ? value_text(list[i]) : text_of(list[i]);
+  }
+  return text;
+}
+
+const SettingIs* first_of(const AnySetting& list, const SettingHolds& holds) {
+  const auto found = std::ranges::find_if(list, holds);
+  return found == list.end() ? nullptr : &*found;
+}
+
+void add(AnySetting& list, const AnySetting& more) {
+  list.insert(list.end(), more.begin(), more.end());
+}
+
+bool mentions(const AnySetting& list, std::string_view name, std::string_view value) {
+  return std::ranges::any_of(
+      list, [&](const SettingIs& is) { return is.name == name && is.value == value; });
+}
+
+// What the setting must not come with, whichever of the two the rule is about.
+AnySetting excluded_by(std::span<const SettingRule> rules, std::string_view name,
+                       std::string_view value) {
+  AnySetting excluded;
+  for (const SettingRule& rule : rules) {
+    if (!rule.in_help) continue;
+    if (mentions(rule.about, name, value)) add(excluded, rule.excludes);
+    if (mentions(rule.excludes, name, value)) add(excluded, rule.about);
+  }
+  // The names in order, each once: their values stand together.
+  AnySetting sorted;
+  for (const SettingIs& is : excluded) {
+    const auto same_name = [&](const SettingIs& other) { return other.name == is.name; };
+    if (mentions(sorted, is.name, is.value)) continue;
+    const auto last = std::find_if(sorted.rbegin(), sorted.rend(), same_name);
+    sorted.insert(last == sorted.rend() ? sorted.end() : last.base(), is);
+  }
+  return sorted;
+}
+
+std::string wrong_crop(const FrameSettings& s) {
+  const Rect& crop = *s.crop;
+  if (!crop.empty() && crop.intersect({0, 0, s.width, s.height}) == crop) return "";
+  return fmt::format(
+      "`crop`: {},{},{},{} is not inside the frame; valid is 0 <= X0 < X1 <= {} and 0 <= Y0 < Y1 "
+      "<= {}",
+      crop.x0, crop.y0, crop.x1, crop.y1, s.width, s.height);
+}
+
+std::string wrong_least_samples(const FrameSettings& s) {
+  const auto above = [&](const std::string& what, uint32_t most) {
+    return fmt::format("`min-spp` {} is above {} {}; valid is 1 to {}", *s.min_spp, what, most,
+                       most);
+  };
+  if (s.max_spp && *s.min_spp > *s.max_spp) return above("`max-spp`", *s.max_spp);
+  if (s.spp && *s.min_spp > *s.spp) return above("the average of `spp`", *s.spp);
+  return "";
+}
+
+// The rows of `table` that fit, as values of a setting.
+template <typename Table, typename Fits>
+AnySetting values_of(std::string_view setting, const Table& table, const Fits& fits) {
+  AnySetting values;
+  for (const auto& entry : table) {
+    if (fits(entry)) values.push_back({setting, entry.name});
+  }
+  return values;
+}
+
+// With the drivers that share evenly until there is a threshold last, as they need words.
+AnySetting drivers_of(Sharing sharing, SettingIs by_threshold) {
+  AnySetting drivers =
+      drivers_that([&](const DriverEntry& driver) { return driver.sharing == sharing; });
+  for (const DriverEntry& driver : driver_table()) {
+    if (driver.sharing != Sharing::kEvenWithoutThreshold) continue;
+    by_threshold.value = driver.name;
+    drivers.push_back(by_threshold);
+  }
+  return drivers;
+}
+
+AnySetting drivers_by_error() {
+  return drivers_of(Sharing::kByError, {.name = "driver", .with = "noise-threshold"});
+}
+
+AnySetting even_drivers() {
+  return drivers_of(Sharing::kEven, {.name = "driver", .without = "noise-threshold"});
+}
+
+AnySetting joined(std::initializer_list<AnySetting> lists) {
+  AnySetting all;
+  for (const AnySetting& list : lists) add(all, list);
+  return all;
+}
+
+AnySetting denoising() { return {{"denoise"}, {"allocation", "denoised"}, {"aov", "denoising"}}; }
+
+std::vector<SettingRule> view_rules() {
+  return {
+      {.about = {{"look-from"}},
+       .needs = {{"look-at"}, {"panorama"}},
+       .reason = "a place alone has no direction"},
+      {.about = {{"look-at"}},
+       .needs = {{"look-from"}},
+       .reason = "it is the direction of a view from there"},
+      {.about = {{"panorama"}},
+       .excludes = {{"fov-y"}, {"f-stop"}, {"focus-distance"}},
+       .reason = "a panorama shows all around and is sharp everywhere"},
+      {.about = {{"crop"}}, .wrong = wrong_crop},
+      {.about = {{"time"}}, .excludes = {{"frame"}}, .reason = "both say when"},
+      {.about = {{"sun"}}, .excludes = {{"env"}}, .reason = "each is a whole sky"},
+      {.about = {{"env-strength"}, {"env-rotation"}},
+       .needs = {{"env"}, {"sun"}},
+       .reason = "it changes the environment that is given"},
+  };
+}
+
+// Of the EXR's layers.
+std::vector<SettingRule> channel_rules() {
+  std::vector<SettingRule> rules = {
+      {.about = {{"aov", "clamped"}},
+       .needs = {{"clamp-indirect"}},
+       .reason = "it shows what clamping takes"},
+      {.about = {{"aov", "shadow"}},
+       .needs = {{"catcher"}},
+       .reason = "it shows what catchers receive"},
+      {.about = {{"cryptomatte-levels"}},
+       .needs = {{"cryptomatte"}},
+       .reason = "it counts the ids of its layers"},
+      {.about = values_of("exr-compression", exr_compression_table(),
+                          [](const auto& entry) { return is_lossy(entry.value); }),
+       .excludes = joined({{{"cryptomatte"}, {"aov", "variance"}},
+                           denoising(),
+                           {{"aov", "N"}, {"aov", "P"}, {"aov", "velocity"}}}),
+       .unless = {{"exr-parts", "layers"}},
+       .reason = "it would blur them; `exr-parts` layers keeps such a part zip",
+       .in_help = false},
+  };
+  for (const HalfLayer& layer : half_layer_table()) {
+    SettingRule rule = {
+        .about = {{"half", layer.name}}, .reason = "there is no such layer", .in_help = false};
+    const auto same = [&](const NamedValue<Aov>& aov) { return aov.name == layer.name; };
+    rule.needs = values_of("aov", aov_table(), same);
+    if (layer.name == "shadow") rule.needs.push_back({"catcher"});
+    if (layer.name == "light") rule.needs = {{"light-groups"}};
+    if (layer.name == "denoised") rule.needs = {{"denoise"}, {"allocation", "denoised"}};
+    if (!rule.needs.empty()) rules.push_back(std::move(rule));
+  }
+  return rules;
+}
+
+SettingRule rule_of_lights() {
+  AnySetting layers;
+  for (size_t i = 0; i < kPathLayers; ++i) {
+    layers.push_back({"aov", name_of(aov_table(), aov_of(PathLayer(i)))});
+  }
+  return {.about = joined({{{"light-groups"}, {"clamp-indirect"}, {"light-samples"}},
+                           {{"catcher"}, {"holdout"}},
+                           denoising(),
+                           layers}),
+          .needs = values_of("integrator", integrator_table(),
+                             [](const auto& entry) { return entry.tells_lights_apart; }),
+          .reason = "{} knows no lights"};
+}
+
+// Of adaptive sampling.
+std::vector<SettingRule> error_rules() {
+  const auto estimators = [](const auto& fits) {
+    return values_of("estimator", estimator_table(), fits);
+  };
+  const AnySetting historical = estimators([](const auto& entry) { return entry.batch > 0; });
+  const std::string others =
+      text_of(estimators([](const auto& entry) { return entry.batch == 0; }), " and ");
+  const AnySetting two_streams =
+      estimators([](const auto& entry) { return entry.streams == StreamCount::kTwo; });
+  return {
+      {.about = {{"noise-threshold"}},
+       .needs = drivers_that([](const DriverEntry& d) { return d.sharing != Sharing::kEven; }),
+       .reason = "{} gives every pixel `spp` samples"},
+      {.about = {{"allocation", "denoised"}},
+       .needs = drivers_that([](const DriverEntry& d) { return d.sharing == Sharing::kByError; }),
+       .reason = "only a driver that has the whole frame knows the pixels around one"},
+      {.about = {{"min-spp"},
+                 {"max-spp"},
+                 {"estimator"},
+                 {.name = "allocation", .except = "denoised"},
+                 {"unbiased"}},
+       .needs = drivers_by_error(),
+       .reason = "here {} gives every pixel `spp` samples"},
+      {.about = {{"allocation", "denoised"}},
+       .excludes = {{"noise-threshold"}},
+       .reason = "the error of a denoised pixel is its neighbours' too, so that none can be "
+                 "finished alone; `spp` limits the frame"},
+      {.about = {{"allocation", "denoised"}},
+       .excludes = {{"unbiased"}},
+       .reason = "it looks at the means of all samples, which `unbiased` does not show"},
+      {.about = {{"allocation"}},
+       .excludes = historical,
+       .reason =
+           "such an estimator only tells which pixels are finished, and the others share evenly; "
+           "valid are " +
+           others},
+      {.about = {{"unbiased"}},
+       .excludes = {{"max-spp"}},
+       .reason = "every pixel must take part in every round; `spp` limits the frame"},
+      {.about = {{"unbiased"}},
+       .excludes = historical,
+       .reason = "every pixel must take part in every round; valid are " + others},
+      {.about = {{"unbiased"}},
+       .excludes = {{"cryptomatte"}, {"light-groups"}},
+       .reason = "it weighs rounds, which are not kept by object or by light"},
+      {.about = {{"min-spp"}}, .wrong = wrong_least_samples},
+      {.about = joined({denoising(), two_streams}),
+       .excludes = {{"streams", "1"}},
+       .reason = "it compares two sample streams; give 2, or leave `streams` out"},
+  };
+}
+
+// Of parts of a frame, and of samplers that have to know counts beforehand.
+std::vector<SettingRule> sample_rules() {
+  const auto samplers = [](const auto& fits) {
+    return values_of("sampler", sampler_table(), fits);
+  };
+  AnySetting extensible;
+  for (const std::string_view name : extensible_samplers()) extensible.push_back({"sampler", name});
+  return {
+      {.about = samplers([](const auto& entry) { return entry.counts != SampleCounts::kAny; }),
+       .needs = even_drivers(),
+       .reason = "adaptive sampling does not know beforehand how many samples each pixel gets; "
+                 "valid with it are " +
+                 text_of(samplers([](const auto& s) { return s.counts == SampleCounts::kAny; }),
+                         " and ")},
+      {.about = {{"part"}},
+       .needs = drivers_that([](const DriverEntry& driver) { return driver.tiles; }),
+       .reason = "{} has the whole frame at once"},
+      {.about = {{"sample-range"}},
+       .needs = even_drivers(),
+       .reason = "adaptive sampling decides itself how many samples each pixel gets; give the "
+                 "parts a `seed` each"},
+      {.about = {{"sample-range"}},
+       .needs = extensible,
+       .reason = "the samples of {} depend on how many there are"},
+      {.about = {{"sample-range"}},
+       .excludes = {{"spp"}},
+       .reason = "it says how many samples each pixel gets"},
+  };
+}
+
+std::vector<SettingRule> make_rules() {
+  std::vector<SettingRule> all = view_rules();
+  all.push_back(rule_of_lights());
+  for (const std::vector<SettingRule>& some : {channel_rules(), error_rules(), sample_rules()}) {
+    all.insert(all.end(), some.begin(), some.end());
+  }
+  return all;
+}
+
+}  // namespace
+
+std::span<const SettingRule> setting_rules() {
+  static const std::vector<SettingRule> rules = make_rules();
+  return rules;
+}
+
+AnySetting drivers_that(const std::function<bool(const DriverEntry&)>& fits) {
+  return values_of("driver", driver_table(), fits);
+}
+
+bool setting_holds(const FrameSettings& settings, const SettingIs& is) {
+  if (!is.with.empty() && !is_given(settings, is.with)) return false;
+  if (!is.without.empty() && is_given(settings, is.without)) return false;
+  const std::string text = text_of(settings, is.name);
+  if (!is.except.empty() && text == is.except) return false;
+  if (is.value.empty()) return is_given(settings, is.name);
+  const Setting* const setting = find_setting(is.name);
+  if (!setting || setting->type != "LIST") return text == is.value;
+  const std::vector<std::string_view> values = split_list(text);
+  return std::ranges::find(values, is.value) != values.end();
+}
+
+std::string broken_rule(const SettingRule& rule, const FrameSettings& settings,
+                        const SettingHolds& holds) {
+  const SettingIs* const subject = first_of(rule.about, holds);
+  if (!subject || first_of(rule.unless, holds)) return "";
+  if (rule.wrong) return rule.wrong(settings);
+  if (!rule.needs.empty() && !first_of(rule.needs, holds)) {
+    const std::string value = text_of(settings, rule.needs.front().name);
+    return fmt::format("{} requires {}: {}", text_of(*subject), text_of(rule.needs, " or "),
+                       fmt::format(fmt::runtime(rule.reason), value));
+  }
+  if (const SettingIs* const other = first_of(rule.excludes, holds)) {
+    return fmt::format("{} excludes {}: {}", text_of(*subject), text_of(*other), rule.reason);
+  }
+  return "";
+}
+
+void check_rules(std::span<const SettingRule> rules, const FrameSettings& settings,
+                 const SettingHolds& holds) {
+  for (const SettingRule& rule : rules) {
+    const std::string wrong = broken_rule(rule, settings, holds);
+    if (!wrong.empty()) throw UsageError(wrong);
+  }
+}
+
+void check_rules(const FrameSettings& settings) {
+  check_rules(setting_rules(), settings,
+              [&](const SettingIs& is) { return setting_holds(settings, is); });
+}
+
+void check_rules(const FrameSettings& settings, std::string_view about) {
+  const auto holds = [&](const SettingIs& is) { return setting_holds(settings, is); };
+  for (const SettingRule& rule : setting_rules()) {
+    if (mentions(rule.about, about, "")) check_rules({&rule, 1}, settings, holds);
+  }
+}
+
+std::string rules_of(std::span<const SettingRule> rules, std::string_view name,
+                     std::string_view value) {
+  std::string text;
+  for (const SettingRule& rule : rules) {
+    if (!rule.in_help || rule.needs.empty() || !mentions(rule.about, name, value)) continue;
+    text += (text.empty() ? "; requires " : ", and ") + text_of(rule.needs, " or ");
+  }
+  const AnySetting excluded = excluded_by(rules, name, value);
+  if (!excluded.empty()) text += "; excludes " + text_of(excluded, ", ");
+  return text;
+}
+
+namespace {
+
+RulesHelp tell_rules(const Setting& setting) {
+  RulesHelp help = {rules_of(setting_rules(), setting.name), ""};
+  for (std::string_view rest = setting.values; !rest.empty();) {
+    const size_t end = std::min(rest.find('\n', 1), rest.size());
+    const std::string_view line = rest.substr(0, end);  // "\n  name: summary"
+    help.values += line;
+    help.values += rules_of(setting_rules(), setting.name, line.substr(3, line.find(':') - 3));
+    rest.remove_prefix(end);
+  }
+  return help;
+}
+
+}  // namespace
+
+const RulesHelp& rules_of(const Setting& setting) {
+  // Every command of the program asks for it.
+  static const std::map<std::string, RulesHelp> all = [] {
+    std::map<std::string, RulesHelp> texts;
+    for (const Setting& each : setting_table()) texts.emplace(each.name, tell_rules(each));
+    return texts;
+  }();
+  return all.at(setting.name);
+}
+
+}  // namespace emberline

@@ -1,0 +1,115 @@
+#include "renderer/output/option_rules.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "renderer/core/file_suffix.h"
+#include "renderer/engine/frame_plan.h"
+#include "renderer/output/report_page.h"
+
+namespace emberline {
+namespace {
+
+// Conditions on what is no setting of a frame, and on what of a setting matters to a range.
+struct OptionState {
+  std::string_view name, value;
+  bool (*holds)(const RenderOptions& options);
+};
+
+// N frames of a turn, and not one of them.
+bool is_whole_turn(const RenderOptions& o) {
+  return o.frames.empty() && o.turntable && !o.turntable->frame && !o.frame;
+}
+
+constexpr OptionState kStates[] = {
+    // A replay writes nothing.
+    {"output", "FILE.exr",
+     [](const RenderOptions& o) { return o.replay || std::ranges::any_of(o.outputs, is_exr); }},
+    {"report", "FILE.html",
+     [](const RenderOptions& o) { return std::ranges::any_of(o.reports, is_page); }},
+    {"snapshots", "", [](const RenderOptions& o) { return !o.snapshots.empty(); }},
+    {"tree", "", [](const RenderOptions& o) { return !o.trees.empty(); }},
+    {"explain", "", [](const RenderOptions& o) { return o.explained.has_value(); }},
+    {"replay", "", [](const RenderOptions& o) { return o.replay.has_value(); }},
+    {"display", "tev:", [](const RenderOptions& o) { return o.viewer.has_value(); }},
+    {"skip-existing", "", [](const RenderOptions& o) { return o.skip_existing; }},
+    {"stop-on-error", "", [](const RenderOptions& o) { return o.stop_on_error; }},
+    {"range-report", "", [](const RenderOptions& o) { return !o.range_report.empty(); }},
+    {"frames", "", [](const RenderOptions& o) { return !o.frames.empty(); }},
+    {"frames", "A-B", [](const RenderOptions& o) { return o.frames.size() > 1; }},
+    {"turntable", "N", is_whole_turn},
+    {"turntable", "2 or more",
+     [](const RenderOptions& o) { return is_whole_turn(o) && o.turntable->count > 1; }},
+    {"turntable", "K/N", [](const RenderOptions& o) { return o.turntable && o.turntable->frame; }},
+};
+
+std::string wrong_pixel(const FrameSettings& settings) {
+  const Vec2i pixel = *static_cast<const RenderOptions&>(settings).explained;
+  const Rect crop = crop_of(settings);
+  if (crop.contains(pixel.x, pixel.y)) return "";
+  return fmt::format(
+      "`explain`: pixel {},{} is outside the rendered pixels; valid is {} to {} and {} to {}",
+      pixel.x, pixel.y, crop.x0, crop.x1 - 1, crop.y0, crop.y1 - 1);
+}
+
+std::vector<SettingRule> make_rules() {
+  return {
+      {.about = {{"explain"}, {"tree"}},
+       .needs = drivers_that([](const DriverEntry& d) { return d.sharing == Sharing::kByError; }),
+       .reason = "{} does not decide for the whole frame how many samples a pixel gets"},
+      {.about = {{"explain"}}, .wrong = wrong_pixel},
+      {.about = {{"snapshots"}},
+       .needs = drivers_that([](const DriverEntry& driver) { return !driver.tiles; }),
+       .unless = {{"replay"}},
+       .reason = "{} has no picture of the whole frame before its end"},
+      {.about = {{"light-groups"}, {"cryptomatte"}},
+       .needs = {{"output", "FILE.exr"}},
+       .reason = "it makes layers of an EXR"},
+      {.about = {{"part"}, {"sample-range"}},
+       .excludes = {{"snapshots"}, {"report", "FILE.html"}},
+       .reason = "a part of a frame has no picture of its own; give it for the whole"},
+      {.about = {{"working-space"}},
+       .excludes = {{"display", "tev:"}, {"snapshots"}},
+       .reason = "it takes pictures of `working-space` rec709 alone"},
+      {.about = {{"skip-existing"}},
+       .excludes = {{"part"}, {"sample-range"}},
+       .reason = "a part writes no picture; `resume` does nothing twice"},
+      {.about = {{"stop-on-error"}, {"range-report"}},
+       .needs = {{"frames"}, {"turntable", "N"}},
+       .unless = {{"replay"}},
+       .reason = "it is of several frames"},
+      {.about = {{"frames"}, {"turntable", "N"}},
+       .excludes = {{"time"}},
+       .reason = "`fps` says when each frame is"},
+      {.about = {{"frames"}},
+       .excludes = {{"frame"}, {"turntable", "K/N"}},
+       .reason = "it is of one frame"},
+      {.about = {{"frames", "A-B"}, {"turntable", "2 or more"}},
+       .excludes = {{"replay"}, {"explain"}},
+       .reason = "it is of one frame; give `frames` N"},
+  };
+}
+
+}  // namespace
+
+std::span<const SettingRule> option_rules() {
+  static const std::vector<SettingRule> rules = make_rules();
+  return rules;
+}
+
+bool option_holds(const RenderOptions& options, const SettingIs& is) {
+  for (const OptionState& state : kStates) {
+    if (state.name == is.name && state.value == is.value) return state.holds(options);
+  }
+  return setting_holds(options, is);
+}
+
+void check_options(const RenderOptions& options) {
+  check_rules(options);
+  check_rules(option_rules(), options,
+              [&](const SettingIs& is) { return option_holds(options, is); });
+}
+
+}  // namespace emberline

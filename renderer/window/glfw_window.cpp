@@ -1,0 +1,92 @@
+#include "renderer/window/glfw_window.h"
+
+#include <GLFW/glfw3.h>
+#include <backends/imgui_impl_glfw.h>
+#include <backends/imgui_impl_opengl3.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <string>
+
+#include "renderer/core/errors.h"
+
+namespace emberline {
+namespace {
+
+std::string last_glfw_error = "no display";
+
+RenderError no_window() {
+  return RenderError("no window can be opened: " + last_glfw_error +
+                     "; `emberline render` needs no display");
+}
+
+}  // namespace
+
+Glfw::Glfw() {
+  glfwSetErrorCallback([](int, const char* description) { last_glfw_error = description; });
+#if defined(GLFW_PLATFORM_X11) && defined(__linux__)
+  // GLFW 3.4 and later look for Wayland first, whose library says on standard error what it
+  // misses.
+  if (!std::getenv("WAYLAND_DISPLAY") && !std::getenv("WAYLAND_SOCKET")) {
+    glfwInitHint(GLFW_PLATFORM, GLFW_PLATFORM_X11);
+  }
+#endif
+  if (!glfwInit()) throw no_window();
+}
+
+Glfw::~Glfw() { glfwTerminate(); }
+
+void DestroyWindow::operator()(GLFWwindow* window) const { glfwDestroyWindow(window); }
+
+WindowHandle open_window(const ViewOptions& options, const WindowState& state, float scale) {
+  glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
+  glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 0);
+  // What is drawn has no depth, and nothing of the screen shines through it.
+  for (const int bits : {GLFW_DEPTH_BITS, GLFW_STENCIL_BITS, GLFW_ALPHA_BITS}) {
+    glfwWindowHint(bits, 0);
+  }
+  glfwWindowHint(GLFW_MAXIMIZED, state.maximized && !options.window_size);
+  glfwWindowHintString(GLFW_X11_CLASS_NAME, "emberline");
+  glfwWindowHintString(GLFW_X11_INSTANCE_NAME, "emberline");
+  // What was remembered may be of a larger screen.
+  int unused = 0, most_x = 0, most_y = 0;
+  if (GLFWmonitor* const screen = glfwGetPrimaryMonitor()) {
+    glfwGetMonitorWorkarea(screen, &unused, &unused, &most_x, &most_y);
+  }
+  const auto remembered = [&](int size, int most) {
+    const int wanted = int(float(size) * scale);
+    return most > 0 ? std::min(wanted, most) : wanted;
+  };
+  const int width = options.window_size ? options.window_size->x : remembered(state.width, most_x);
+  const int height =
+      options.window_size ? options.window_size->y : remembered(state.height, most_y);
+  WindowHandle window(glfwCreateWindow(width, height, "Emberline", nullptr, nullptr));
+  if (!window) throw no_window();
+  glfwMakeContextCurrent(window.get());
+  // Waiting for the screen would stop this thread; the loop has pauses of its own instead.
+  glfwSwapInterval(0);
+  return window;
+}
+
+ImGuiContextOwner::ImGuiContextOwner(GLFWwindow* window) {
+  IMGUI_CHECKVERSION();
+  ImGui::CreateContext();
+  ImGui::GetIO().IniFilename = nullptr;  // window_state.h remembers what there is
+  ImGui_ImplGlfw_InitForOpenGL(window, true);
+  ImGui_ImplOpenGL3_Init("#version 130");
+}
+
+ImGuiContextOwner::~ImGuiContextOwner() {
+  ImGui_ImplOpenGL3_Shutdown();
+  ImGui_ImplGlfw_Shutdown();
+  ImGui::DestroyContext();
+}
+
+float screen_scale() {
+  float x = 1.0f, y = 1.0f;
+  if (GLFWmonitor* monitor = glfwGetPrimaryMonitor()) glfwGetMonitorContentScale(monitor, &x, &y);
+  return std::max(x, y);
+}
+
+}  // namespace emberline

@@ -1,0 +1,33 @@
+// A row of a panel that chooses one of the things that the scene's file has.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "renderer/description/scene_edits.h"
+#include "renderer/window/panels/edit_entries.h"
+#include "renderer/window/panels/widgets.h"
+
+namespace emberline {
+
+// Chooses one of the file's `what`s ("camera"), or none: the choice of the file, which is called
+// `none_means`. If `otherwise` is not empty, it is shown instead of either.
+template <class Named>
+bool choose_target(const widgets::Row& row, std::optional<EditTarget>& target,
+                   const std::vector<Named>& list, const char* what, const char* none_means,
+                   const std::string& otherwise = {}) {
+  std::vector<std::string> names;
+  for (int i = 0; i < int(list.size()); ++i) {
+    names.push_back(shown_name(list[size_t(i)].name, what, i));
+  }
+  int index = -1;
+  if (target && otherwise.empty()) index = int(find_entry(*target, list).value_or(size_t(-1)));
+  if (!widgets::choose_index(row, index, widgets::choices_of_names(names), otherwise, none_means)) {
+    return false;
+  }
+  target.reset();
+  if (index >= 0) target = EditTarget{list[size_t(index)].name, index, ""};
+  return true;
+}
+
+}  // namespace emberline

@@ -1,0 +1,128 @@
+// The tab of materials.
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <algorithm>
+
+#include "renderer/description/material_parameters.h"
+#include "renderer/window/panels/choose_target.h"
+#include "renderer/window/panels/edit_entries.h"
+#include "renderer/window/panels/material_rows.h"
+#include "renderer/window/panels/panels.h"
+#include "renderer/window/panels/theme.h"
+#include "renderer/window/panels/widgets.h"
+
+namespace emberline {
+namespace {
+
+bool colour_factor(const MaterialRow& row, std::optional<Rgb>& factor, const Rgb& own) {
+  Rgb value = factor.value_or(own);
+  bool reset = false;
+  const bool moved =
+      widgets::colour({row.label, row.help, factor.has_value(), &reset}, value, row.most > 1.0f);
+  if (moved) {
+    const auto held = [&](float x) { return std::clamp(x, row.least, row.most); };
+    factor = Rgb(held(value.x), held(value.y), held(value.z));
+  }
+  if (reset) factor.reset();
+  return moved || reset;
+}
+
+bool edit_group(const MaterialGroup& group, MaterialEdit& edit, const MaterialDescription& own) {
+  bool changed = false;
+  ImGui::PushID(group.name);
+  for (const MaterialRow& row : group.rows) {
+    if (!is_offered(row, own, edit)) continue;
+    const MaterialParameter& p = material_parameter(row.parameter);
+    changed |= p.color ? colour_factor(row, edit.*p.edited_color, own.*p.color)
+                       : widgets::slide_edit(row.label, row.help, edit.*p.edited_number,
+                                             own.*p.number / p.unit, row.least, row.most,
+                                             row.format, row.logarithmic);
+  }
+  ImGui::PopID();
+  return changed;
+}
+
+// A heading that opens and closes, in the colours of the fields below it.
+bool group_heading(const char* name, bool open, bool edited) {
+  ImGui::PushStyleColor(ImGuiCol_Header, ImGui::GetStyleColorVec4(ImGuiCol_FrameBg));
+  ImGui::PushStyleColor(ImGuiCol_HeaderHovered, ImGui::GetStyleColorVec4(ImGuiCol_FrameBgHovered));
+  ImGui::PushStyleColor(ImGuiCol_HeaderActive, ImGui::GetStyleColorVec4(ImGuiCol_FrameBgActive));
+  ImGui::PushStyleColor(ImGuiCol_Text,
+                        edited ? accent_colour() : ImGui::GetStyleColorVec4(ImGuiCol_Text));
+  const bool is_open = ImGui::CollapsingHeader(
+      name, open ? ImGuiTreeNodeFlags_DefaultOpen : ImGuiTreeNodeFlags_None);
+  ImGui::PopStyleColor(4);
+  return is_open;
+}
+
+// The base, and under headings what lies on it: open where the material has it.
+bool edit_factors(MaterialEdit& edit, const MaterialDescription& own) {
+  bool changed = false;
+  for (const MaterialGroup* group : offered_groups(own, edit)) {
+    const bool base = group->name[0] == '\0', edited = group->edited(edit);
+    if (base || group_heading(group->name, group->present(own) || edited, edited)) {
+      changed |= edit_group(*group, edit, own);
+    }
+  }
+  return changed;
+}
+
+void list_materials(Workbench& bench) {
+  const SceneDescription& outline = bench.session.scene()->outline;
+  int& selected = bench.selection.material;
+  const float rows = std::min(8.0f, std::max(2.0f, float(outline.materials.size())));
+  if (!ImGui::BeginListBox("##materials",
+                           {-FLT_MIN, (rows + 0.4f) * ImGui::GetTextLineHeightWithSpacing()})) {
+    return;
+  }
+  for (int i = 0; i < int(outline.materials.size()); ++i) {
+    ImGui::PushID(i);
+    const std::string name = shown_name(outline.materials[size_t(i)].name, "material", i);
+    const bool edited = changes_something(material_edit(bench.session.edits(), outline, i));
+    if (edited) ImGui::PushStyleColor(ImGuiCol_Text, accent_colour());
+    if (ImGui::Selectable(name.c_str(), i == selected)) selected = i;
+    if (edited) ImGui::PopStyleColor();
+    if (i == selected && ImGui::IsWindowAppearing()) ImGui::SetScrollHereY();
+    ImGui::PopID();
+  }
+  ImGui::EndListBox();
+}
+
+void choose_variant(Workbench& bench) {
+  const auto& variants = bench.session.scene()->outline.variants;
+  if (variants.empty()) return;
+  SceneEdits edits = bench.session.edits();
+  if (choose_target({"Variant", "a set of materials that the file offers"}, edits.variant, variants,
+                    "variant", "the file's own")) {
+    bench.edits.change(edits, "variant");
+  }
+}
+
+}  // namespace
+
+void draw_materials(Workbench& bench) {
+  const auto scene = bench.session.scene();
+  if (!scene) return;
+  const SceneDescription& outline = scene->outline;
+  choose_variant(bench);
+  list_materials(bench);
+  const int index = bench.selection.material;
+  if (index < 0 || size_t(index) >= outline.materials.size()) {
+    widgets::quiet_paragraph("Click on the picture, or on a name, to choose a material.");
+    return;
+  }
+  const MaterialDescription& own = outline.materials[size_t(index)];
+  MaterialEdit edit = material_edit(bench.session.edits(), outline, index);
+  widgets::heading(shown_name(own.name, "material", index).c_str());
+  ImGui::PushID(index);  // which headings are open is each material's own
+  bool changed = edit_factors(edit, own);
+  ImGui::PopID();
+  if (changes_something(edit) && ImGui::Button("Back to the file's", {-FLT_MIN, 0.0f})) {
+    edit = untouched(edit.target);
+    changed = true;
+  }
+  if (changed) bench.edits.change(edit, fmt::format("material {}", index));
+}
+
+}  // namespace emberline

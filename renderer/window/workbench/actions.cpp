@@ -1,0 +1,99 @@
+// What each action does.
+#include <array>
+#include <numbers>
+
+#include "renderer/window/workbench/workbench.h"
+
+namespace emberline {
+namespace {
+
+constexpr float kExposureStep = 0.25f;  // stops
+constexpr double kZoomStep = std::numbers::sqrt2;
+
+void flip(bool& flag) { flag = !flag; }
+
+void zoom_to_one_or_fit(Workbench& bench) {
+  if (bench.placement.fitted()) return bench.placement.zoom_to(1.0);
+  bench.placement.fit();
+}
+
+void undo(Workbench& bench) {
+  bench.player.stop();
+  bench.edits.undo();
+}
+
+void redo(Workbench& bench) {
+  bench.player.stop();
+  bench.edits.redo();
+}
+
+void clear_region(Workbench& bench) {
+  bench.edits.set_solo(std::nullopt);
+  if (bench.session.settings().region) bench.settings.set_region(std::nullopt);
+}
+
+struct Effect {
+  Action action;
+  void (*act)(Workbench& bench, int number);
+};
+
+// One for each action, in their order.
+constexpr std::array kEffects = {
+    Effect{Action::kOpen, [](Workbench& b, int) { b.interface.ask_for_scene = true; }},
+    Effect{Action::kReload, [](Workbench& b, int) { b.files.reload(); }},
+    Effect{Action::kSaveEdits, [](Workbench& b, int) { b.files.save_edits(); }},
+    Effect{Action::kSavePicture,
+           [](Workbench& b, int) { b.interface.ask_for_picture_file = true; }},
+    Effect{Action::kScreenshot, [](Workbench& b, int) { b.interface.want_screenshot = true; }},
+    Effect{Action::kQuit, [](Workbench& b, int) { b.interface.quit = true; }},
+    Effect{Action::kUndo, [](Workbench& b, int) { undo(b); }},
+    Effect{Action::kRedo, [](Workbench& b, int) { redo(b); }},
+    Effect{Action::kResetEdits, [](Workbench& b, int) { b.edits.change(SceneEdits(), "reset"); }},
+    Effect{Action::kPause, [](Workbench& b, int) { b.settings.toggle_pause(); }},
+    Effect{Action::kRestart, [](Workbench& b, int) { b.settings.restart(); }},
+    Effect{Action::kPlay, [](Workbench& b, int) { b.player.play_or_stop(); }},
+    Effect{Action::kNextFrame, [](Workbench& b, int) { b.player.step(1); }},
+    Effect{Action::kPreviousFrame, [](Workbench& b, int) { b.player.step(-1); }},
+    Effect{Action::kFrameAll, [](Workbench& b, int) { b.navigator.frame_all(); }},
+    Effect{Action::kResetCamera, [](Workbench& b, int) { b.navigator.reset(); }},
+    Effect{Action::kOrthographic,
+           [](Workbench& b, int) { b.navigator.set_orthographic(!b.navigator.orthographic()); }},
+    Effect{Action::kRecallBookmark, [](Workbench& b, int i) { b.navigator.recall_bookmark(i); }},
+    Effect{Action::kStoreBookmark, [](Workbench& b, int i) { b.navigator.store_bookmark(i); }},
+    Effect{Action::kZoomFit, [](Workbench& b, int) { b.placement.fit(); }},
+    Effect{Action::kZoomOne, [](Workbench& b, int) { zoom_to_one_or_fit(b); }},
+    Effect{Action::kZoomIn,
+           [](Workbench& b, int) { b.placement.zoom_to(b.placement.zoom() * kZoomStep); }},
+    Effect{Action::kZoomOut,
+           [](Workbench& b, int) { b.placement.zoom_to(b.placement.zoom() / kZoomStep); }},
+    Effect{Action::kExposureUp, [](Workbench& b, int) { b.settings.add_exposure(kExposureStep); }},
+    Effect{Action::kExposureDown,
+           [](Workbench& b, int) { b.settings.add_exposure(-kExposureStep); }},
+    Effect{Action::kNextOverlay, [](Workbench& b, int) { b.settings.next_overlay(); }},
+    Effect{Action::kDenoise, [](Workbench& b, int) { b.comparison.toggle_denoise(); }},
+    Effect{Action::kInspector, [](Workbench& b, int) { b.pixels.toggle(); }},
+    Effect{Action::kExplain, [](Workbench& b, int) { b.pixels.toggle_explanation(); }},
+    Effect{Action::kCopyPixel, [](Workbench& b, int) { b.pixels.copy_values(); }},
+    Effect{Action::kStoreSnapshot, [](Workbench& b, int) { b.comparison.keep(b.picture()); }},
+    Effect{Action::kWipe, [](Workbench& b, int) { b.comparison.toggle(Wipe::kKept); }},
+    Effect{Action::kWipeRaw, [](Workbench& b, int) { b.comparison.toggle(Wipe::kRaw); }},
+    Effect{Action::kClearRegion, [](Workbench& b, int) { clear_region(b); }},
+    Effect{Action::kPanels, [](Workbench& b, int) { flip(b.window.panels); }},
+    Effect{Action::kFullScreen, [](Workbench& b, int) { flip(b.interface.full_screen); }},
+    Effect{Action::kShortcuts, [](Workbench& b, int) { flip(b.interface.show_shortcuts); }},
+    Effect{Action::kMessages, [](Workbench& b, int) { flip(b.interface.show_messages); }},
+};
+
+constexpr bool every_action_in_order() {
+  for (size_t i = 0; i < kEffects.size(); ++i) {
+    if (kEffects[i].action != Action(i)) return false;
+  }
+  return kEffects.back().action == Action::kMessages;
+}
+static_assert(every_action_in_order());
+
+}  // namespace
+
+void Workbench::act(Action action, int number) { kEffects[size_t(action)].act(*this, number); }
+
+}  // namespace emberline

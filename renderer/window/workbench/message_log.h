@@ -1,0 +1,41 @@
+// What the window tells its user in words. The window's thread only.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <string>
+
+#include "renderer/window/input/journal.h"
+
+namespace emberline {
+
+struct Message {
+  enum class Level : uint8_t { kNote, kWarning, kError } level = Level::kNote;
+  std::string text;
+  double time_s = 0.0;  // window_time_s()
+};
+
+class MessageLog {
+ public:
+  // Messages also go to `journal`, which must outlive this.
+  explicit MessageLog(Journal& journal) : journal_(journal) {}
+
+  // A message with the text of the newest one takes its place.
+  void note(const std::string& text);
+  void warning(const std::string& text);
+  void error(const std::string& text);
+
+  // The newest ones, the newest last.
+  const std::deque<Message>& messages() const { return messages_; }
+  // Whether there was a message since the last call.
+  bool take_news();
+
+ private:
+  void say(Message::Level level, const std::string& text);
+
+  Journal& journal_;
+  std::deque<Message> messages_;
+  bool news_ = false;
+};
+
+}  // namespace emberline

@@ -1,0 +1,78 @@
+// Single pixels of the picture: the one under the cursor, and the one that was clicked, whose
+// samples are explained. What the session does not know at once comes with update().
+//
+// The window's thread only; nothing here blocks it.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "renderer/window/window_state.h"
+#include "renderer/window/workbench/navigator.h"
+
+namespace emberline {
+
+// The material whose panel is open.
+struct MaterialSelection {
+  int material = -1;      // into ListedScene::outline's materials; -1: none
+  bool show_tab = false;  // the tab of materials is to be opened
+};
+
+class PixelInspector {
+ public:
+  // All of these must outlive this. `copy_text` puts a text on the clipboard.
+  PixelInspector(RenderSession& session, Navigator& navigator, MaterialSelection& selection,
+                 WindowState& window, MessageLog& messages, Journal& journal,
+                 std::function<void(const std::string&)> copy_text);
+
+  // The session has a new scene.
+  void scene_arrived();
+  // Takes in what the session has brought. Called each time that the window wakes up. True if
+  // there is something new to be seen.
+  bool update();
+
+  // The cursor is over this pixel; none: beside the picture.
+  void point_at(const std::optional<Vec2i>& pixel);
+  const std::optional<Vec2i>& pointed() const { return pointed_; }
+  // What is known of it, while somebody wants to know.
+  const std::optional<PixelInspection>& inspection() const { return inspection_; }
+  // Shows it beside the cursor, or not (WindowState::inspector).
+  void toggle();
+  void copy_values();
+
+  // A click: selects the material there, and picks the pixel to be explained.
+  void select_at(const Vec2i& pixel);
+  // A double click: the camera orbits around what is seen there.
+  void orbit_around(const Vec2i& pixel);
+
+  // The pixel that was clicked last.
+  const std::optional<Vec2i>& picked() const { return picked_; }
+  // Whether the panel with its explanation is open. It opens with the pixel under the cursor, or
+  // else with the one of before.
+  bool explains() const { return explains_; }
+  void toggle_explanation();
+  const std::optional<PixelInspection>& explanation() const { return explanation_; }
+  // As the panel shows it; empty while nothing is known.
+  std::string explanation_text() const;
+  void copy_explanation();
+
+ private:
+  bool refresh_inspection();
+  bool refresh_explanation();
+  void serve_clicks();
+
+  RenderSession& session_;
+  Navigator& navigator_;
+  MaterialSelection& selection_;
+  WindowState& window_;
+  MessageLog& messages_;
+  Journal& journal_;
+  const std::function<void(const std::string&)> copy_text_;
+  std::optional<Vec2i> pointed_, picked_;
+  std::optional<Vec2i> clicked_, pivot_;  // until it is known what is there
+  bool explains_ = false;
+  std::optional<PixelInspection> inspection_, explanation_;
+};
+
+}  // namespace emberline

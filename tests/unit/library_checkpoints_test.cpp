@@ -1,0 +1,143 @@
+// Frames that are saved, resumed, extended and merged, as other programs have them.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+
+#include "renderer/api/emberline.h"
+
+namespace emberline::api {
+namespace {
+
+namespace fs = std::filesystem;
+
+class LibraryCheckpoints : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    set_log([](Message, std::string_view) {});
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  void TearDown() override {
+    set_log({});
+    fs::remove_all(folder_);
+  }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  static Settings small(const std::string& driver) {
+    return Settings()
+        .set("size", "24x16")
+        .set("max-depth", "3")
+        .set("driver", driver)
+        .set("spp", "8");
+  }
+  static Scene box(const Settings& settings) {
+    return Scene(EMBERLINE_SCENES "/cornell_box.glb", settings);
+  }
+
+  const fs::path folder_ =
+      fs::path(::testing::TempDir()) /
+      ("library_" + std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
+};
+
+// Stopped on its way, resumed: the bits of a frame that was never stopped.
+TEST_F(LibraryCheckpoints, AStoppedFrameGoesOn) {
+  for (const char* const driver : {"bucket", "bisection", "adaptive"}) {
+    const Settings settings =
+        small(driver).set("size", "64x64").set("spp", "64").set("bucket-size", "16");
+    const Scene scene = box(settings);
+    const Picture whole = render(scene, settings);
+    RenderFiles files = RenderFiles::at(path(driver));
+    std::stop_source stop;
+    const auto watch = [&](const Progress& now) {
+      if (now.samples >= 64 * 64 * 4) stop.request_stop();
+    };
+    const Picture part = render(files, scene, settings, {}, stop.get_token(), watch);
+    ASSERT_FALSE(part.complete) << driver;
+    ASSERT_TRUE(fs::exists(files.checkpoint)) << driver;
+    files.resume = true;
+    uint64_t before = 0;
+    const Picture rest = render(files, scene, settings, {}, {}, [&](const Progress& now) {
+      if (before == 0) before = now.samples;
+    });
+    EXPECT_EQ(rest.values, whole.values) << driver;
+    EXPECT_TRUE(rest.complete);
+    EXPECT_GT(before, 64u * 64) << driver << ": went on";
+    EXPECT_FALSE(fs::exists(files.checkpoint)) << "the frame is done";
+  }
+}
+
+TEST_F(LibraryCheckpoints, AreOfOneFrameAlone) {
+  const Settings settings = small("bisection");
+  Scene scene = box(settings);
+  RenderFiles files = RenderFiles::at(path("a"));
+  files.keep = true;
+  render(files, scene, settings);
+  ASSERT_TRUE(fs::exists(files.checkpoint));
+  EXPECT_THROW(render(files, scene, Settings(settings).set("seed", "3")), UsageError)
+      << "it would be replaced";
+  files.resume = true;
+  try {
+    render(files, scene, Settings(settings).set("seed", "3"));
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("seed: 0 (now 3)"), std::string::npos) << error.what();
+  }
+  scene.edit(
+      R"({"emberline_edits": 1, "lights": [{"kind": "material", "name": "light", "on": false}]})");
+  EXPECT_THROW(render(files, scene, settings), InputError) << "edited since";
+  scene.edit(R"({"emberline_edits": 1})");
+  EXPECT_TRUE(render(files, scene, settings).complete);
+  std::ofstream(path("text")) << "no checkpoint";
+  EXPECT_THROW(render(RenderFiles::at(path("text")), scene, settings), UsageError);
+  EXPECT_THROW(render(RenderFiles::at(""), scene, settings), UsageError);
+  EXPECT_THROW(stored_frame(path("text")), InputError);
+}
+
+TEST_F(LibraryCheckpoints, AFinishedFrameGetsMore) {
+  const Settings few = small("bucket").set("spp", "16"), many = small("bucket").set("spp", "24");
+  const Scene scene = box(few);
+  RenderFiles files = RenderFiles::at(path("frame"));
+  files.keep = true;
+  render(files, scene, few);
+  const StoredFrame stored = stored_frame(files.checkpoint);
+  EXPECT_EQ(stored.settings.get("spp"), "16");
+  EXPECT_TRUE(fs::equivalent(stored.scene, EMBERLINE_SCENES "/cornell_box.glb"));
+  const Scene again(stored.scene, stored.settings);
+  EXPECT_THROW(extend(files.checkpoint, again, Settings().set("spp", "8")), UsageError);
+  const Picture more = extend(files.checkpoint, again, Settings().set("spp", "24"));
+  EXPECT_EQ(more.values, render(scene, many).values);
+  EXPECT_EQ(stored_frame(files.checkpoint).settings.get("spp"), "24");
+  EXPECT_FALSE(fs::exists(files.checkpoint + ".next"));
+}
+
+TEST_F(LibraryCheckpoints, PartsBecomeTheWhole) {
+  const Settings settings = small("bucket")
+                                .set("bucket-size", "8")
+                                .set("cryptomatte", "object")
+                                .set("denoise", "yes")
+                                .set("spp", "16");
+  const Scene scene = box(settings);
+  const Picture whole = render(scene, settings);
+  std::vector<std::string> parts;
+  for (const char* const part : {"1/2", "2/2"}) {
+    parts.push_back(path("part" + std::string(1, part[0])));
+    render(RenderFiles::at(parts.back()), scene, Settings(settings).set("part", part));
+  }
+  const Picture merged = merge(parts, {.parts = false});
+  EXPECT_EQ(merged.channels, whole.channels);
+  EXPECT_EQ(merged.values, whole.values);
+  EXPECT_EQ(merged.samples, whole.samples);
+  EXPECT_TRUE(merged.complete);
+  EXPECT_EQ(stored_frame(parts[0]).mattes.at(0).ids, matte_names(scene, settings).at(0).ids);
+  EXPECT_THROW(merge({parts[0]}), InputError);
+  const Picture holes = merge({parts[0]}, {.allow_holes = true, .parts = true});
+  EXPECT_FALSE(holes.complete);
+  EXPECT_LT(holes.samples, whole.samples);
+  EXPECT_EQ(std::ranges::count(holes.channels, "part"), 1);
+  EXPECT_THROW(merge({}), UsageError);
+}
+
+}  // namespace
+}  // namespace emberline::api

@@ -1,0 +1,63 @@
+// Heatmaps as other programs have them.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "renderer/api/emberline.h"
+
+namespace emberline::api {
+namespace {
+
+class LibraryHeatmaps : public ::testing::Test {
+ protected:
+  Picture frame() {
+    const Settings settings = Settings()
+                                  .set("size", "24x16")
+                                  .set("spp", "8")
+                                  .set("max-depth", "3")
+                                  .set("driver", "adaptive");
+    const Scene scene(EMBERLINE_SCENES "/cornell_box.glb", settings);
+    return render(scene, settings);
+  }
+};
+
+TEST_F(LibraryHeatmaps, ShowTheChannelsOfThePicture) {
+  const Picture picture = frame();
+  const std::vector<float> values = heatmap_values(picture);
+  ASSERT_EQ(values.size(), 24u * 16);
+  EXPECT_EQ(values[5], picture.pixel(5, 0)[4]);
+  const DisplayedPicture plain = heatmap(picture, "samples", {.plain = true});
+  EXPECT_EQ(plain.width, 24);
+  EXPECT_EQ(plain.height, 16);
+  ASSERT_EQ(plain.values.size(), 3u * 24 * 16);
+  const auto most = size_t(std::ranges::max_element(values) - values.begin());
+  const auto least = size_t(std::ranges::min_element(values) - values.begin());
+  EXPECT_GT(plain.values[3 * most], plain.values[3 * least]) << "bright where many are";
+  EXPECT_EQ(plain.values[3 * most], plain.values[3 * most + 1]) << "grey";
+  EXPECT_GT(heatmap(picture).height, 16) << "with its legend";
+  const DisplayedPicture narrow =
+      heatmap(picture, "samples", {.range = std::pair(0.0, 1e6), .plain = true});
+  EXPECT_LT(narrow.values[3 * most], 4);
+}
+
+TEST_F(LibraryHeatmaps, SayWhatTheyNeed) {
+  const Picture picture = frame();
+  EXPECT_THROW(heatmap(picture, "heat"), UsageError);
+  EXPECT_THROW(heatmap(picture, "samples", {.colours = "red"}), UsageError);
+  EXPECT_THROW(heatmap(picture, "samples", {.range = std::pair(2.0, 1.0)}), UsageError);
+  EXPECT_THROW(heatmap(Picture()), UsageError);
+  try {
+    heatmap_values(picture, "error");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("render it with aov variance"), std::string::npos)
+        << error.what();
+  }
+  const std::vector<HeatmapKind> kinds = heatmap_kinds();
+  EXPECT_EQ(kinds.front().name, "samples");
+  EXPECT_EQ(kinds.front().channels, std::vector<std::string>{"samples"});
+}
+
+}  // namespace
+}  // namespace emberline::api

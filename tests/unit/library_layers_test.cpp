@@ -1,0 +1,140 @@
+// Light groups, mattes, working spaces and denoising as other programs have them.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <filesystem>
+
+#include "renderer/api/emberline.h"
+
+namespace emberline::api {
+namespace {
+
+class LibraryLayers : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    set_log([](Message, std::string_view) {});
+  }
+  void TearDown() override { set_log({}); }
+
+  static std::string scene_file(const std::string& name) {
+    return std::string(EMBERLINE_SCENES "/") + name;
+  }
+  static Settings small() {
+    return Settings().set("size", "24x16").set("spp", "8").set("max-depth", "4");
+  }
+  static size_t place(const Picture& picture, const std::string& channel) {
+    const auto found = std::ranges::find(picture.channels, channel);
+    EXPECT_NE(found, picture.channels.end()) << channel;
+    return size_t(found - picture.channels.begin());
+  }
+  static double mean(const Picture& picture, const std::string& channel) {
+    const size_t c = place(picture, channel);
+    double sum = 0;
+    for (size_t i = c; i < picture.values.size(); i += picture.channels.size()) {
+      sum += double(picture.values[i]);
+    }
+    return sum / (picture.width * picture.height);
+  }
+};
+
+TEST_F(LibraryLayers, LightGroupsAddUpAndFollowEdits) {
+  const Settings settings = small().set("light-groups", "yes");
+  Scene scene(scene_file("teapot.glb"), small());
+  const Picture all = render(scene, settings);
+  double sum = 0;
+  int groups = 0;
+  for (const std::string& channel : all.channels) {
+    if (!channel.starts_with("light.") || !channel.ends_with(".G")) continue;
+    sum += mean(all, channel);
+    ++groups;
+  }
+  EXPECT_EQ(groups, 3);
+  EXPECT_NEAR(sum, mean(all, "G"), 1e-6);
+  EXPECT_GT(mean(all, "light.window.G"), 0);
+  scene.edit(
+      R"({"emberline_edits": 1, "lights": [{"kind": "material", "name": "window", "on": false}]})");
+  const Picture dark = render(scene, settings);
+  EXPECT_EQ(std::ranges::count(dark.channels, "light.window.G"), 0);
+  EXPECT_EQ(mean(dark, "light.rim.G"), mean(all, "light.rim.G"));
+  EXPECT_THROW(render(scene, Settings(settings).set("integrator", "normal")), UsageError);
+}
+
+TEST_F(LibraryLayers, MattesShowWhatHasANameThere) {
+  const Settings settings = small().set("cryptomatte", "object,material");
+  const Scene scene(scene_file("cornell_box.glb"), settings);
+  const std::vector<MatteNames> names = matte_names(scene, settings);
+  ASSERT_EQ(names.size(), 2u);
+  EXPECT_EQ(names[0].layer, "CryptoObject");
+  EXPECT_EQ(names[1].layer, "CryptoMaterial");
+  EXPECT_EQ(names[0].ids.size(), 9u) << "eight objects and the environment";
+  const Picture picture = render(scene, settings);
+  const size_t id = place(picture, "CryptoObject00.R"), share = place(picture, "CryptoObject00.G");
+  for (int x = 0; x < picture.width; ++x) {
+    const float* const pixel = picture.pixel(x, 8);
+    const auto found = std::ranges::find(names[0].ids, std::bit_cast<uint32_t>(pixel[id]),
+                                         &std::pair<std::string, uint32_t>::second);
+    EXPECT_NE(found, names[0].ids.end()) << x;
+    EXPECT_GT(pixel[share], 0.0f);
+    EXPECT_LE(pixel[share], 1.0f);
+  }
+  EXPECT_EQ(picture.channels.back(), "dropped.CryptoMaterial");
+  const Scene nameless(scene_file("cornell_box.glb"), small());
+  EXPECT_THROW(render(nameless, settings), UsageError);
+  EXPECT_THROW(matte_names(nameless, settings), UsageError);
+}
+
+TEST_F(LibraryLayers, WorkingSpacesAreOfTheSceneAndTheFile) {
+  const Settings settings = small().set("working-space", "acescg");
+  const Scene scene(scene_file("cornell_box.glb"), settings);
+  const Picture wide = render(scene, settings);
+  const Scene plain(scene_file("cornell_box.glb"), small());
+  const Picture narrow = render(plain, small());
+  EXPECT_THROW(render(plain, settings), UsageError);
+  EXPECT_GT(std::abs(mean(wide, "R") - mean(narrow, "R")), 0.01 * mean(narrow, "R"));
+  const std::string file = ::testing::TempDir() + "library_wide.exr";
+  write_picture(file, wide, scene, settings);
+  EXPECT_NEAR(mean(read_picture(file), "R"), mean(narrow, "R"), 0.01 * mean(narrow, "R"));
+  std::filesystem::remove(file);
+}
+
+TEST_F(LibraryLayers, DenoisedPicturesAreCloser) {
+  const Settings settings = small().set("spp", "32").set("denoise", "yes");
+  const Scene scene(scene_file("cornell_box.glb"), settings);
+  const Picture picture = render(scene, settings);
+  const Picture reference = render(scene, small().set("spp", "1024"));
+  double noisy = 0, clean = 0;
+  const size_t denoised = place(picture, "denoised.G");
+  for (int y = 0; y < picture.height; ++y) {
+    for (int x = 0; x < picture.width; ++x) {
+      const double truth = double(reference.pixel(x, y)[1]);
+      noisy += std::pow(double(picture.pixel(x, y)[1]) - truth, 2);
+      clean += std::pow(double(picture.pixel(x, y)[denoised]) - truth, 2);
+    }
+  }
+  EXPECT_LT(clean, noisy);
+  EXPECT_GT(mean(picture, "denoised.error"), 0);
+  EXPECT_EQ(std::ranges::count(picture.channels, "half1.shared.0.R"), 0) << "they are summed";
+  std::stop_source give_up;
+  give_up.request_stop();
+  EXPECT_THROW(render(scene, settings, {}, {}, {}, give_up.get_token()), Stopped);
+}
+
+TEST_F(LibraryLayers, FilesAreTheCommands) {
+  const Settings settings = small().set("half", "RGBA").set("exr-parts", "layers").set("aov", "N");
+  const Scene scene(scene_file("cornell_box.glb"), settings);
+  const Picture picture = render(scene, settings);
+  const std::string file = ::testing::TempDir() + "library_half.exr";
+  write_picture(file, picture, scene, settings);
+  const Picture back = read_picture(file);
+  EXPECT_NE(mean(back, "R"), mean(picture, "R"));
+  EXPECT_NEAR(mean(back, "R"), mean(picture, "R"), 1e-3);
+  EXPECT_EQ(mean(back, "N.X"), mean(picture, "N.X"));
+  EXPECT_THROW(write_picture(file, picture, scene, Settings(settings).set("size", "8x8")),
+               UsageError);
+  std::filesystem::remove(file);
+}
+
+}  // namespace
+}  // namespace emberline::api
