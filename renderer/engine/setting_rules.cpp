@@ -6,10 +6,13 @@
 #include <map>
 
 #include "integrators/integrator.h"
+#include "io/exr/writer.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/option_values.h"
 #include "renderer/drivers/adaptive/error_estimator.h"
 #include "renderer/engine/half_layers.h"
+#include "renderer/film/film_channels.h"
+#include "renderer/film/path_layers.h"
 #include "samplers/sampler.h"
 
 namespace emberline {
