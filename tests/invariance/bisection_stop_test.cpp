@@ -6,6 +6,7 @@
 #include <chrono>
 #include <thread>
 
+#include "renderer/drivers/bisection_schedule.h"
 #include "renderer/drivers/driver_table.h"
 #include "renderer/engine/render_job.h"
 #include "samplers/pixel_samples.h"

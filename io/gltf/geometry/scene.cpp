@@ -224,7 +224,7 @@ void SceneGraphReader::find_moving_meshes() {
     }
   }
   for (const PointerTrack& track : animation_.pointers) {
-    if (track.pointer.to_string().starts_with("/meshes/")) meshes_change_ = true;
+    if (track.pointer.starts_with("/meshes/")) meshes_change_ = true;
   }
 }
 
