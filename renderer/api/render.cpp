@@ -71,6 +71,7 @@ class WatchedSink final : public PictureSink {
     samples_ += samples;
     tile_finished(tile);
   }
+  void samples_loaded(uint64_t count) override { samples_ += count; }
   void samples_finished(uint64_t count) override { samples_ += count; }
   void picture_changed(const JobProgress& now, const LivePicture& picture) override {
     if (files_.wanted()) files_.save(job_);
