@@ -2,15 +2,11 @@
 
 #include <algorithm>
 
-#include "io/exr/writer.h"
-#include "renderer/core/errors.h"
 #include "renderer/drivers/adaptive/error_estimator.h"
 #include "renderer/engine/frame_scene.h"
-#include "renderer/engine/half_layers.h"
 #include "renderer/engine/open_scene.h"
 #include "renderer/engine/setting_rules.h"
 #include "renderer/film/cryptomatte_sums.h"
-#include "renderer/film/path_layers.h"
 #include "renderer/lights/environment_guide.h"
 #include "renderer/lights/light_guide.h"
 #include "renderer/scene/camera_solids.h"

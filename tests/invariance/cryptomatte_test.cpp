@@ -12,6 +12,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/murmur3.h"
 #include "renderer/drivers/driver_table.h"
+#include "renderer/engine/film_memory.h"
 #include "renderer/engine/render_job.h"
 #include "renderer/scene/cryptomatte_ids.h"
 #include "support/render.h"

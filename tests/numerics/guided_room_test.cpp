@@ -243,7 +243,7 @@ TEST(GuidedRoom, NoGuideWhenStopped) {
   std::stop_source stop;
   stop.request_stop();
   const Camera camera(view, s.width, s.height, scene->origin(), scene->scale());
-  EXPECT_FALSE(plan_of(s).frame(*scene, camera, {.stop = stop.get_token()}).guide);
+  EXPECT_FALSE(plan_of(s).frame(*scene, camera, {}, stop.get_token()).guide);
 }
 
 TEST(GuidedRoom, NoGuideWhereItDoesNotPay) {
