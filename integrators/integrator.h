@@ -80,12 +80,12 @@ struct SampleBatch {
   const LightGuide* guide = nullptr;
   // What each sample shows, if that is asked for: as many as there are rays, empty when they
   // arrive.
-  std::span<SeenSurface> seen = {};
+  std::span<DenoiserFeatures> seen = {};
   // Which surfaces camera rays see otherwise, and those that went straight through smooth panes;
   // null: none. Of `path` and `direct`.
   const SurfaceRoles* roles = nullptr;
   // What catchers receive, if that is asked for: as many as there are rays, empty when they arrive.
-  std::span<CaughtLight> caught = {};
+  std::span<CatcherSample> caught = {};
   // Then, where there is an environment: chooses its samples by all of its light, as no BSDF sample
   // finds what MIS compensation leaves out.
   const LightGuide* catcher_guide = nullptr;

@@ -136,7 +136,8 @@ void PathBatch<kGlass, kSplit>::see_background(const LaneList& missed,
   for (int i = 0; i < missed.size(); ++i) {
     values[size_t(missed[i])].radiance = radiance[i];
     values[size_t(missed[i])].alpha = 1.0f;
-    if (!batch_.seen.empty()) batch_.seen[size_t(missed[i])] = PathLook::background(radiance[i]);
+    if (!batch_.seen.empty())
+      batch_.seen[size_t(missed[i])] = FeatureRecorder::background(radiance[i]);
     if constexpr (kSplit) {
       if (batch_.light_values)
         batch_.light_values->add(missed[i], group_of_environment(), Rgb(1.0f), radiance[i]);

@@ -11,9 +11,9 @@
 #include <span>
 #include <type_traits>
 
+#include "integrators/feature_recorder.h"
 #include "integrators/integrator.h"
 #include "integrators/lane_array.h"
-#include "integrators/path_look.h"
 #include "integrators/path_media.h"
 #include "integrators/surface_shading.h"
 #include "renderer/scene/interior.h"
@@ -149,7 +149,7 @@ class PathBatch {
   LaneArray<TexelPlaces> texels_;
   LaneArray<SurfaceBsdf> bsdfs_;
   LaneArray<Connection> connections_;
-  LaneArray<PathLook> looks_;  // if SampleBatch::seen is asked for
+  LaneArray<FeatureRecorder> looks_;  // if SampleBatch::seen is asked for
   struct Catch {
     Ray ray;
     SurfaceHit hit;

@@ -39,7 +39,7 @@ bool plate_blocks(const Scene& scene, const SurfaceRoles& roles, Vec3f from,
 
 void catch_light(const Scene& scene, const SurfaceRoles& roles, const Ray& ray,
                  const SurfaceHit& hit, float weight, const LightGuide* guide,
-                 PixelSamples& samples, SampleRays* rays, CaughtLight* caught) {
+                 PixelSamples& samples, SampleRays* rays, CatcherSample* caught) {
   caught->catcher = weight;
   SurfaceInteraction surface;
   scene.interaction(hit, ray.time, &surface);

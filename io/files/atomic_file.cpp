@@ -387,7 +387,7 @@ bool FolderLock::take(const std::string& folder) {
   return ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
 }
 
-HeldFile::HeldFile(const std::string& path, std::string_view bytes)
+LockedFile::LockedFile(const std::string& path, std::string_view bytes)
     : path_(path), target_(resolve_links(path)) {
   AtomicFile file(path, target_);
   file.write_at(bytes.data(), bytes.size(), 0);
@@ -395,7 +395,7 @@ HeldFile::HeldFile(const std::string& path, std::string_view bytes)
   size_ = bytes.size();
 }
 
-HeldFile::HeldFile(const std::string& path) : path_(path), target_(resolve_links(path)) {
+LockedFile::LockedFile(const std::string& path) : path_(path), target_(resolve_links(path)) {
   descriptor_ = ::open(target_.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK | O_NOFOLLOW);
   if (descriptor_ < 0) fail(path_, "cannot open it", errno);
   struct stat status = {};
@@ -411,16 +411,16 @@ HeldFile::HeldFile(const std::string& path) : path_(path), target_(resolve_links
   remove_stale_files(target_);
 }
 
-HeldFile::~HeldFile() {
+LockedFile::~LockedFile() {
   if (descriptor_ >= 0) ::close(descriptor_);
 }
 
-void HeldFile::cut(uint64_t size) {
+void LockedFile::cut(uint64_t size) {
   if (::ftruncate(descriptor_, off_t(size)) != 0) fail(path_, "cutting it failed", errno);
   size_ = size;
 }
 
-void HeldFile::append(std::string_view bytes) {
+void LockedFile::append(std::string_view bytes) {
   if (const int error = write_all(descriptor_, bytes.data(), bytes.size(), size_)) {
     if (::ftruncate(descriptor_, off_t(size_)) != 0) {
     }  // the next one is written over the rest
@@ -429,11 +429,11 @@ void HeldFile::append(std::string_view bytes) {
   size_ += bytes.size();
 }
 
-void HeldFile::sync() {
+void LockedFile::sync() {
   if (::fdatasync(descriptor_) != 0 && errno != EINVAL) fail(path_, "writing failed", errno);
 }
 
-void HeldFile::replace(const std::function<void(AtomicFile& file)>& write) {
+void LockedFile::replace(const std::function<void(AtomicFile& file)>& write) {
   AtomicFile file(path_, target_);
   write(file);
   struct stat status = {};
@@ -445,13 +445,13 @@ void HeldFile::replace(const std::function<void(AtomicFile& file)>& write) {
   if (::fstat(descriptor_, &status) == 0) size_ = uint64_t(status.st_size);
 }
 
-bool HeldFile::is_named() const noexcept { return is_name_of(target_, descriptor_); }
+bool LockedFile::is_named() const noexcept { return is_name_of(target_, descriptor_); }
 
-void HeldFile::remove() noexcept {
+void LockedFile::remove() noexcept {
   if (is_named()) ::unlink(target_.c_str());
 }
 
-void HeldFile::rename_to(const std::string& path) {
+void LockedFile::rename_to(const std::string& path) {
   if (!is_named()) fail(path, path_ + " was removed or replaced", 0);
   std::string target = resolve_links(path);
   if (::rename(target_.c_str(), target.c_str()) != 0) {

@@ -45,7 +45,7 @@ class AtomicFile {
   const std::string& path() const { return path_; }  // as the caller gave it
 
  private:
-  friend class HeldFile;
+  friend class LockedFile;
   AtomicFile(const std::string& path, std::string target);
 
   void discard() noexcept;
@@ -90,15 +90,15 @@ class FolderLock {
 
 // A file that one run at a time has: appended to, or replaced as a whole. All errors are
 // RenderError, one line that names the file. One thread at a time.
-class HeldFile {
+class LockedFile {
  public:
   // That is not there yet: made whole, with these bytes.
-  HeldFile(const std::string& path, std::string_view bytes);
+  LockedFile(const std::string& path, std::string_view bytes);
   // One that is there. What killed runs have left beside it is removed.
-  explicit HeldFile(const std::string& path);
-  ~HeldFile();
-  HeldFile(const HeldFile&) = delete;
-  HeldFile& operator=(const HeldFile&) = delete;
+  explicit LockedFile(const std::string& path);
+  ~LockedFile();
+  LockedFile(const LockedFile&) = delete;
+  LockedFile& operator=(const LockedFile&) = delete;
 
   // Cuts off what is behind the first `size` bytes.
   void cut(uint64_t size);

@@ -9,8 +9,8 @@
 namespace emberline::api {
 namespace {
 
-nlohmann::json head_of(const RenderOptions& options, const FramePlan& plan, const FrameParts& parts,
-                       const Access::SceneState& scene) {
+nlohmann::json head_of(const RenderOptions& options, const RenderPlan& plan,
+                       const FrameParts& parts, const Access::SceneState& scene) {
   LoadProgress progress({}, {}, scene.limits);
   nlohmann::json inputs = input_fingerprints(options, progress);
   if (scene.edited && !scene.edited->empty()) inputs["the program's edits"] = *scene.edited;
@@ -19,8 +19,8 @@ nlohmann::json head_of(const RenderOptions& options, const FramePlan& plan, cons
 
 }  // namespace
 
-FrameFiles::FrameFiles(const RenderOptions& options, const FramePlan& plan, const FrameParts& parts,
-                       const Access::SceneState& scene)
+FrameFiles::FrameFiles(const RenderOptions& options, const RenderPlan& plan,
+                       const FrameParts& parts, const Access::SceneState& scene)
     : options_(options) {
   if (options.checkpoint.empty()) return;
   const CheckpointOptions kept = {.path = options.checkpoint,

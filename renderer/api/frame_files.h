@@ -14,7 +14,7 @@ class FrameFiles {
  public:
   // Takes the checkpoint that the options name, if they do. Reads the scene's files again, to know
   // what the frame is made of. Throws what the options' names and what is there deserve.
-  FrameFiles(const RenderOptions& options, const FramePlan& plan, const FrameParts& parts,
+  FrameFiles(const RenderOptions& options, const RenderPlan& plan, const FrameParts& parts,
              const Access::SceneState& scene);
 
   // Before it renders. `most` bytes are what its state takes.

@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "renderer/api/access.h"
-#include "renderer/engine/frame_plan.h"
+#include "renderer/engine/render_plan.h"
 #include "renderer/engine/setting_table.h"
 #include "renderer/output/render_options.h"
 #include "renderer/output/scene_layers.h"

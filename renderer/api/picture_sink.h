@@ -12,7 +12,7 @@
 
 namespace emberline::api {
 
-class PictureSink : public FrameObserver {
+class PictureSink : public RenderSink {
  public:
   PictureSink(const OutputSettings& settings, const SceneLayers& layers);
 

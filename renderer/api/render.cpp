@@ -71,8 +71,9 @@ class WatchedSink final : public PictureSink {
     samples_ += samples;
     tile_finished(tile);
   }
+  void samples_loaded(uint64_t count) override { samples_ += count; }
   void samples_finished(uint64_t count) override { samples_ += count; }
-  void picture_changed(const FrameProgress& now, const FramePicture& picture) override {
+  void picture_changed(const JobProgress& now, const LivePicture& picture) override {
     if (files_.wanted()) files_.save(job_);
     if (!watch_) return;
     rgba_.resize(4 * size_t(width_) * size_t(height_));
@@ -96,7 +97,7 @@ class WatchedSink final : public PictureSink {
 
 // All that a frame holds until it is a picture.
 MemoryReservation reserved(const RenderOptions& options, const OutputSettings& output,
-                           const SceneLayers& layers, const FramePlan& plan, int threads,
+                           const SceneLayers& layers, const RenderPlan& plan, int threads,
                            const LoadLimits& limits) {
   MemoryReservation memory(limits.memory, MemoryPart::kFilm);
   const Rect& crop = output.crop;
@@ -125,7 +126,7 @@ struct Watch {
 // `options` are of this scene: options_of().
 Picture render_picture(const Access::SceneState& state, const RenderOptions& options,
                        const Resources& resources, const Watch& watch) {
-  const FramePlan plan(options, {.extending = !options.extended.empty()});
+  const RenderPlan plan(options, {.extending = !options.extended.empty()});
   const OutputSettings output = output_settings(options, plan.crop);
   const FrameParts parts(state, options);
   const int threads = arena_threads(resources);
@@ -134,7 +135,7 @@ Picture render_picture(const Access::SceneState& state, const RenderOptions& opt
   FrameFiles files(options, plan, parts, state);
   tbb::task_arena arena(threads);
   const EndOfFrame end(watch.stop, watch.give_up, options.time_limit_s);
-  const Scene& scene = state.open->scene();
+  const emberline::Scene& scene = state.open->scene();
   RenderJob job(
       arena.execute([&] { return plan.frame(scene, parts.camera, parts.of_scene, end.token()); }),
       plan.drivers());
@@ -150,7 +151,7 @@ Picture render_picture(const Access::SceneState& state, const RenderOptions& opt
     picture = sink.finish(watch.give_up);
   });
   if (watch.give_up.stop_requested()) throw Stopped("the frame was given up");
-  const FrameCounters& counters = result.counters;
+  const RenderCounters& counters = result.counters;
   files.finish(counters.stopped);
   warn_of_optics(counters.optics);
   picture.samples = counters.samples;

@@ -10,8 +10,8 @@
 #include "renderer/api/access.h"
 #include "renderer/api/translated.h"
 #include "renderer/core/errors.h"
-#include "renderer/engine/frame_plan.h"
 #include "renderer/engine/frame_scene.h"
+#include "renderer/engine/render_plan.h"
 
 namespace emberline::api {
 namespace {
@@ -62,7 +62,7 @@ Scene::State::State(const std::string& path, const Settings& given, const Resour
   check_resources(resources);
   settings.scene = path;
   limits = limits_of({resources.memory_bytes, resources.load_timeout_s}, path);
-  build = FramePlan(settings).build;
+  build = RenderPlan(settings).build;
   build.editable = true;
   LoadProgress progress({}, stop, limits);
   FrameSettings read_as = settings;

@@ -1,20 +1,20 @@
-// What a RenderFrame does while it renders. Private to render_frame.cpp.
+// What a CommandFrame does while it renders. Private to command_frame.cpp.
 #pragma once
 
 #include <atomic>
 
+#include "renderer/app/command_frame.h"
 #include "renderer/app/progress.h"
-#include "renderer/app/render_frame.h"
 #include "renderer/engine/render_sink.h"
 
 namespace emberline {
 
 // Files and report get finished tiles; while it renders progress is shown, passes are noted,
 // snapshots taken and a viewer kept informed.
-class RenderFrame::Watcher final : public FrameObserver {
+class CommandFrame::Watcher final : public RenderSink {
  public:
   // Without a display, of a frame that is rendered and is only delivered.
-  Watcher(RenderFrame& frame, ProgressDisplay* progress) : frame_(frame), progress_(progress) {}
+  Watcher(CommandFrame& frame, ProgressDisplay* progress) : frame_(frame), progress_(progress) {}
 
   void tile_finished(const FilmTile& tile) override {
     write(tile);
@@ -46,7 +46,7 @@ class RenderFrame::Watcher final : public FrameObserver {
     }
     progress_->add(count);
   }
-  void picture_changed(const FrameProgress& now, const FramePicture& picture) override {
+  void picture_changed(const JobProgress& now, const LivePicture& picture) override {
     if (progress_) frame_.note_picture(now, picture);
   }
   void cut_short() override {
@@ -69,7 +69,7 @@ class RenderFrame::Watcher final : public FrameObserver {
     return double(tile.rect().area()) / (double(frame_.plan_.crop.area()) * frame_.part_of_frame());
   }
 
-  RenderFrame& frame_;
+  CommandFrame& frame_;
   ProgressDisplay* const progress_;
   std::atomic<bool> begun_{false};
   std::atomic<uint64_t> earlier_samples_{0};

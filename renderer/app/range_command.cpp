@@ -7,10 +7,10 @@
 
 #include "io/files/atomic_file.h"
 #include "io/files/write_attempts.h"
+#include "renderer/app/command_frame.h"
 #include "renderer/app/failure.h"
 #include "renderer/app/frame_range.h"
 #include "renderer/app/range_report.h"
-#include "renderer/app/render_frame.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/output/checkpoint.h"

@@ -1,8 +1,8 @@
 #include "renderer/app/render_command.h"
 
+#include "renderer/app/command_frame.h"
 #include "renderer/app/frame_range.h"
 #include "renderer/app/range_command.h"
-#include "renderer/app/render_frame.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/output/finished_frame.h"
@@ -13,7 +13,7 @@ namespace {
 
 int replay(const RenderOptions& options) {
   RenderRun run(options);
-  RenderFrame frame(run, options);
+  CommandFrame frame(run, options);
   frame.load();
   frame.build();
   return frame.replay();

@@ -54,20 +54,20 @@ FilmExtras Frame::with_light_groups(FilmExtras extras) const {
   return extras;
 }
 
-FrameCounters Frame::no_counts() const {
-  FrameCounters counters;
+RenderCounters Frame::no_counts() const {
+  RenderCounters counters;
   if (clamp_indirect > 0.0f) {
     counters.clamped = ClampedLight(clamp_indirect, light_groups ? light_groups->size() : 0);
   }
   return counters;
 }
 
-void FrameCounters::locate(const NonFiniteSample& sample) {
+void RenderCounters::locate(const NonFiniteSample& sample) {
   located.insert(std::ranges::upper_bound(located, sample, comes_before), sample);
   if (located.size() > kLocatedLimit) located.pop_back();
 }
 
-void FrameCounters::merge(const FrameCounters& other) {
+void RenderCounters::merge(const RenderCounters& other) {
   rays.merge(other.rays);
   max_samples = std::max(max_samples, other.max_samples);
   samples += other.samples;
@@ -79,7 +79,7 @@ void FrameCounters::merge(const FrameCounters& other) {
   if (located.size() > kLocatedLimit) located.resize(kLocatedLimit);
 }
 
-void FrameCounters::archive(Archive& archive) {
+void RenderCounters::archive(Archive& archive) {
   constexpr uint64_t kMost = UINT64_MAX / 4;  // sums of a few stay numbers
   for (uint64_t* count : {&rays.camera, &rays.scatter, &rays.shadow, &samples, &non_finite_samples,
                           &optics.rays_ended_at_walls, &optics.solids_forgotten,

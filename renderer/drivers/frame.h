@@ -45,7 +45,7 @@ struct RayCounters {
 };
 
 // What happened, summed over the frame.
-struct FrameCounters {
+struct RenderCounters {
   RayCounters rays;
   uint64_t samples = 0;
   uint64_t non_finite_samples = 0;
@@ -58,7 +58,7 @@ struct FrameCounters {
   static constexpr size_t kLocatedLimit = 16;
   void locate(const NonFiniteSample& sample);
   // All but min_samples and stopped, which no worker knows.
-  void merge(const FrameCounters& other);
+  void merge(const RenderCounters& other);
   // All but `stopped`.
   void archive(Archive& archive);
 };
@@ -106,7 +106,7 @@ struct Frame {
   // Whether samples have a time.
   bool moves() const;
   // Of which a worker, or what is loaded of the frame, begins.
-  FrameCounters no_counts() const;
+  RenderCounters no_counts() const;
   FilmExtras with_light_groups(FilmExtras extras) const;
 };
 

@@ -84,7 +84,7 @@ class FrameDriver {
   virtual std::optional<double> error_estimate() const { return std::nullopt; }
   // Why the pixel gets no more samples, as far as that is decided by now; kGoingOn for the others.
   virtual PixelStop stop_so_far(const FilmTile& film, int x, int y) const = 0;
-  // FramePicture::resolve: what the film has, unless the driver knows better.
+  // LivePicture::resolve: what the film has, unless the driver knows better.
   virtual void resolve(const FilmTile& film, std::span<float> rgba, const LightMix* mix) const;
   // resolve() has something else to show than the film's means, also where that has samples.
   virtual bool shows_other_means() const { return false; }

@@ -17,7 +17,7 @@ namespace {
 
 // What each light group, or layer by light path, gives to each pixel of an incomplete picture, by
 // pixel, then by group.
-std::vector<Rgb> shown_groups(const FramePicture& picture, LightMix::Of of, size_t groups) {
+std::vector<Rgb> shown_groups(const LivePicture& picture, LightMix::Of of, size_t groups) {
   const auto pixels = size_t(picture.film().rect().area());
   std::vector<Rgb> lights(groups * pixels);
   std::vector<float> rgba(4 * pixels);
@@ -71,7 +71,7 @@ void show_picture(const FrameDriver& driver, FilmTile& film) {
 RenderJob::RenderJob(Frame frame, DriverFactory drivers)
     : frame_(std::move(frame)), drivers_(std::move(drivers)) {}
 
-RenderResult RenderJob::render(FrameObserver& sink, std::stop_token stop) {
+RenderResult RenderJob::render(RenderSink& sink, std::stop_token stop) {
   RenderLoop loop(frame_, sink, std::move(stop), counters_);
   drivers_.tiles ? render_tiles(loop) : render_crop(loop);
   const bool ended_by_time = sink.stop_cause() == PixelStop::kTimeLimit && !drivers_.tiles;
@@ -130,7 +130,7 @@ void RenderJob::extend(std::span<const std::byte> finished) {
 
 void RenderJob::render_crop(RenderLoop& loop) {
   if (!driver_) begin();
-  FrameProgress progress;
+  JobProgress progress;
   while (!driver_->finished()) {
     if (parts_done_ == driver_->round().parts) {
       if (!driver_->next(*film_, resumable_ ? std::stop_token() : loop.stop)) break;
@@ -180,7 +180,7 @@ void RenderJob::end(PixelStop cut_short) {
 
 // Tiles of the bucket driver's size, aligned as they are. Pixels without samples are shown as the
 // picture has them.
-void RenderJob::deliver(FrameObserver& sink) {
+void RenderJob::deliver(RenderSink& sink) {
   if (!driver_) return;
   end(sink.stop_cause());
   const Rect& crop = film_->rect();

@@ -28,7 +28,7 @@ class TileOwner;
 struct TileResult {
   std::optional<double> error = {};  // estimated, of the displayed tile
   uint32_t least_samples = 0;        // of any pixel
-  FrameCounters counters = {};
+  RenderCounters counters = {};
 
   void archive(Archive& archive);
 };
@@ -54,7 +54,7 @@ class TileStore {
 };
 
 struct RenderResult {
-  FrameCounters counters;
+  RenderCounters counters;
   // All was done, or the frame has a picture that a time limit has ended; then that counts as all.
   // A frame of tiles has no picture before its last tile.
   bool complete = false;
@@ -68,9 +68,9 @@ struct SampleReplay {
 };
 
 // A driver of tiles hands them to the sink as they are finished, and nothing is kept; another's
-// film is kept, and is the picture. Made by FramePlan::prepare(), or of a frame and the drivers
+// film is kept, and is the picture. Made by RenderPlan::prepare(), or of a frame and the drivers
 // that make it. What the frame refers to must outlive the job.
-class RenderJob final : public FramePicture {
+class RenderJob final : public LivePicture {
  public:
   RenderJob(Frame frame, DriverFactory drivers);
   RenderJob(const RenderJob&) = delete;  // its driver refers to its frame
@@ -95,12 +95,12 @@ class RenderJob final : public FramePicture {
 
   // Renders on the calling thread's TBB arena; once. Returns soon after a stop is requested. Throws
   // RenderError where the film does not fit into memory, and what the sink throws.
-  RenderResult render(FrameObserver& sink, std::stop_token stop);
+  RenderResult render(RenderSink& sink, std::stop_token stop);
   // After render(): writes into a film that was kept why its pixels stopped; those that a stop
   // request cut short, because of `cut_short`.
   void end(PixelStop cut_short);
   // After render(), once: end(), then hands over the film that was kept as finished tiles.
-  void deliver(FrameObserver& sink);
+  void deliver(RenderSink& sink);
 
   // Held by now.
   uint64_t film_bytes() const { return driver_ ? film_->bytes() + driver_->bytes() : 0; }
@@ -108,12 +108,12 @@ class RenderJob final : public FramePicture {
   SampleReplay replay(int x, int y, uint32_t sample) const;
 
   // So far.
-  const FrameCounters& counters() const { return counters_; }
+  const RenderCounters& counters() const { return counters_; }
   // Expected RMS error of the displayed frame, if the driver has estimated it; end() of a frame
   // that was stopped may do so.
   std::optional<double> error_estimate() const;
   // The frame as it can be shown, from the first pause on; null if nothing is kept.
-  const FramePicture* picture() const { return driver_ ? this : nullptr; }
+  const LivePicture* picture() const { return driver_ ? this : nullptr; }
   // The driver's, while picture() is there.
   DriverFacts facts() const { return driver_->facts(); }
   std::string explain(int x, int y) const { return driver_->explain(*film_, x, y); }
@@ -145,7 +145,7 @@ class RenderJob final : public FramePicture {
   const DriverFactory drivers_;
   std::optional<FilmTile> film_;
   std::unique_ptr<FrameDriver> driver_;
-  FrameCounters counters_;
+  RenderCounters counters_;
   std::optional<double> tiles_error_;
   TileStore* store_ = nullptr;
   bool resumable_ = false;

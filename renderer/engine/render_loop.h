@@ -21,8 +21,8 @@ inline size_t worker_count() {
 
 class RenderLoop {
  public:
-  RenderLoop(const Frame& frame, FrameObserver& the_sink, std::stop_token the_stop,
-             FrameCounters& counters)
+  RenderLoop(const Frame& frame, RenderSink& the_sink, std::stop_token the_stop,
+             RenderCounters& counters)
       : sink(the_sink), stop(std::move(the_stop)), frame_(frame), counters_(counters) {}
 
   // work(worker, going) in as many threads as there are, or `most`; going() is false once one of
@@ -45,17 +45,17 @@ class RenderLoop {
     });
   }
 
-  void count(const FrameCounters& more) {
+  void count(const RenderCounters& more) {
     const std::lock_guard lock(mutex_);
     counters_.merge(more);
   }
 
-  FrameObserver& sink;
+  RenderSink& sink;
   const std::stop_token stop;
 
  private:
   const Frame& frame_;
-  FrameCounters& counters_;
+  RenderCounters& counters_;
   std::mutex mutex_;
 };
 

@@ -15,9 +15,9 @@ class LightMix;
 
 // The frame as it can be shown while it renders: complete at every moment, the pixels without
 // samples filled from their neighbours.
-class FramePicture {
+class LivePicture {
  public:
-  virtual ~FramePicture() = default;
+  virtual ~LivePicture() = default;
   // R G B A of every pixel of the crop, interleaved, rows from its top. With a mix, of a frame
   // with light groups, under other lights: each group times its weight (renderer/film/light_mix.h).
   virtual void resolve(std::span<float> rgba, const LightMix* mix = nullptr) const = 0;
@@ -28,7 +28,7 @@ class FramePicture {
 };
 
 // How far a progressive render has come.
-struct FrameProgress {
+struct JobProgress {
   int pass = 0;             // how many have begun; the first brings every pixel its first sample
   uint64_t samples = 0;     // so far
   uint64_t rays = 0;        // likewise
@@ -40,9 +40,9 @@ struct FrameProgress {
 
 // How window, progress bar, writers and checkpoints see the frame; drivers know none of them.
 // Called from worker threads, concurrently, unless a function says otherwise.
-class FrameObserver {
+class RenderSink {
  public:
-  virtual ~FrameObserver() = default;
+  virtual ~RenderSink() = default;
   // A driver that finishes one part of the frame after another begins with these pixels.
   virtual void tile_begun(const Rect& /*pixels*/) {}
   // All samples of the tile's pixels are in; the tile is reused after the call returns. May throw:
@@ -57,8 +57,7 @@ class FrameObserver {
   // A progressive driver pauses: from its own thread, while no worker renders. That is often in its
   // first pass, and then at the end of each pass or where a picture is wanted. The picture may be
   // looked at until the call returns.
-  virtual void picture_changed(const FrameProgress& /*progress*/, const FramePicture& /*picture*/) {
-  }
+  virtual void picture_changed(const JobProgress& /*progress*/, const LivePicture& /*picture*/) {}
   // A stop request has ended a round of a progressive driver before its end: as picture_changed(),
   // for saving the frame alone.
   virtual void cut_short() {}

@@ -142,7 +142,7 @@ void RenderWorker::trace_batch() {
   }
   if (counters_.clamped.clamps()) batch.clamped = &counters_.clamped;
   if (sees()) {
-    std::fill_n(seen_, count, SeenSurface{});
+    std::fill_n(seen_, count, DenoiserFeatures{});
     batch.seen = {seen_, count};
   }
   batch.roles = frame_.roles;
@@ -152,7 +152,7 @@ void RenderWorker::trace_batch() {
     batch.interiors = interiors_;
   }
   if (catches()) [[unlikely]] {
-    std::fill_n(caught_, count, CaughtLight{});
+    std::fill_n(caught_, count, CatcherSample{});
     batch.caught = {caught_, count};
     batch.catcher_guide = frame_.catcher_guide.get();
   }
@@ -254,7 +254,7 @@ void RenderWorker::flush_scattered(FilmTile& tile) {
   add_batch(tile);
 }
 
-bool RenderWorker::render(std::span<const PixelWork> list, FilmTile& tile, FrameObserver& observer,
+bool RenderWorker::render(std::span<const PixelWork> list, FilmTile& tile, RenderSink& observer,
                           const std::stop_token& stop) {
   uint64_t reported = counters_.samples;
   bool complete = true;

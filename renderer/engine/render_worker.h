@@ -34,14 +34,14 @@ class RenderWorker {
   // them. Each pixel's samples are added in index order; where a pixel wants few, samples of
   // several pixels share a batch. Stops between batches of 16 samples when asked to; returns false
   // then.
-  bool render(std::span<const PixelWork> list, FilmTile& tile, FrameObserver& observer,
+  bool render(std::span<const PixelWork> list, FilmTile& tile, RenderSink& observer,
               const std::stop_token& stop);
 
   // One sample alone, as render() would compute it.
   SampleValue replay(int x, int y, uint32_t sample, Ray* camera_ray);
 
   // Since the last call.
-  FrameCounters take_counters() { return std::exchange(counters_, frame_.no_counts()); }
+  RenderCounters take_counters() { return std::exchange(counters_, frame_.no_counts()); }
 
  private:
   bool catches() const { return frame_.aovs.contains(Aov::kShadow); }
@@ -63,15 +63,15 @@ class RenderWorker {
   uint32_t seed_;
   const bool weighted_;  // the sampler's points stand for unequal volumes
   PixelSamples samples_;
-  FrameCounters counters_;
+  RenderCounters counters_;
   SampleAddress addresses_[kSampleLanes];  // of the batch under way
   int count_ = 0;
   Ray rays_[kSampleLanes];
   float weights_[kSampleLanes];
   SampleValue values_[kSampleLanes];
-  SeenSurface seen_[kSampleLanes];
+  DenoiserFeatures seen_[kSampleLanes];
   SampleShares shares_[kSampleLanes];
-  CaughtLight caught_[kSampleLanes];
+  CatcherSample caught_[kSampleLanes];
   Interior interiors_[kSampleLanes];
   LightGroupValues light_values_;
   const PathLayers path_layers_;

@@ -38,7 +38,7 @@ TileOwner::~TileOwner() {
   tiles_.changed_.notify_all();
 }
 
-void TileOwner::carry_out(RoundWork& work, RenderWorker& worker, FrameCounters& counters) {
+void TileOwner::carry_out(RoundWork& work, RenderWorker& worker, RenderCounters& counters) {
   SharedTiles::OpenRound round{work};
   {
     const std::lock_guard lock(tiles_.mutex_);

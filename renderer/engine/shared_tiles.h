@@ -35,7 +35,7 @@ class RoundWork {
   // Renders parts while there are any and go_on() says so. From several threads, each with a worker
   // of its own.
   template <typename GoOn>
-  void take_parts(RenderWorker& worker, FrameObserver& observer, const std::stop_token& stop,
+  void take_parts(RenderWorker& worker, RenderSink& observer, const std::stop_token& stop,
                   const GoOn& go_on) {
     std::vector<PixelWork> list;
     worker.set_seed(seed_);
@@ -71,7 +71,7 @@ class RoundWork {
 
 class SharedTiles {
  public:
-  SharedTiles(FrameObserver& observer, const std::stop_token& stop)
+  SharedTiles(RenderSink& observer, const std::stop_token& stop)
       : observer_(observer), stop_(stop) {}
 
   // Helps the owners until there are none, or a stop is requested. Not on an owner's thread.
@@ -82,14 +82,14 @@ class SharedTiles {
   struct OpenRound {
     RoundWork& work;
     int helpers = 0;
-    FrameCounters counters = {};     // theirs
+    RenderCounters counters = {};    // theirs
     std::exception_ptr thrown = {};  // by the last of them that did
   };
 
   OpenRound* longest_round() const;
   void take_parts(RoundWork& work, RenderWorker& worker);
 
-  FrameObserver& observer_;
+  RenderSink& observer_;
   const std::stop_token& stop_;
   std::mutex mutex_;
   std::condition_variable changed_;
@@ -108,7 +108,7 @@ class TileOwner {
   // Takes the round's parts together with those that help, whose counts are added to `counters`.
   // Returns when all have come back. Where one of them throws, no other begins a part; throws it
   // again.
-  void carry_out(RoundWork& work, RenderWorker& worker, FrameCounters& counters);
+  void carry_out(RoundWork& work, RenderWorker& worker, RenderCounters& counters);
 
  private:
   SharedTiles& tiles_;

@@ -46,7 +46,7 @@ void FilmTile::reset(const Rect& rect) {
 }
 
 bool FilmTile::add(int x, int y, int half, float filter_weight, const SampleValue& value,
-                   const SeenSurface* seen, const SampleShares* shares) {
+                   const DenoiserFeatures* seen, const SampleShares* shares) {
   const size_t i = index(x, y);
   PixelSums& sums = sums_[i];
   sums.count[half]++;

@@ -60,7 +60,7 @@ class FilmTile {
   // false, and counts the sample as black and non-finite, if the value is NaN or infinite. `seen`
   // and `shares` come with the channels of `denoising`.
   bool add(int x, int y, int half, float filter_weight, const SampleValue& value,
-           const SeenSurface* seen = nullptr, const SampleShares* shares = nullptr);
+           const DenoiserFeatures* seen = nullptr, const SampleShares* shares = nullptr);
   // Asks for a pixel's sums ahead of add().
   void prefetch(int x, int y) const {
     const char* sums = reinterpret_cast<const char*>(&sums_[index(x, y)]);
@@ -87,7 +87,7 @@ class FilmTile {
     cryptomattes_.add(index(x, y), weight, ids);
   }
   // What shadow catchers received in a sample, which add() took.
-  void add_caught(int x, int y, float filter_weight, const CaughtLight& caught) {
+  void add_caught(int x, int y, float filter_weight, const CatcherSample& caught) {
     shadows_.add(index(x, y), filter_weight, caught);
   }
   void add_time(int x, int y, double seconds);

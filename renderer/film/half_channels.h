@@ -1,9 +1,9 @@
 // The channels of `--aov denoising`: means over each half of a pixel's samples.
 //
 // Of the first half half1.{R,G,B}, half1.albedo.{R,G,B}, half1.N.{X,Y,Z}, half1.nearness,
-// half1.visibility (SeenSurface says what they are), half1.samples, and half1.shared.K.{R,G,B,A},
-// what its samples count for the K-th of the 3 x 3 pixels around it and their weight
-// (PixelFilter::shares); and so of the second. A finished frame has the sums of those
+// half1.visibility (DenoiserFeatures says what they are), half1.samples, and
+// half1.shared.K.{R,G,B,A}, what its samples count for the K-th of the 3 x 3 pixels around it and
+// their weight (PixelFilter::shares); and so of the second. A finished frame has the sums of those
 // (shared_samples.h). With light groups there are half1.light.NAME.{R,G,B}, too. Both halves
 // weighted by their samples are the picture: of one that shows other means (FilmTile::show), both
 // are moved by as much as that does.

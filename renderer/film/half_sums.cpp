@@ -11,7 +11,7 @@
 namespace emberline {
 namespace {
 
-std::array<float, kSeenValues> values_of(const SeenSurface& seen) {
+std::array<float, kSeenValues> values_of(const DenoiserFeatures& seen) {
   return {seen.albedo.x, seen.albedo.y, seen.albedo.z, seen.normal.x,
           seen.normal.y, seen.normal.z, seen.nearness, seen.visibility};
 }
@@ -29,7 +29,7 @@ void add_finite(Color4 more, float* sums) {
 
 }  // namespace
 
-bool is_finite(const SeenSurface& seen) {
+bool is_finite(const DenoiserFeatures& seen) {
   return std::ranges::all_of(values_of(seen), [](float value) { return std::isfinite(value); });
 }
 
@@ -39,7 +39,7 @@ void HalfSums::reset(size_t pixels) {
   second_lights_.reset(pixels);
 }
 
-void HalfSums::add(size_t pixel, int half, const SeenSurface& seen) {
+void HalfSums::add(size_t pixel, int half, const DenoiserFeatures& seen) {
   std::array<double, kSeenValues>& sums = sums_[pixel].halves[half];
   const std::array<float, kSeenValues> values = values_of(seen);
   for (size_t i = 0; i < kSeenValues; ++i) sums[i] += double(values[i]);

@@ -33,7 +33,7 @@ class HalfSums {
   bool empty() const { return sums_.empty(); }
 
   // Finite. A pixel's samples have one owner, and come in index order.
-  void add(size_t pixel, int half, const SeenSurface& seen);
+  void add(size_t pixel, int half, const DenoiserFeatures& seen);
   void add_shares(size_t pixel, int half, const Rgb& radiance, const SampleShares& shares);
   // Of a sample of the second half, likewise; those of the first are what this leaves of the
   // film's.
@@ -44,7 +44,7 @@ class HalfSums {
   void copy(const HalfSums& from, size_t from_pixel, size_t pixel);
   void add_sums(const HalfSums& from, size_t pixel);
 
-  // Sums over the samples of a half, in the order of SeenSurface.
+  // Sums over the samples of a half, in the order of DenoiserFeatures.
   const std::array<double, kSeenValues>& sums(size_t pixel, int half) const {
     return sums_[pixel].halves[half];
   }

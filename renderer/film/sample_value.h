@@ -40,7 +40,7 @@ struct SampleValue {
 // What a sample shows: the first surface that is neither a smooth mirror nor smooth clear glass,
 // seen in and through those; or the background. Every value is made to have a mean that is linear
 // in what share of a pixel it covers.
-struct SeenSurface {
+struct DenoiserFeatures {
   // Directional albedo and own light, in the colours of the mirrors and glasses before it; at
   // most 1. Of the background its light.
   Rgb albedo = Rgb(0.0f);
@@ -54,17 +54,17 @@ struct SeenSurface {
   static constexpr float kMostNearness = 1e6f;
 };
 inline constexpr size_t kSeenValues = 8;  // as many numbers, in this order
-bool is_finite(const SeenSurface& seen);
+bool is_finite(const DenoiserFeatures& seen);
 
 // What shadow catchers receive of the lights in one sample.
-struct CaughtLight {
+struct CatcherSample {
   Rgb received = Rgb(0.0f);    // irradiance from the lights, and
   Rgb unshadowed = Rgb(0.0f);  // that without what is not of the plate
   float catcher = 0.0f;        // how much of a catcher the sample sees: 1, less through panes
   float hidden = 0.0f;         // the same, if the catcher itself is not to be seen
   float background = 0.0f;     // how much of what is behind everything
 };
-bool is_finite(const CaughtLight& caught);
+bool is_finite(const CatcherSample& caught);
 
 // The depth channel where no surface was hit. Finite, so that filters and viewers survive it; the
 // same value Cycles writes.

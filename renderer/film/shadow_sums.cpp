@@ -20,12 +20,12 @@ double luminance_of(const double (&rgb)[3]) {
 
 }  // namespace
 
-bool is_finite(const CaughtLight& caught) {
+bool is_finite(const CatcherSample& caught) {
   return is_finite(caught.received) && is_finite(caught.unshadowed) &&
          std::isfinite(caught.catcher + caught.hidden + caught.background);
 }
 
-void ShadowSums::add(size_t pixel, float filter_weight, const CaughtLight& caught) {
+void ShadowSums::add(size_t pixel, float filter_weight, const CatcherSample& caught) {
   Sums& sums = sums_[pixel];
   for (int c = 0; c < 3; ++c) {
     sums.received[c] += double(caught.received[c] * filter_weight);

@@ -190,7 +190,7 @@ Checkpoint::Checkpoint(const CheckpointOptions& options, const Json& head)
   check_checkpoint(path_, options.resume);
   const bool there = InputFile::open_if_there(path_).has_value();
   made_ = !there;
-  file_ = there ? std::make_unique<HeldFile>(path_) : std::make_unique<HeldFile>(path_, head_);
+  file_ = there ? std::make_unique<LockedFile>(path_) : std::make_unique<LockedFile>(path_, head_);
   if (there && options.resume) earlier_ = std::make_unique<RecordFile>(path_);
   // Of one that has nothing yet, nothing is lost.
   if (earlier_ && earlier_->end() == file_->size() && earlier_->records().empty()) {

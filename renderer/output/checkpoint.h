@@ -118,7 +118,7 @@ class Checkpoint final : public TileStore {
   const std::string path_;
   const std::string head_;
   const double interval_s_;
-  std::unique_ptr<HeldFile> file_;
+  std::unique_ptr<LockedFile> file_;
   std::unique_ptr<RecordFile> earlier_;   // what was there
   std::unique_ptr<RecordFile> finished_;  // what is extended
   std::unordered_map<uint64_t, RecordEntry> tiles_, finished_tiles_;

@@ -81,8 +81,8 @@ Json input_fingerprints(const FrameSettings& settings, LoadProgress& progress) {
   return inputs;
 }
 
-Json checkpoint_head(const RenderOptions& options, const FramePlan& plan, const SceneLayers& layers,
-                     const Json& inputs) {
+Json checkpoint_head(const RenderOptions& options, const RenderPlan& plan,
+                     const SceneLayers& layers, const Json& inputs) {
   Json head = {{"emberline", kEmberlineVersion}, {"bits", kBitsVersion}};
   Json& settings = head["settings"] = Json::object();
   FrameSettings used = options;

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "renderer/core/load_progress.h"
-#include "renderer/engine/frame_plan.h"
+#include "renderer/engine/render_plan.h"
 #include "renderer/output/render_options.h"
 #include "renderer/output/scene_layers.h"
 
@@ -19,7 +19,7 @@ namespace emberline {
 // what loading them throws.
 nlohmann::json input_fingerprints(const FrameSettings& settings, LoadProgress& progress);
 // `plan` has the channels that are rendered.
-nlohmann::json checkpoint_head(const RenderOptions& options, const FramePlan& plan,
+nlohmann::json checkpoint_head(const RenderOptions& options, const RenderPlan& plan,
                                const SceneLayers& layers, const nlohmann::json& inputs);
 // The settings in a head, those that decide no bits too; without the scene's files. Throws
 // InputError that names `place`: anything may stand there.

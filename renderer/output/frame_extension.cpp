@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "renderer/core/errors.h"
-#include "renderer/engine/frame_plan.h"
+#include "renderer/engine/render_plan.h"
 #include "renderer/output/checkpoint_head.h"
 #include "renderer/output/render_options.h"
 
@@ -29,7 +29,7 @@ void set_more(const FrameSettings& more, const std::string& path, FrameSettings&
     }
     if (*to < has) refuse(option, has);
   };
-  const FramePlan plan(settings);
+  const RenderPlan plan(settings);
   raise("spp", more.spp, plan.samples_per_pixel);
   raise("max-spp", more.max_spp, plan.driver_settings.adaptive.max_samples);
   if (more.noise_threshold && settings.noise_threshold &&
@@ -48,8 +48,8 @@ void set_more(const FrameSettings& more, const std::string& path, FrameSettings&
 
 void check_extensible(const FrameSettings& settings, const std::string& path) {
   if (is_part(settings)) throw InputError(path, "it is a part of a frame; merge the parts first");
-  const FramePlan plan(settings);
-  if (plan.half_block != FramePlan::kStreamBlock) {
+  const RenderPlan plan(settings);
+  if (plan.half_block != RenderPlan::kStreamBlock) {
     throw InputError(path,
                      "its halves for denoising are those of a frame of fewer than {} samples a "
                      "pixel; render it anew",

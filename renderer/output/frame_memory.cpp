@@ -37,7 +37,7 @@ uint64_t lossy_encoder_bytes(const RenderOptions& options) {
 }  // namespace
 
 uint64_t frame_bytes(const RenderOptions& options, const OutputSettings& settings,
-                     const FramePlan& plan) {
+                     const RenderPlan& plan) {
   uint64_t per_pixel = kept_bytes_per_pixel(plan.drivers(), plan.aovs);
   if (!checkpoint_path(options).empty()) per_pixel *= 2;  // a copy of it is written behind
   if (!plan.driver->tiles) {
@@ -54,7 +54,7 @@ uint64_t frame_bytes(const RenderOptions& options, const OutputSettings& setting
 }
 
 uint64_t light_group_bytes(const RenderOptions& options, const OutputSettings& settings,
-                           const FramePlan& plan, const std::vector<std::string>& layers) {
+                           const RenderPlan& plan, const std::vector<std::string>& layers) {
   uint64_t bytes = 0;
   if (!plan.driver->tiles) {
     const uint64_t copies = (checkpoint_path(options).empty() ? 1 : 2) *

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "renderer/core/memory_budget.h"
-#include "renderer/engine/frame_plan.h"
+#include "renderer/engine/render_plan.h"
 #include "renderer/output/outputs.h"
 
 namespace emberline {
@@ -14,9 +14,9 @@ namespace emberline {
 // An upper bound of film_bytes() of the render and outputs and of what encoding a picture takes on
 // top. Light groups are known later: what they add.
 uint64_t frame_bytes(const RenderOptions& options, const OutputSettings& settings,
-                     const FramePlan& plan);
+                     const RenderPlan& plan);
 uint64_t light_group_bytes(const RenderOptions& options, const OutputSettings& settings,
-                           const FramePlan& plan, const std::vector<std::string>& layers);
+                           const RenderPlan& plan, const std::vector<std::string>& layers);
 // What the files hold of it until they are written, with these layers of light groups.
 uint64_t output_bytes(const RenderOptions& options, const OutputSettings& settings,
                       const std::vector<std::string>& layers);

@@ -8,6 +8,7 @@
 #include <atomic>
 #include <cmath>
 #include <mutex>
+#include <nlohmann/json.hpp>
 #include <numeric>
 #include <tuple>
 
@@ -35,7 +36,7 @@ auto of_settings(const std::string& path, const Make& make) {
   }
 }
 
-FilmExtras extras_of(const FramePlan& plan, const FrameSettings& settings,
+FilmExtras extras_of(const RenderPlan& plan, const FrameSettings& settings,
                      const SceneLayers& layers) {
   FilmExtras extras = film_extras(*plan.driver, plan.driver_settings);
   if (settings.light_groups) extras.light_groups = int(layers.lights.size());
@@ -48,7 +49,7 @@ StoredFrame::StoredFrame(const std::string& path, MemoryBudget* budget)
     : file_(path),
       head_(parse_json(file_.head(), path)),
       settings_(settings_of(*head_, path)),
-      plan_(of_settings(path, [&] { return FramePlan(settings_); })),
+      plan_(of_settings(path, [&] { return RenderPlan(settings_); })),
       layers_(scene_layers_of(*head_, path)),
       extras_(extras_of(plan_, settings_, layers_)),
       by_tiles_(plan_.driver->tiles) {
@@ -284,7 +285,7 @@ FrameSettings FrameMerge::settings() const {
 
 // Of a pixel, samples are added by seed, and of a seed in their order.
 void FrameMerge::merge_tile(const Rect& tile, FilmTile& film, FilmTile& more,
-                            FrameCounters& counters) {
+                            RenderCounters& counters) {
   const size_t number = number_of(tile);
   film.reset(tile);
   bool begun = false;
@@ -311,7 +312,7 @@ size_t FrameMerge::part_number(const StoredFrame* frame) const {
   return size_t(at - frames_.begin()) + 1;
 }
 
-void FrameMerge::deliver(const AovSet& aovs, FrameObserver& observer) {
+void FrameMerge::deliver(const AovSet& aovs, RenderSink& observer) {
   std::atomic<size_t> next{0};
   std::atomic<uint32_t> least{UINT32_MAX};
   std::mutex mutex;
@@ -320,7 +321,7 @@ void FrameMerge::deliver(const AovSet& aovs, FrameObserver& observer) {
     const FlushDenormals flush;  // as the workers of a frame that is rendered at once
     FilmTile film(aovs, first().film_extras());
     FilmTile more(aovs, first().film_extras());
-    FrameCounters counters;
+    RenderCounters counters;
     for (size_t i = next++; i < tiles_.size(); i = next++) {
       merge_tile(tiles_[i], film, more, counters);
       uint32_t before = least;

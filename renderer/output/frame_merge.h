@@ -11,8 +11,8 @@
 #include "io/json/value.h"
 #include "renderer/core/memory_budget.h"
 #include "renderer/drivers/bucket_schedule.h"
-#include "renderer/engine/frame_plan.h"
 #include "renderer/engine/render_job.h"
+#include "renderer/engine/render_plan.h"
 #include "renderer/output/outputs.h"
 #include "renderer/output/scene_layers.h"
 
@@ -28,7 +28,7 @@ class StoredFrame {
   const std::string& path() const { return file_.path(); }
   const nlohmann::json& head() const { return *head_; }
   const FrameSettings& settings() const { return settings_; }
-  const FramePlan& plan() const { return plan_; }
+  const RenderPlan& plan() const { return plan_; }
   int tile_size() const {
     return emberline::tile_size(*plan_.driver, plan_.driver_settings.bucket_size);
   }
@@ -53,7 +53,7 @@ class StoredFrame {
   RecordFile file_;
   JsonValue head_;
   FrameSettings settings_;
-  FramePlan plan_;
+  RenderPlan plan_;
   SceneLayers layers_;
   FilmExtras extras_;
   bool by_tiles_;
@@ -86,9 +86,9 @@ class FrameMerge {
   // Hands every tile to the observer, with the parts' channels and, if it is among `aovs`, `part`.
   // On the calling thread's TBB arena, two films a thread. Throws InputError, and what the observer
   // throws.
-  void deliver(const AovSet& aovs, FrameObserver& observer);
+  void deliver(const AovSet& aovs, RenderSink& observer);
   // After deliver().
-  const FrameCounters& counters() const { return counters_; }
+  const RenderCounters& counters() const { return counters_; }
   std::optional<double> error_estimate() const { return error_; }
 
  private:
@@ -103,7 +103,7 @@ class FrameMerge {
   void check_frames(bool strict) const;
   void make_groups();
   void check_groups(bool allow_holes);
-  void merge_tile(const Rect& tile, FilmTile& film, FilmTile& more, FrameCounters& counters);
+  void merge_tile(const Rect& tile, FilmTile& film, FilmTile& more, RenderCounters& counters);
   void combine_errors();
   size_t part_number(const StoredFrame* frame) const;
   size_t number_of(const Rect& tile) const {
@@ -114,7 +114,7 @@ class FrameMerge {
   std::vector<Rect> tiles_;  // in the order of the bucket driver
   std::vector<Group> groups_;
   bool complete_ = true;  // no samples are missing
-  FrameCounters counters_;
+  RenderCounters counters_;
   std::optional<double> error_;
 };
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "renderer/core/file_suffix.h"
-#include "renderer/engine/frame_plan.h"
+#include "renderer/engine/render_plan.h"
 #include "renderer/output/report_page.h"
 
 namespace emberline {

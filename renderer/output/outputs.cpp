@@ -12,9 +12,9 @@
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/log.h"
 #include "renderer/core/parallel.h"
-#include "renderer/engine/frame_plan.h"
 #include "renderer/engine/frame_scene.h"
 #include "renderer/engine/half_layers.h"
+#include "renderer/engine/render_plan.h"
 #include "renderer/output/report.h"
 
 namespace emberline {

@@ -75,7 +75,7 @@ ExrHeader exr_header(const AovSet& aovs, int width, int height, const Rect& crop
 
 // Passes finished tiles on to every file, heatmaps included. Those of a frame with the channels of
 // `denoising` wait in a scratch file until finish_spooled() has the rows around them.
-class FrameOutputs final : public FrameObserver {
+class FrameOutputs final : public RenderSink {
  public:
   // Opens the files at once, so that a path that cannot be written is known before the render and
   // not after it. Throws RenderError for an unwritable path, UsageError for an unknown display.

@@ -14,7 +14,7 @@
 namespace emberline {
 namespace {
 
-ByteImage picture_with_leaves(const FramePicture& picture, const RefinementTree& tree,
+ByteImage picture_with_leaves(const LivePicture& picture, const RefinementTree& tree,
                               const RenderOptions& options) {
   const Rect& crop = picture.film().rect();
   const auto pixels = size_t(crop.area());

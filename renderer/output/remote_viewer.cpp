@@ -51,7 +51,7 @@ bool RemoteViewer::wanted(double elapsed_s) const {
   return elapsed_s >= shown_at_s_ + kLeastInterval && cost_s <= kMostShare * elapsed_s;
 }
 
-void RemoteViewer::look(const FramePicture& picture, double elapsed_s) {
+void RemoteViewer::look(const LivePicture& picture, double elapsed_s) {
   if (!wanted(elapsed_s)) return;
   const Stopwatch pause;
   std::vector<float> rgba(4 * size_t(crop_.area()));

@@ -19,7 +19,7 @@ class RemoteViewer {
   // Any thread.
   void add(const FilmTile& tile);
   // At a driver's pause, `elapsed_s` into the rendering: shows the picture if it is time for it.
-  void look(const FramePicture& picture, double elapsed_s);
+  void look(const LivePicture& picture, double elapsed_s);
   // Whether look() would show it. Any thread, while look() is not called.
   bool wanted(double elapsed_s) const;
   // Waits for what is on its way, but not long; hardly at all for a user who has stopped the frame.

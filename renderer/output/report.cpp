@@ -12,14 +12,14 @@
 #include "renderer/core/log.h"
 #include "renderer/core/setting_names.h"
 #include "renderer/core/version.h"
-#include "renderer/engine/frame_plan.h"
 #include "renderer/engine/process_usage.h"
+#include "renderer/engine/render_plan.h"
 #include "renderer/engine/setting_table.h"
 #include "renderer/scene/embree_isa.h"
 
 namespace emberline {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 std::vector<std::pair<std::string, std::string>> library_versions() {
   std::vector<std::pair<std::string, std::string>> versions = {{"emberline", kEmberlineVersion},
@@ -82,7 +82,7 @@ std::string replay_words(const NonFiniteSample& sample, uint32_t seed) {
   return sample.seed == seed ? words : words + spelled(fmt::format(" `seed` {}", sample.seed));
 }
 
-void warn_of_non_finite(const FrameCounters& counters, uint32_t seed, const std::string& how) {
+void warn_of_non_finite(const RenderCounters& counters, uint32_t seed, const std::string& how) {
   if (counters.non_finite_samples == 0) return;
   log_warning(fmt::format(
       "{} samples were NaN or infinite and count as black; the first is replayed {} `replay` {}",
@@ -91,9 +91,11 @@ void warn_of_non_finite(const FrameCounters& counters, uint32_t seed, const std:
 
 namespace {
 
-Json number_or_null(const std::optional<double>& x) { return x ? Json(*x) : Json(); }
+OrderedJson number_or_null(const std::optional<double>& x) {
+  return x ? OrderedJson(*x) : OrderedJson();
+}
 
-Json time_json(const RenderTimes& t) {
+OrderedJson time_json(const RenderTimes& t) {
   return {{"start_s", number_or_null(t.start_s)},
           {"setup_s", t.setup_s},
           {"load_s", t.load_s},
@@ -108,7 +110,7 @@ Json time_json(const RenderTimes& t) {
           {"first_sample_cpu_s", number_or_null(t.first_sample_cpu_s)}};
 }
 
-Json memory_json(const RenderReport& r) {
+OrderedJson memory_json(const RenderReport& r) {
   return {{"peak_rss_bytes", peak_rss_bytes()},
           {"geometry_bytes", r.memory.geometry_bytes},
           {"bvh_bytes", r.memory.bvh_bytes},
@@ -119,8 +121,8 @@ Json memory_json(const RenderReport& r) {
           {"most_reserved_bytes", r.budget->peak()}};
 }
 
-Json numerics_json(const RenderReport& r, uint32_t seed) {
-  Json located = Json::array();
+OrderedJson numerics_json(const RenderReport& r, uint32_t seed) {
+  OrderedJson located = OrderedJson::array();
   for (const NonFiniteSample& s : r.counters.located) {
     located.push_back({{"x", s.x},
                        {"y", s.y},
@@ -137,20 +139,20 @@ Json numerics_json(const RenderReport& r, uint32_t seed) {
           {"replaced_images", r.repairs.replaced_images}};
 }
 
-Json optics_json(const OpticsCounters& optics) {
+OrderedJson optics_json(const OpticsCounters& optics) {
   return {{"rays_ended_at_panes", optics.rays_ended_at_walls},
           {"solids_forgotten", optics.solids_forgotten},
           {"light_samples_blocked_by_glass",
-           optics.point_light_samples > 0 ? Json(optics.blocked_share()) : Json()}};
+           optics.point_light_samples > 0 ? OrderedJson(optics.blocked_share()) : OrderedJson()}};
 }
 
 // Null where nothing was to be clamped.
-Json clamped_json(const RenderReport& r) {
+OrderedJson clamped_json(const RenderReport& r) {
   const ClampedLight& clamped = r.counters.clamped;
-  if (!clamped.clamps()) return Json();
-  const auto mean = [](const Rgb& taken) { return Json{taken.x, taken.y, taken.z}; };
+  if (!clamped.clamps()) return OrderedJson();
+  const auto mean = [](const Rgb& taken) { return OrderedJson{taken.x, taken.y, taken.z}; };
   const uint64_t samples = r.counters.samples;
-  Json groups = Json::object();
+  OrderedJson groups = OrderedJson::object();
   for (size_t i = 0; i < std::min(clamped.groups(), r.light_layers.size()); ++i) {
     groups[r.light_layers[i]] = mean(clamped.taken_of_group(i, samples));
   }
@@ -161,8 +163,8 @@ Json clamped_json(const RenderReport& r) {
 }
 
 // Null where none were asked for.
-Json cryptomattes_json(const RenderReport& r) {
-  Json kinds;
+OrderedJson cryptomattes_json(const RenderReport& r) {
+  OrderedJson kinds;
   for (const CryptomatteReport& kind : r.cryptomattes) {
     kinds[std::string(name_of(cryptomatte_table(), kind.kind))] = {
         {"names", kind.names},
@@ -173,16 +175,16 @@ Json cryptomattes_json(const RenderReport& r) {
 }
 
 // Null where nothing was denoised.
-Json denoise_json(const std::optional<DenoiseReport>& denoise) {
-  if (!denoise) return Json();
+OrderedJson denoise_json(const std::optional<DenoiseReport>& denoise) {
+  if (!denoise) return OrderedJson();
   return {{"error_before", denoise->error_before},
           {"error_after", denoise->error_after},
           {"kept_share", denoise->kept_share},
           {"seconds", denoise->seconds}};
 }
 
-Json passes_json(const std::vector<PassReport>& passes) {
-  Json list = Json::array();
+OrderedJson passes_json(const std::vector<PassReport>& passes) {
+  OrderedJson list = OrderedJson::array();
   for (const PassReport& pass : passes) {
     list.push_back({{"elapsed_s", pass.elapsed_s},
                     {"samples", pass.samples},
@@ -191,13 +193,13 @@ Json passes_json(const std::vector<PassReport>& passes) {
   return list;
 }
 
-Json snapshots_json(const std::vector<SnapshotReport>& snapshots) {
-  Json list = Json::array();
+OrderedJson snapshots_json(const std::vector<SnapshotReport>& snapshots) {
+  OrderedJson list = OrderedJson::array();
   for (const SnapshotReport& s : snapshots) {
     list.push_back({{"completion", s.completion},
                     {"samples", s.samples},
                     {"elapsed_s", s.elapsed_s},
-                    {"file", s.file.empty() ? Json() : Json(s.file)},
+                    {"file", s.file.empty() ? OrderedJson() : OrderedJson(s.file)},
                     {"rmse", number_or_null(s.rmse)},
                     {"mse", number_or_null(s.mse)},
                     {"relmse", number_or_null(s.rel_mse)}});
@@ -205,8 +207,8 @@ Json snapshots_json(const std::vector<SnapshotReport>& snapshots) {
   return list;
 }
 
-Json reported_settings(const RenderOptions& options, const RenderReport& r) {
-  Json settings;
+OrderedJson reported_settings(const RenderOptions& options, const RenderReport& r) {
+  OrderedJson settings;
   for (const auto& [key, value] : settings_attributes(options)) {
     if (key.starts_with("emberline:version:")) continue;
     settings[key.substr(std::string("emberline:").size())] = value;
@@ -223,9 +225,9 @@ Json reported_settings(const RenderOptions& options, const RenderReport& r) {
   return settings;
 }
 
-Json checkpoint_json(const RenderReport& r) {
+OrderedJson checkpoint_json(const RenderReport& r) {
   const CheckpointReport& checkpoint = r.checkpoint;
-  if (checkpoint.file.empty()) return Json();
+  if (checkpoint.file.empty()) return OrderedJson();
   return {{"file", checkpoint.file},
           {"kept", checkpoint.kept},
           {"written", checkpoint.written},
@@ -235,17 +237,17 @@ Json checkpoint_json(const RenderReport& r) {
           {"earlier_samples", r.earlier_samples}};
 }
 
-Json stop_cause_json(const RenderReport& r) {
-  if (!r.counters.stopped) return Json();
+OrderedJson stop_cause_json(const RenderReport& r) {
+  if (!r.counters.stopped) return OrderedJson();
   return r.stop_cause == PixelStop::kTimeLimit ? "time limit" : "user";
 }
 
 }  // namespace
 
 std::string report_json(const RenderOptions& options, const RenderReport& r) {
-  const FrameCounters& c = r.counters;
+  const RenderCounters& c = r.counters;
   const double pixels = double(r.crop.area());
-  Json json;
+  OrderedJson json;
   json["time"] = time_json(r.times);
   json["samples"] = {{"total", c.samples},
                      {"min", c.min_samples},
@@ -287,7 +289,7 @@ std::string report_json(const RenderOptions& options, const RenderReport& r) {
   json["complete"] = r.complete;
   json["stop_cause"] = stop_cause_json(r);
   json["exit_code"] = r.exit_code;
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json.dump(2, ' ', false, OrderedJson::error_handler_t::replace) + "\n";
 }
 
 }  // namespace emberline

@@ -45,7 +45,7 @@ struct PartReport {
 
 struct RenderReport {
   RenderTimes times;
-  FrameCounters counters;
+  RenderCounters counters;
   SceneMemory memory;
   uint64_t film_bytes = 0;
   std::shared_ptr<const MemoryBudget> budget;  // what was allowed, and reserved of it
@@ -82,7 +82,7 @@ std::string replay_words(const NonFiniteSample& sample, uint32_t seed);
 
 // Nothing where all samples were finite. `how`: "with", and options without which render would not
 // meet the first of them again.
-void warn_of_non_finite(const FrameCounters& counters, uint32_t seed,
+void warn_of_non_finite(const RenderCounters& counters, uint32_t seed,
                         const std::string& how = "with");
 
 // Settings, versions and seed as strings: the EXR's header attributes.

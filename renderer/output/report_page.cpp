@@ -90,7 +90,7 @@ std::string named_reconstruction(const DenoiseReport& denoise) {
 }
 
 void add_numbers(HtmlPage& page, const RenderOptions& o, const RenderReport& r) {
-  const FrameCounters& c = r.counters;
+  const RenderCounters& c = r.counters;
   const double per_second = r.times.render_s > 0 ? 1e-6 / r.times.render_s : 0;
   std::vector<Row> rows = {
       {"Samples", readable_count(c.samples)},

@@ -156,7 +156,7 @@ bool SnapshotRecorder::may_write(const std::string& name) const {
   });
 }
 
-bool SnapshotRecorder::due(const SnapshotMoment& moment, const FrameProgress& progress,
+bool SnapshotRecorder::due(const SnapshotMoment& moment, const JobProgress& progress,
                            double elapsed_s) const {
   switch (moment.unit) {
     case Unit::kFirstPause:
@@ -171,7 +171,7 @@ bool SnapshotRecorder::due(const SnapshotMoment& moment, const FrameProgress& pr
   return false;
 }
 
-void SnapshotRecorder::look(const FrameProgress& progress, const FramePicture& picture,
+void SnapshotRecorder::look(const JobProgress& progress, const LivePicture& picture,
                             double elapsed_s) {
   std::shared_ptr<std::vector<float>> rgba;
   std::erase_if(waiting_, [&](const SnapshotMoment& moment) {

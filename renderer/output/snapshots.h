@@ -65,9 +65,9 @@ class SnapshotRecorder {
   SnapshotRecorder(const RenderOptions& options, const Rect& crop, const LoadProgress& progress);
 
   // Copies the picture if a snapshot is due, `elapsed_s` into the rendering.
-  void look(const FrameProgress& progress, const FramePicture& picture, double elapsed_s);
+  void look(const JobProgress& progress, const LivePicture& picture, double elapsed_s);
 
-  // What FrameObserver asks, on any thread while look() is not called: whether a moment has come,
+  // What RenderSink asks, on any thread while look() is not called: whether a moment has come,
   // and the number of samples of the next one that goes by samples.
   bool wanted(double elapsed_s) const;
   std::optional<uint64_t> wanted_at() const;
@@ -78,12 +78,12 @@ class SnapshotRecorder {
  private:
   struct Snapshot {
     SnapshotMoment moment;
-    FrameProgress progress;
+    JobProgress progress;
     double elapsed_s;
     std::shared_ptr<const std::vector<float>> rgba;  // shared by those due at one pause
   };
 
-  bool due(const SnapshotMoment& moment, const FrameProgress& progress, double elapsed_s) const;
+  bool due(const SnapshotMoment& moment, const JobProgress& progress, double elapsed_s) const;
   bool may_write(const std::string& name) const;
   void write_exr(const std::string& file, const std::vector<float>& rgba) const;
   void write_animation() const;

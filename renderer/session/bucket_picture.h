@@ -15,7 +15,7 @@ namespace emberline {
 
 // Buckets come from many threads; whoever holds lock() has the picture for himself, and everything
 // else here wants it held.
-class BucketPicture final : public FramePicture {
+class BucketPicture final : public LivePicture {
  public:
   // Buckets appear over `before`: R G B A of each pixel, rows from the top.
   // `averages`: tiles may show something else than the means of their sums. `extras`: of the tiles

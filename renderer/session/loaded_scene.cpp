@@ -95,7 +95,7 @@ CameraDescription LoadedScene::camera(int width, int height) const {
   return fitted;
 }
 
-bool LoadedScene::stands_otherwise(const SceneEdits& wanted) const {
+bool LoadedScene::needs_repose(const SceneEdits& wanted) const {
   return scene->can_pose() && wanted.animation != posed;
 }
 

@@ -26,7 +26,7 @@ struct LoadedScene {
   CameraDescription camera(int width, int height) const;
   // Whether edits want another pose than it is in; and puts it into that, with them. Throws what
   // loading would, and is as it was then.
-  bool stands_otherwise(const SceneEdits& wanted) const;
+  bool needs_repose(const SceneEdits& wanted) const;
   void pose(const SceneEdits& wanted);
 };
 

@@ -18,12 +18,12 @@ bool same_samples(const RenderOptions& a, const RenderOptions& b) {
 }
 
 // A plan without layers of files, which a window does not write: what they need does not matter.
-FramePlan plan_of(RenderOptions options, const ViewSettings& settings) {
+RenderPlan plan_of(RenderOptions options, const ViewSettings& settings) {
   options.light_groups = false;
   options.half.clear();
-  return FramePlan(options, {.aovs = wanted_aovs(settings),
-                             .find_empty_pixels = false,
-                             .keep_tree = settings.overlay == ViewOverlay::kTree});
+  return RenderPlan(options, {.aovs = wanted_aovs(settings),
+                              .find_empty_pixels = false,
+                              .keep_tree = settings.overlay == ViewOverlay::kTree});
 }
 
 }  // namespace

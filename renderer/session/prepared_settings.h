@@ -1,7 +1,7 @@
 // What a session's frames need beside scene and camera, made anew only when the settings change.
 #pragma once
 
-#include "renderer/engine/frame_plan.h"
+#include "renderer/engine/render_plan.h"
 #include "renderer/session/view_settings.h"
 
 namespace emberline {
@@ -29,7 +29,7 @@ struct PreparedSettings {
 
   RenderOptions options;
   bool live;
-  FramePlan plan;
+  RenderPlan plan;
   bool light_groups;  // asked for, and possible
 };
 

@@ -30,7 +30,7 @@ struct ShownPicture {
   std::vector<float> denoised;    // the same filtered, if that is what rgba8 shows; else empty
   std::vector<uint8_t> raw8;      // as rgba8, not filtered: ViewSettings::raw_beside; else empty
   std::vector<Rect> in_progress;  // buckets under way
-  FrameProgress progress;
+  JobProgress progress;
   uint64_t samples = 0;        // of this frame so far
   uint64_t rays = 0;           // likewise; of a bucket frame, when it has finished
   double elapsed_s = 0.0;      // since the edit

@@ -101,8 +101,8 @@ void ViewFrame::render(std::optional<Vec2i> explained) {
   }
   if (stop_->cause() != PixelStop::kNone) return;
   if (buckets) begin_buckets();
-  const FrameCounters counters = render_stage(Stage::kMain, main_, prepared_.options.driver, crop_,
-                                              prepared_.plan.samples_per_pixel);
+  const RenderCounters counters = render_stage(Stage::kMain, main_, prepared_.options.driver, crop_,
+                                               prepared_.plan.samples_per_pixel);
   if (!counters.stopped || stop_->cause() == PixelStop::kTimeLimit) finish(counters);
 }
 
@@ -118,11 +118,11 @@ void ViewFrame::render_region() {
   render_stage(Stage::kRegion, region_, "bisection", region, kRegionSamples);
 }
 
-FrameCounters ViewFrame::render_stage(Stage stage, std::optional<RenderJob>& job,
-                                      const std::string& name, const Rect& crop,
-                                      uint32_t samples_per_pixel) {
+RenderCounters ViewFrame::render_stage(Stage stage, std::optional<RenderJob>& job,
+                                       const std::string& name, const Rect& crop,
+                                       uint32_t samples_per_pixel) {
   const bool main = stage == Stage::kMain;
-  const FramePlan& plan = prepared_.plan;
+  const RenderPlan& plan = prepared_.plan;
   stage_ = stage;
   stage_name_ = name;
   DriverSettings settings = plan.driver_settings;
@@ -174,7 +174,7 @@ bool ViewFrame::complete() const {
   return counts && progress_.completion >= 1.0;
 }
 
-void ViewFrame::finish(const FrameCounters& counters) {
+void ViewFrame::finish(const RenderCounters& counters) {
   if (counters.stopped && !bucket_picture_) main_->end(stop_->cause());
   finished_ = true;
   if (!first_) {  // else the time was over before this driver had every pixel
@@ -187,7 +187,7 @@ void ViewFrame::finish(const FrameCounters& counters) {
 
 double ViewFrame::seconds() const { return to_seconds(ViewClock::now() - started_ - waited_); }
 
-void ViewFrame::picture_changed(const FrameProgress& progress, const FramePicture& picture) {
+void ViewFrame::picture_changed(const JobProgress& progress, const LivePicture& picture) {
   const bool as_good = stage_ != Stage::kMain || !first_ || progress.completion >= 1.0;
   bool shown_now = false;
   if (as_good) {

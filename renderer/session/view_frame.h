@@ -55,7 +55,7 @@ struct FilmCopy {
   RenderOptions options;        // that it was rendered by
 };
 
-class ViewFrame final : private FrameObserver {
+class ViewFrame final : private RenderSink {
  public:
   // Called at a pause of the driver, while the frame stands still: may read the frame, and may
   // wait. `shown`: whether the newest picture is of this very moment.
@@ -95,19 +95,19 @@ class ViewFrame final : private FrameObserver {
 
   void tile_begun(const Rect& pixels) override;
   void tile_finished(const FilmTile& tile) override;
-  void picture_changed(const FrameProgress& progress, const FramePicture& picture) override;
+  void picture_changed(const JobProgress& progress, const LivePicture& picture) override;
   bool picture_wanted() const override;
   std::optional<uint64_t> picture_wanted_at() const override;
   PixelStop stop_cause() const override { return stop_->cause(); }
 
   void render_region();
-  FrameCounters render_stage(Stage stage, std::optional<RenderJob>& job, const std::string& name,
-                             const Rect& crop, uint32_t samples_per_pixel);
+  RenderCounters render_stage(Stage stage, std::optional<RenderJob>& job, const std::string& name,
+                              const Rect& crop, uint32_t samples_per_pixel);
   void begin_buckets();
   void reserve(const Rect& pixels, uint64_t bytes_per_pixel);
   bool first_is_enough() const;
   bool complete() const;
-  void finish(const FrameCounters& counters);
+  void finish(const RenderCounters& counters);
   void look_at_buckets();
   void buckets_changed();
   bool time_is_over(double now_s) const;
@@ -144,10 +144,10 @@ class ViewFrame final : private FrameObserver {
   std::optional<BucketPicture> bucket_picture_;
   MemoryReservation memory_;  // of films and pictures
   // What is shown and looked at, from which driver, and how far that is.
-  const FramePicture* readable_ = nullptr;
+  const LivePicture* readable_ = nullptr;
   RenderJob* shown_render_ = nullptr;
   std::string shown_name_;
-  FrameProgress progress_;
+  JobProgress progress_;
   bool finished_ = false;
   std::shared_ptr<const LightGroups> groups_;
   std::optional<LightMix> mix_;

@@ -324,7 +324,7 @@ void ViewRenderer::render(RenderRequest request) {
     stop = stop_;
   }
   arena_->execute([&] {
-    if (request.scene->stands_otherwise(request.edits)) {
+    if (request.scene->needs_repose(request.edits)) {
       request.scene->pose(request.edits);
       frame_.reset();  // of the scene that was
     }

@@ -59,7 +59,7 @@ struct Measured {
   std::array<double, kErrors> error{};
   double bias = 0;  // signed, of the frame's sum
   double cpu = 0, calibration = 0;
-  FrameCounters counters;
+  RenderCounters counters;
 };
 
 Measured measure(const Floats& x, const Reference& r) {

@@ -19,7 +19,7 @@ enum Error : int { kMse, kRelMse, kDisplay, kErrors };
 inline constexpr const char* kErrorNames[] = {"mse", "relmse", "display"};
 
 // Keeps a frame's channels, interleaved.
-class ImageObserver final : public FrameObserver {
+class ImageObserver final : public RenderSink {
  public:
   ImageObserver(const BenchFrame& frame, const AovSet& aovs)
       : width_(frame.width()), channels_(film_channels(aovs).size()) {

@@ -11,9 +11,9 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/names.h"
 #include "renderer/core/option_values.h"
-#include "renderer/engine/frame_plan.h"
 #include "renderer/engine/frame_scene.h"
 #include "renderer/engine/render_job.h"
+#include "renderer/engine/render_plan.h"
 #include "renderer/engine/setting_table.h"
 #include "renderer/scene/build_scene.h"
 #include "support/load_scene.h"
@@ -22,7 +22,7 @@ namespace emberline::bench {
 namespace {
 
 // Drops the tiles; notes when the first samples were done.
-class NullObserver final : public FrameObserver {
+class NullObserver final : public RenderSink {
  public:
   void tile_finished(const FilmTile& /*tile*/) override {}
   void samples_finished(uint64_t /*count*/) override {
@@ -112,7 +112,7 @@ FrameRun BenchFrame::run(int threads, uint32_t spp) const {
   return result;
 }
 
-FrameRun BenchFrame::run(int threads, const FrameSampling& s, FrameObserver& observer,
+FrameRun BenchFrame::run(int threads, const FrameSampling& s, RenderSink& observer,
                          const std::stop_token& stop,
                          const std::function<void(const RenderJob&)>& look) const {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
@@ -121,7 +121,7 @@ FrameRun BenchFrame::run(int threads, const FrameSampling& s, FrameObserver& obs
   settings.spp = s.spp;
   settings.seed = s.seed;
   settings.streams = int(s.streams);
-  FramePlan plan(settings);
+  RenderPlan plan(settings);
   plan.aovs = s.aovs;
   plan.even = s.driver != "adaptive";
   plan.driver_settings.adaptive = s.adaptive;

@@ -34,7 +34,7 @@ struct FrameRun {
   double returned = 0;        // when: wall_clock() at the end of wall_s
   double cpu_s = 0;           // of the whole process
   double first_sample_s = 0;  // until the first progress report: one worker's first 2048 samples
-  FrameCounters counters;
+  RenderCounters counters;
   std::optional<double> error_estimate;  // the driver's own
 };
 
@@ -60,7 +60,7 @@ class BenchFrame {
   FrameRun run(int threads, uint32_t spp) const;
   // Renders into `observer`. Times are of the driver's render(), not of its deliver(). `look`, if
   // given, sees what the driver has kept.
-  FrameRun run(int threads, const FrameSampling& sampling, FrameObserver& observer,
+  FrameRun run(int threads, const FrameSampling& sampling, RenderSink& observer,
                const std::stop_token& stop = {},
                const std::function<void(const RenderJob&)>& look = {}) const;
 

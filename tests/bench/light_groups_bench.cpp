@@ -32,7 +32,7 @@ struct Options {
   int repetitions = 9;
 };
 
-class Nobody final : public FrameObserver {
+class Nobody final : public RenderSink {
   void tile_finished(const FilmTile& /*tile*/) override {}
 };
 

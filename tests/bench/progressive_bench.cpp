@@ -30,13 +30,13 @@ struct Options {
 };
 
 // Resolves the picture at some moments, as a window would, and takes the time of it.
-class Onlooker final : public FrameObserver {
+class Onlooker final : public RenderSink {
  public:
   explicit Onlooker(uint64_t pixels) : rgba_(4 * pixels) {
     std::ranges::fill(rgba_, 1.0f);  // a window has its memory when it asks for a picture
   }
   void tile_finished(const FilmTile& /*tile*/) override {}
-  void picture_changed(const FrameProgress& progress, const FramePicture& picture) override {
+  void picture_changed(const JobProgress& progress, const LivePicture& picture) override {
     if (next_ == kMoments || progress.completion < kCompletions[next_]) return;
     const double before = wall_clock(), cpu_before = process_cpu();
     picture.resolve(rgba_);
@@ -65,10 +65,10 @@ class Onlooker final : public FrameObserver {
   double shown_s_[kMoments] = {}, resolve_s_[kMoments] = {}, resolve_cpu_s_[kMoments] = {};
 };
 
-class Nobody final : public FrameObserver {
+class Nobody final : public RenderSink {
  public:
   void tile_finished(const FilmTile& /*tile*/) override {}
-  void picture_changed(const FrameProgress& /*now*/, const FramePicture& /*picture*/) override {
+  void picture_changed(const JobProgress& /*now*/, const LivePicture& /*picture*/) override {
     ++pauses_;
   }
   int pauses() const { return pauses_; }

@@ -214,7 +214,7 @@ void measure_wakes(const Options& /*options*/, SessionOwner& /*owner*/) {
   line("a sleeping thread wakes up too late by", late);
 }
 
-class Nobody final : public FrameObserver {
+class Nobody final : public RenderSink {
   void tile_finished(const FilmTile& /*tile*/) override {}
 };
 

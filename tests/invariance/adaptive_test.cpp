@@ -100,7 +100,7 @@ TEST_P(AdaptiveFrame, ReplayedFromTheSamplesChannel) {
   const RenderSettings s = settings();
   const RenderedImage image = render(*scene_, busy_view(), s);
   const Camera camera(busy_view(), s.width, s.height, scene_->origin(), scene_->scale());
-  const FramePlan plan = plan_of(s);
+  const RenderPlan plan = plan_of(s);
   const Frame frame = plan.frame(*scene_, camera);
   RenderWorker worker(frame);
   for (int y = 3; y < s.height; y += 11) {
@@ -186,10 +186,10 @@ TEST(NestedFrame, ThePictureIsTheSameWithItsVariance) {
 }
 
 RenderedImage stop_after(const Scene& scene, const RenderSettings& s, uint64_t samples,
-                         FrameProgress* progress = nullptr) {
+                         JobProgress* progress = nullptr) {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(s.threads));
   const Camera camera(busy_view(), s.width, s.height, scene.origin(), scene.scale());
-  FramePlan plan = plan_of(s);
+  RenderPlan plan = plan_of(s);
   plan.crop = {3, 2, s.width - 4, s.height};
   const Frame frame = plan.frame(scene, camera);
   RenderedImage image = blank_image(plan);
@@ -207,7 +207,7 @@ RenderedImage stop_after(const Scene& scene, const RenderSettings& s, uint64_t s
 
 TEST_P(AdaptiveFrame, StoppedAtAnyMomentThePictureIsCompleteAndTheCountsTrue) {
   RenderSettings s = settings();
-  FrameProgress progress;
+  JobProgress progress;
   const RenderedImage whole = stop_after(*scene_, s, uint64_t(1) << 40, &progress);
   EXPECT_FALSE(whole.counters.stopped);
   EXPECT_EQ(progress.samples, whole.counters.samples);
@@ -272,7 +272,7 @@ class SometimesNan final : public Integrator {
   }
 };
 
-class Nobody final : public FrameObserver {
+class Nobody final : public RenderSink {
   void tile_finished(const FilmTile& /*tile*/) override {}
 };
 
@@ -283,13 +283,13 @@ TEST(AdaptiveUnbiased, ALaterRoundsNanIsReplayedFromItsSeed) {
   RenderSettings s = settings_for(find_estimator(kDefaultEstimator));
   s.adaptive.unbiased = true;
   const Camera camera(busy_view(), s.width, s.height, scene->origin(), scene->scale());
-  FramePlan plan = plan_of(s);
+  RenderPlan plan = plan_of(s);
   plan.integrator = std::make_unique<SometimesNan>();
   const Frame frame = plan.frame(*scene, camera);
   Nobody nobody;
-  const FrameCounters counters = RenderJob(frame, driver_factory("adaptive", plan.driver_settings))
-                                     .render(nobody, {})
-                                     .counters;
+  const RenderCounters counters = RenderJob(frame, driver_factory("adaptive", plan.driver_settings))
+                                      .render(nobody, {})
+                                      .counters;
   ASSERT_FALSE(counters.located.empty());
   size_t of_later_rounds = 0;
   for (const NonFiniteSample& at : counters.located) {

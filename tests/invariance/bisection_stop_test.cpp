@@ -32,7 +32,7 @@ class BisectionStop : public testing::Test {
  protected:
   // Renders until `samples` are done; the image as it is delivered.
   RenderedImage stop_after(uint64_t samples, BisectionAxis axis, int threads, uint32_t spp,
-                           FrameProgress* progress = nullptr) {
+                           JobProgress* progress = nullptr) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
     const Camera camera(perspective({0, 2, 2}, {0, 0, 0}, 40), kWidth, kHeight, scene_->origin(),
                         scene_->scale());
@@ -45,7 +45,7 @@ class BisectionStop : public testing::Test {
     settings.bisection_axis = axis;
     settings.bucket_size = 16;
     settings.aovs = "stop";
-    const FramePlan plan = plan_of(settings);
+    const RenderPlan plan = plan_of(settings);
     const Frame frame = plan.frame(*scene_, camera);
     RenderedImage image = blank_image(plan);
     MemoryObserver memory(image);
@@ -112,7 +112,7 @@ TEST_F(BisectionStop, BeforeTheFirstSample) {
 }
 
 TEST_F(BisectionStop, ProgressEndsWithTheWholeFrame) {
-  FrameProgress progress;
+  JobProgress progress;
   const RenderedImage image = stop_after(uint64_t(1) << 40, BisectionAxis::kRows, 2, 12, &progress);
   EXPECT_EQ(progress.pass, 5);  // 1, 1, 2, 4, 4
   EXPECT_EQ(progress.completion, 1.0);
@@ -147,7 +147,7 @@ TEST_F(BisectionStop, WithinTheLastPass) {
   settings.width = 9;
   settings.height = 7;
   settings.spp = kSpp;
-  FramePlan plan = plan_of(settings);
+  RenderPlan plan = plan_of(settings);
   const auto path = create_integrator("path", {});
   const Camera camera(perspective({0, 2, 2}, {0, 0, 0}, 40), 9, 7, scene_->origin(),
                       scene_->scale());
@@ -161,7 +161,7 @@ TEST_F(BisectionStop, WithinTheLastPass) {
     MemoryObserver observer(image);
     RenderJob job(frame, driver_factory("bisection", {}));
     tbb::task_arena arena(1);
-    FrameCounters counters;
+    RenderCounters counters;
     arena.execute([&] {
       counters = job.render(observer, integrator.token()).counters;
       job.deliver(observer);
@@ -193,9 +193,9 @@ TEST_F(BisectionStop, IsSoonInAHeavyScene) {
   settings.width = settings.height = 256;
   settings.spp = 1 << 16;
   settings.max_depth = 1000;
-  const FramePlan plan = plan_of(settings);
+  const RenderPlan plan = plan_of(settings);
   const Frame frame = plan.frame(*scene_, camera);
-  class Nobody final : public FrameObserver {
+  class Nobody final : public RenderSink {
     void tile_finished(const FilmTile&) override {}
   } nobody;
   using Clock = std::chrono::steady_clock;
@@ -210,7 +210,7 @@ TEST_F(BisectionStop, IsSoonInAHeavyScene) {
       stop.request_stop();
     });
     RenderJob job(frame, driver_factory("bisection", {}));
-    const FrameCounters counters = job.render(nobody, stop.get_token()).counters;
+    const RenderCounters counters = job.render(nobody, stop.get_token()).counters;
     const Clock::time_point returned = Clock::now();
     timer.join();
     EXPECT_TRUE(counters.stopped);

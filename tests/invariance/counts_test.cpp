@@ -119,7 +119,7 @@ TEST_P(Counts, OtherLightsTakeNoRays) {
   const uint64_t asked = intersections + occlusions;
   EXPECT_GT(asked, 0u);
   intersections = occlusions = 0;
-  render(lit.scene.scene(), busy_view(), s, &lit.groups, [&](const FramePicture* picture) {
+  render(lit.scene.scene(), busy_view(), s, &lit.groups, [&](const LivePicture* picture) {
     EXPECT_EQ(intersections + occlusions, asked);
     if (!picture) return;  // nothing is kept
     std::vector<float> rgba(4 * size_t(s.crop.area()));
@@ -157,7 +157,7 @@ TEST(EmptyPixelCounts, TheirCameraRaysAreSavedAlone) {
   s.find_empty_pixels = true;
   const RenderedImage image = counted(*scene, s);
   const Camera camera(busy_view(), s.width, s.height, scene->origin(), scene->scale());
-  const FramePlan plan = plan_of(s);
+  const RenderPlan plan = plan_of(s);
   const Frame frame = plan.frame(*scene, camera);
   ASSERT_TRUE(frame.empty_pixels);
   uint64_t empty = 0;
@@ -172,7 +172,7 @@ TEST(EmptyPixelCounts, TheirCameraRaysAreSavedAlone) {
   EXPECT_EQ(image.counters.rays.total(), all.counters.rays.total());
 }
 
-class Nobody final : public FrameObserver {
+class Nobody final : public RenderSink {
   void tile_finished(const FilmTile& /*tile*/) override {}
 };
 
@@ -182,7 +182,7 @@ TEST(PixelCosts, AreThoseOfThePixelAlone) {
   const auto scene = busy_scene();
   const RenderSettings s = settings_of("adaptive");
   const Camera camera(busy_view(), s.width, s.height, scene->origin(), scene->scale());
-  const FramePlan plan = plan_of(s);
+  const RenderPlan plan = plan_of(s);
   const Frame frame = plan.frame(*scene, camera);
   std::vector<PixelWork> all;
   for (int y = s.crop.y0; y < s.crop.y1; ++y) {

@@ -230,7 +230,7 @@ struct Mattes {
         coverages(size_t(rect.area())) {}
 };
 
-class MatteObserver final : public FrameObserver {
+class MatteObserver final : public RenderSink {
  public:
   explicit MatteObserver(Mattes& mattes) : mattes_(mattes) {}
   void tile_finished(const FilmTile& tile) override {
@@ -313,7 +313,7 @@ RenderSettings matte_settings() {
 Mattes mattes(const MatteScene& of, const RenderSettings& s) {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(s.threads));
   const Camera camera(matte_view(), s.width, s.height, of.scene->origin(), of.scene->scale());
-  FramePlan plan = plan_of(s);
+  RenderPlan plan = plan_of(s);
   const Frame frame = plan.frame(*of.scene, camera, {.cryptomattes = &of.ids});
   Mattes seen(plan.crop);
   MatteObserver observer(seen);
@@ -420,7 +420,7 @@ TEST(Cryptomatte, OfTwoRangesIsThatOfTheWhole) {
     RenderSettings range = s;
     range.driver = "bisection";
     range.spp = end - first;
-    FramePlan plan = plan_of(range);
+    RenderPlan plan = plan_of(range);
     plan.first_sample = first;
     plan.find_empty_pixels = false;
     const Frame frame = plan.frame(*scene.scene, camera, {.cryptomattes = &scene.ids});

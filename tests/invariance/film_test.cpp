@@ -184,7 +184,7 @@ TEST(Film, SumsThatSomebodyElseWroteAreWrittenAsNumbers) {
       .squares = true, .rays = true, .sample_variance = true, .light_groups = 2};
   FilmTile film(aovs, extras);
   film.reset({0, 0, 2, 1});
-  const SeenSurface seen = {Rgb(0.5f), Vec3f(0.0f, 0.0f, 1.0f), 1.0f, 1.0f};
+  const DenoiserFeatures seen = {Rgb(0.5f), Vec3f(0.0f, 0.0f, 1.0f), 1.0f, 1.0f};
   for (int i = 0; i < 4; ++i) film.add(0, 0, i & 1, 1.0f, moving(true, 1, 2), &seen);
   std::vector<std::byte> state;
   Archive saving(state);
@@ -254,10 +254,10 @@ TEST(Film, StoppedFrameHasTrueCounts) {
   RenderSettings settings;
   settings.width = settings.height = 64;
   settings.spp = 1 << 23;  // of one empty pixel more than 30 ms
-  const FramePlan plan = plan_of(settings);
+  const RenderPlan plan = plan_of(settings);
   const Frame frame = plan.frame(*scene, camera);
 
-  class Stopper final : public FrameObserver {
+  class Stopper final : public RenderSink {
    public:
     explicit Stopper(std::stop_source stop) : stop_(std::move(stop)) {}
     void tile_finished(const FilmTile& tile) override {
@@ -277,7 +277,7 @@ TEST(Film, StoppedFrameHasTrueCounts) {
     stop.request_stop();
   });
   Stopper observer(stop);
-  const FrameCounters counters =
+  const RenderCounters counters =
       RenderJob(frame, driver_factory("bucket", {16, BucketOrder::kScanline}))
           .render(observer, stop.get_token())
           .counters;

@@ -89,10 +89,10 @@ TEST(LightGroupFilm, ABadSampleIsBlackInAllGroups) {
   const Camera camera(lit_view(), 8, 8, scene.origin(), scene.scale());
   RenderSettings settings;
   settings.width = settings.height = 8;
-  FramePlan plan = plan_of(settings);
+  RenderPlan plan = plan_of(settings);
   plan.integrator = std::make_unique<Faulty>();
   const Frame frame = plan.frame(scene, camera, {.light_groups = &lit.groups});
-  class Look final : public FrameObserver {
+  class Look final : public RenderSink {
     void tile_finished(const FilmTile& tile) override {
       EXPECT_EQ(tile.non_finite(3, 3), 4u);
       const size_t i = tile.rect().index_of(3, 3);

@@ -78,7 +78,7 @@ TEST(LightGroups, OfDarknessAreNone) {
   s.driver = "bisection";
   std::vector<float> rgba(4 * size_t(s.width * s.height), 1.0f);
   const RenderedImage image =
-      render(dark.scene.scene(), lit_view(), s, &dark.groups, [&](const FramePicture* picture) {
+      render(dark.scene.scene(), lit_view(), s, &dark.groups, [&](const LivePicture* picture) {
         const std::optional<LightMix> mix = dark.groups.mix({});
         ASSERT_TRUE(mix);
         picture->resolve(rgba, &*mix);
@@ -224,7 +224,7 @@ TEST_P(Groups, MixedAreAFrameOfEditedLights) {
     std::vector<float> rgba(4 * size_t(s.width * s.height));
     const RenderedImage unmixed =
         render(lit_.scene.scene(), GetParam().view(), s, &lit_.groups,
-               [&](const FramePicture* picture) { picture->resolve(rgba, &*mix); });
+               [&](const LivePicture* picture) { picture->resolve(rgba, &*mix); });
     RenderSettings other = s;
     other.seed = 78;
     const RenderedImage expected = render(fresh.scene(), GetParam().view(), other);
@@ -401,7 +401,7 @@ TEST(LightGroups, ANeutralBaselineGivesAllLightsBack) {
 
 // Looks at every picture of a frame under way: with all weights 1 it is the unmixed one, with all
 // weights 2 twice as bright, and as complete.
-class Onlooker final : public FrameObserver {
+class Onlooker final : public RenderSink {
  public:
   Onlooker(int groups, const Rect& crop)
       : same_(std::vector<Rgb>(size_t(groups), Rgb(1.0f))),
@@ -409,7 +409,7 @@ class Onlooker final : public FrameObserver {
         plain_(4 * size_t(crop.area())),
         mixed_(plain_) {}
   void tile_finished(const FilmTile&) override {}
-  void picture_changed(const FrameProgress& progress, const FramePicture& picture) override {
+  void picture_changed(const JobProgress& progress, const LivePicture& picture) override {
     ++pictures;
     picture.resolve(plain_);
     picture.resolve(mixed_, &same_);
@@ -438,7 +438,7 @@ TEST(LightGroups, MixIncompletePictures) {
   s.crop = {3, 2, s.width, s.height};
   s.spp = 4;
   s.max_depth = 3;
-  const FramePlan plan = plan_of(s);
+  const RenderPlan plan = plan_of(s);
   const Frame frame = plan.frame(scene, camera, {.light_groups = &lit.groups});
   for (const char* name : {"bisection", "adaptive"}) {
     for (const Reconstruction reconstruction :

@@ -177,7 +177,7 @@ TEST_F(Memory, TexturesAndEnvironment) {
 
 // Passes on to FrameOutputs and looks at the process each time a tile is in. One tile at a time,
 // so that no other is just being compressed: what that takes is not the film's.
-class MeasuredOutputs final : public FrameObserver {
+class MeasuredOutputs final : public RenderSink {
  public:
   explicit MeasuredOutputs(FrameOutputs& outputs) : outputs_(outputs) {}
   void tile_finished(const FilmTile& tile) override {
@@ -208,7 +208,7 @@ TEST_F(Memory, FilmOfLargeTilesAndAPicture) {
   frame_settings.spp = 1;
   frame_settings.max_depth = 0;
   frame_settings.filter = "box";
-  const FramePlan plan(frame_settings);
+  const RenderPlan plan(frame_settings);
   const Frame frame = plan.frame(*scene, camera);
   image_library();  // which is no part of a film
   const double before = ProcessMemory::now().resident;

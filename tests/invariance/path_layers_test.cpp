@@ -259,14 +259,14 @@ TEST(PathLayers, CountReflections) {
 }
 
 // Every picture of a frame under way: the layers are as complete as it is.
-class Onlooker final : public FrameObserver {
+class Onlooker final : public RenderSink {
  public:
   explicit Onlooker(const Rect& crop)
       : all_(std::vector<Rgb>(kPathLayers, Rgb(1.0f)), LightMix::Of::kPaths),
         plain_(4 * size_t(crop.area())),
         sum_(plain_) {}
   void tile_finished(const FilmTile&) override {}
-  void picture_changed(const FrameProgress& progress, const FramePicture& picture) override {
+  void picture_changed(const JobProgress& progress, const LivePicture& picture) override {
     ++pictures;
     picture.resolve(plain_);
     picture.resolve(sum_, &all_);
@@ -288,7 +288,7 @@ TEST(PathLayers, AddUpInIncompletePictures) {
   const Camera camera(lit_view(), s.width, s.height, scene->origin(), scene->scale());
   s.crop = {3, 2, s.width, s.height};
   s.spp = 4;
-  const FramePlan plan = plan_of(s);
+  const RenderPlan plan = plan_of(s);
   const Frame frame = plan.frame(*scene, camera);
   for (const char* name : {"bisection", "adaptive"}) {
     for (const Reconstruction reconstruction :

@@ -158,7 +158,7 @@ TEST_P(SameSamples, ReplayedAlone) {
     RenderSettings s = base_settings(GetParam());
     const RenderedImage image = render(*scene, view, s);
     const Camera camera(view, s.width, s.height, scene->origin(), scene->scale());
-    const FramePlan plan = plan_of(s);
+    const RenderPlan plan = plan_of(s);
     const Frame frame = plan.frame(*scene, camera);
     RenderWorker worker(frame);
     for (const auto& [x, y] : {std::pair{3, 4}, std::pair{20, 14}, std::pair{30, 20}}) {
@@ -315,10 +315,10 @@ TEST(FaintLight, BisectionAndBucket) {
 
 // Whoever meets them: those that come first.
 TEST(NonFiniteSamples, TheFirstAreKept) {
-  FrameCounters one, other;
+  RenderCounters one, other;
   for (int i = 99; i >= 0; --i) (i % 3 == 0 ? one : other).locate({i % 10, i / 10, 7, 1});
   one.merge(other);
-  ASSERT_EQ(one.located.size(), FrameCounters::kLocatedLimit);
+  ASSERT_EQ(one.located.size(), RenderCounters::kLocatedLimit);
   for (int i = 0; i < int(one.located.size()); ++i) {
     EXPECT_EQ(one.located[size_t(i)].x + 10 * one.located[size_t(i)].y, i);
   }

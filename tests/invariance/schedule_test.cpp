@@ -104,7 +104,7 @@ class Rounds : public testing::TestWithParam<std::string_view> {
         plan_(plan()) {
     settings_.adaptive.budget = kSamples;
   }
-  static FramePlan plan() {
+  static RenderPlan plan() {
     FrameSettings settings;
     settings.integrator = "normal";
     settings.spp = kSamples;
@@ -112,7 +112,7 @@ class Rounds : public testing::TestWithParam<std::string_view> {
     settings.width = kWidth;
     settings.height = kHeight;
     settings.aovs = "stop";
-    return FramePlan(settings);
+    return RenderPlan(settings);
   }
   Frame frame(const Rect& crop) const {
     Frame frame = plan_.frame(*scene_, camera_);
@@ -124,7 +124,7 @@ class Rounds : public testing::TestWithParam<std::string_view> {
 
   const std::unique_ptr<Scene> scene_ = test::busy_scene();
   const Camera camera_;
-  const FramePlan plan_;
+  const RenderPlan plan_;
   DriverSettings settings_;
 };
 

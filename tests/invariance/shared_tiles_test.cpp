@@ -22,7 +22,7 @@ using namespace test;
 constexpr int kThreads = 3;
 
 // Nobody goes on from its first report before every thread has made one, or a minute has passed.
-class AllTogether : public FrameObserver {
+class AllTogether : public RenderSink {
  public:
   void tile_finished(const FilmTile& tile) override {
     for (const Rect r = tile.rect(); const int y : {r.y0, r.y1 - 1}) {
@@ -65,11 +65,11 @@ class SharedTile : public testing::Test {
     settings_.threads = kThreads;
   }
 
-  FrameCounters render_for(FrameObserver& observer, const std::stop_token& stop = {}) {
+  RenderCounters render_for(RenderSink& observer, const std::stop_token& stop = {}) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, kThreads);
     const Camera camera(busy_view(), settings_.width, settings_.height, scene_->origin(),
                         scene_->scale());
-    const FramePlan plan = plan_of(settings_);
+    const RenderPlan plan = plan_of(settings_);
     const Frame frame = plan.frame(*scene_, camera);
     RenderJob job(frame, driver_factory(settings_.driver, plan.driver_settings));
     tbb::task_arena arena(kThreads);
@@ -82,7 +82,7 @@ class SharedTile : public testing::Test {
 
 TEST_F(SharedTile, IsRenderedByAllThreads) {
   AllTogether observer;
-  const FrameCounters counters = render_for(observer);
+  const RenderCounters counters = render_for(observer);
   EXPECT_EQ(observer.threads(), size_t(kThreads));
   EXPECT_EQ(observer.tiles(), 1);
   EXPECT_EQ(observer.least(), settings_.spp);
@@ -140,7 +140,7 @@ TEST_F(SharedTile, StopsSoonAndCountsWhatItHas) {
     void reported(std::unique_lock<std::mutex>&) override { source.request_stop(); }
     std::stop_source source;
   } observer;
-  const FrameCounters counters = render_for(observer, observer.source.get_token());
+  const RenderCounters counters = render_for(observer, observer.source.get_token());
   EXPECT_TRUE(counters.stopped);
   EXPECT_EQ(observer.samples(), counters.samples);
   EXPECT_LT(counters.samples, 37 * 29 * settings_.spp);

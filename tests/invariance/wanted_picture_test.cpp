@@ -18,7 +18,7 @@ struct Wants {
   std::vector<uint64_t> at = {};
 };
 
-class Impatient final : public FrameObserver {
+class Impatient final : public RenderSink {
  public:
   Impatient(RenderedImage& image, const Wants& wants) : memory_(image), wants_(wants) {}
   void tile_finished(const FilmTile& tile) override { memory_.tile_finished(tile); }
@@ -27,7 +27,7 @@ class Impatient final : public FrameObserver {
     if (arrived_.size() == wants_.at.size()) return std::nullopt;
     return wants_.at[arrived_.size()];
   }
-  void picture_changed(const FrameProgress& progress, const FramePicture& /*picture*/) override {
+  void picture_changed(const JobProgress& progress, const LivePicture& /*picture*/) override {
     EXPECT_GE(progress.samples, samples_);
     most_between_ = std::max(most_between_, progress.samples - samples_);
     samples_ = progress.samples;
@@ -61,7 +61,7 @@ class WantedPicture : public testing::TestWithParam<const char*> {
     settings.streams = StreamCount::kTwo;
     settings.driver = GetParam();
     settings.bucket_size = 64;
-    FramePlan plan = plan_of(settings);
+    RenderPlan plan = plan_of(settings);
     plan.even = false;
     RenderedImage image = blank_image(plan);
     const Frame frame = plan.frame(*scene_, camera);

@@ -119,12 +119,12 @@ TEST(Cameras, OnePixelAndLateSamples) {
               {exact, render(*scene, view, s).mean, error, 1e-5 * exact}, replay(s));
 
   const Camera camera(view, 32, 32, scene->origin(), scene->scale());
-  const FramePlan plan = plan_of(many);
+  const RenderPlan plan = plan_of(many);
   const Frame frame = plan.frame(*scene, camera);
   FilmTile tile{AovSet{}};
   tile.reset(plan.crop);
   RenderWorker worker(frame);
-  struct Nobody final : FrameObserver {
+  struct Nobody final : RenderSink {
     void tile_finished(const FilmTile&) override {}
   } nobody;
   std::vector<PixelWork> list;

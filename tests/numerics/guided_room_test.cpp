@@ -54,7 +54,7 @@ double exact_at(const Vec3d& floor) {
 }
 
 LightGuide guide_of(const Scene& scene, const CameraDescription& view, const RenderSettings& s) {
-  const FramePlan plan = plan_of(s);
+  const RenderPlan plan = plan_of(s);
   const Camera camera(view, s.width, s.height, scene.origin(), scene.scale());
   const auto guide = plan.frame(scene, camera).guide;
   return guide ? *guide : LightGuide();

@@ -33,13 +33,13 @@ void MemoryObserver::keep_lights(const FilmTile& tile, int x, int y) {
   }
 }
 
-FramePlan plan_of(const RenderSettings& s) {
+RenderPlan plan_of(const RenderSettings& s) {
   FrameSettings settings = s;
   settings.driver = "bucket";
   settings.spp = s.spp;
   settings.streams = int(s.streams);
   if (!s.crop.empty()) settings.crop = s.crop;
-  FramePlan plan(settings);
+  RenderPlan plan(settings);
   plan.driver = &find_driver(s.driver);
   plan.driver_settings.adaptive = s.adaptive;
   plan.even = s.driver != "adaptive" && s.adaptive.threshold <= 0.0f;
@@ -48,7 +48,7 @@ FramePlan plan_of(const RenderSettings& s) {
   return plan;
 }
 
-RenderedImage blank_image(const FramePlan& plan) {
+RenderedImage blank_image(const RenderPlan& plan) {
   RenderedImage image;
   image.crop = plan.crop;
   for (const FilmChannel& c : film_channels(plan.aovs)) image.channels.push_back(c.name);
@@ -57,12 +57,11 @@ RenderedImage blank_image(const FramePlan& plan) {
 }
 
 RenderedImage render(const Scene& scene, const CameraDescription& view, const RenderSettings& s,
-                     const LightGroups* groups,
-                     const std::function<void(const FramePicture*)>& look,
+                     const LightGroups* groups, const std::function<void(const LivePicture*)>& look,
                      const SurfaceRoles* roles) {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(s.threads));
   const Camera camera(view, s.width, s.height, scene.origin(), scene.scale());
-  const FramePlan plan = plan_of(s);
+  const RenderPlan plan = plan_of(s);
   const Frame frame = plan.frame(scene, camera, {.light_groups = groups, .roles = roles});
   RenderedImage image = blank_image(plan);
   if (groups) {

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "renderer/drivers/driver_table.h"
-#include "renderer/engine/frame_plan.h"
 #include "renderer/engine/render_job.h"
+#include "renderer/engine/render_plan.h"
 #include "renderer/scene/camera.h"
 #include "renderer/scene/light_groups.h"
 #include "renderer/scene/scene.h"
@@ -32,7 +32,7 @@ struct RenderSettings : FrameSettings {
   StreamCount streams = StreamCount::kOne;
   AdaptiveSettings adaptive;      // of the adaptive driver, which looks at no spp; with a threshold
                                   // also of the bucket driver
-  bool find_empty_pixels = true;  // FramePlan's
+  bool find_empty_pixels = true;  // RenderPlan's
   int threads = 2;
 };
 
@@ -41,7 +41,7 @@ struct RenderedImage {
   Rect crop;
   std::vector<std::string> channels;
   std::vector<float> values;
-  FrameCounters counters;
+  RenderCounters counters;
   std::optional<double> error_estimate;  // the driver's own
   int light_groups = 0;
   std::vector<Rgb> lights;  // mean of each light group, by pixel, then by group
@@ -60,7 +60,7 @@ struct RenderedImage {
   double mean = 0, standard_error = 0;
 };
 
-class MemoryObserver final : public FrameObserver {
+class MemoryObserver final : public RenderSink {
  public:
   MemoryObserver(RenderedImage& image) : image_(image) {}
   void tile_finished(const FilmTile& tile) override;
@@ -73,16 +73,16 @@ class MemoryObserver final : public FrameObserver {
 };
 
 // The numbers and names as they are, without the checks that the command makes of them together.
-FramePlan plan_of(const RenderSettings& s);
+RenderPlan plan_of(const RenderSettings& s);
 
 // Black pixels of the plan's frame.
-RenderedImage blank_image(const FramePlan& plan);
+RenderedImage blank_image(const RenderPlan& plan);
 
 // With `groups`, what each light gave is kept apart. `look`, if given, sees the driver's picture in
 // the end; a driver that keeps none has null.
 RenderedImage render(const Scene& scene, const CameraDescription& view, const RenderSettings& s,
                      const LightGroups* groups = nullptr,
-                     const std::function<void(const FramePicture*)>& look = {},
+                     const std::function<void(const LivePicture*)>& look = {},
                      const SurfaceRoles* roles = nullptr);
 
 // Where both have pixels, these have the same bits in every channel.

@@ -15,7 +15,7 @@ namespace emberline::test {
 
 // Requests a stop once so many samples are done, looks at every picture on the way, and keeps what
 // is delivered in `image`.
-class StopAfter final : public FrameObserver {
+class StopAfter final : public RenderSink {
  public:
   // With `bright`, no value of any picture may be 0.
   StopAfter(MemoryObserver& image, uint64_t samples, const Rect& crop, bool bright)
@@ -25,7 +25,7 @@ class StopAfter final : public FrameObserver {
   void samples_finished(uint64_t count) override {
     if ((done_ += count) >= samples_) stop_.request_stop();
   }
-  void picture_changed(const FrameProgress& progress, const FramePicture& picture) override {
+  void picture_changed(const JobProgress& progress, const LivePicture& picture) override {
     EXPECT_GE(progress.samples, last_.samples);
     EXPECT_GE(progress.completion, last_.completion);
     EXPECT_GE(progress.pass, last_.pass);
@@ -43,7 +43,7 @@ class StopAfter final : public FrameObserver {
   PixelStop stop_cause() const override { return PixelStop::kTimeLimit; }
 
   std::stop_token token() const { return stop_.get_token(); }
-  const FrameProgress& last() const { return last_; }
+  const JobProgress& last() const { return last_; }
   int pictures() const { return pictures_; }
 
  private:
@@ -53,7 +53,7 @@ class StopAfter final : public FrameObserver {
   std::vector<float> rgba_;
   std::atomic<uint64_t> done_{0};
   std::stop_source stop_;
-  FrameProgress last_;
+  JobProgress last_;
   int pictures_ = 0;
 };
 

@@ -37,7 +37,7 @@ class SyntheticFrame {
 
   // Adds samples in index order, streams in blocks of eight (samplers/sampler.h).
   void bring_to(std::span<const uint32_t> targets) {
-    const SeenSurface seen = {Rgb(kAlbedo), Vec3f(0.0f, 0.0f, 1.0f), kNearness, 1.0f};
+    const DenoiserFeatures seen = {Rgb(kAlbedo), Vec3f(0.0f, 0.0f, 1.0f), kNearness, 1.0f};
     for (size_t i = 0; i < have_.size(); ++i) {
       const int x = int(i % size_t(width_)), y = int(i / size_t(width_));
       for (; have_[i] < targets[i]; ++have_[i]) {

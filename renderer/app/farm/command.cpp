@@ -117,7 +117,7 @@ void check_places(const FarmFolder& folder) {
 void check_frame(const RenderOptions& options, uint32_t parts) {
   RenderOptions part = options;
   part.part = FramePart{1, parts};
-  const FramePlan plan(part);
+  const RenderPlan plan(part);
   const size_t buckets =
       bucket_schedule(plan.crop, options.bucket_size, options.bucket_order, plan.seed).size();
   if (parts > buckets) {
@@ -162,7 +162,7 @@ int check_checkpoints(const FarmFolder& folder, const FrameSettings& settings, u
   RenderOptions options;
   static_cast<FrameSettings&>(options) = settings;
   options.part = FramePart{1, parts};
-  const FramePlan plan(options);
+  const RenderPlan plan(options);
   LoadProgress progress({}, {}, limits_of(options.limits, options.scene));
   const nlohmann::json head =
       checkpoint_head(options, plan, {}, input_fingerprints(options, progress));

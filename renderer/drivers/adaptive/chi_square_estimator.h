@@ -10,8 +10,8 @@
 //
 // Faults, kept: a pixel decides on its own samples alone, and stops the sooner the luckier they
 // were, so that rare light is lost (Kirk & Arvo 1991, "Unbiased Sampling Techniques for Image
-// Synthesis"; how much, tests/unit/error_estimator_statistics_test.cpp). Stratified samples, whose
-// mean is better than their variance says, get more than they need.
+// Synthesis"; how much, tests/unit/drivers/adaptive/error_estimator_statistics_test.cpp).
+// Stratified samples, whose mean is better than their variance says, get more than they need.
 #pragma once
 
 #include "renderer/drivers/adaptive/error_estimator.h"

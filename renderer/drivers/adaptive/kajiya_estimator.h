@@ -10,7 +10,7 @@
 // Fault, kept: the estimate is right on average and has one degree of freedom. 38 % of the pixels
 // are judged at less than half of their true error and 8 % at less than a tenth, so any threshold
 // finishes some pixels that are far from it, and those too where neither stream met the rare light.
-// Measured in tests/unit/error_estimator_statistics_test.cpp.
+// Measured in tests/unit/drivers/adaptive/error_estimator_statistics_test.cpp.
 #pragma once
 
 #include "renderer/drivers/adaptive/error_estimator.h"

@@ -31,7 +31,7 @@ bool any_checkpoint(const StudyResults& results) {
 }
 
 // "1.92 [1.8, 2.05]", and how many runs it is from where some are missing.
-std::string told(const Estimate& e, const StudyResults& results) {
+std::string format_estimate(const Estimate& e, const StudyResults& results) {
   std::string text = readable_number(e.value);
   if (e.low && e.high) {
     // Of one piece where a narrow page breaks the line: the space in it is U+00A0.
@@ -44,7 +44,7 @@ std::string told(const Estimate& e, const StudyResults& results) {
 }
 
 PageCell cell(const std::optional<Estimate>& e, const StudyResults& results) {
-  return e ? PageCell(told(*e, results)) : PageCell("none");
+  return e ? PageCell(format_estimate(*e, results)) : PageCell("none");
 }
 
 // Told apart from 1 by its interval: better above or below.
@@ -53,7 +53,7 @@ PageCell compared_cell(const Estimate& e, const StudyResults& results, bool abov
   Tone tone = Tone::kPlain;
   if (e.low && *e.low > 1) tone = above_is_better ? Tone::kGood : Tone::kBad;
   if (e.high && *e.high < 1) tone = above_is_better ? Tone::kBad : Tone::kGood;
-  return {told(e, results) + more, tone};
+  return {format_estimate(e, results) + more, tone};
 }
 
 // "8 s" or "64 spp".
@@ -248,8 +248,9 @@ void add_errors(HtmlPage& page, const StudyResults& results) {
                             const std::vector<CurvePoint> curve =
                                 study_curve(results, m, study_metric_table()[c].metric);
                             const auto at = std::ranges::find(curve, budget, &CurvePoint::budget);
-                            return at == curve.end() ? PageCell("none")
-                                                     : PageCell(told(at->error, results));
+                            return at == curve.end()
+                                       ? PageCell("none")
+                                       : PageCell(format_estimate(at->error, results));
                           }));
 
   page.heading("Signed bias");

@@ -12,7 +12,7 @@
 #include "renderer/core/option_values.h"
 #include "renderer/core/shortened.h"
 #include "renderer/drivers/driver_table.h"
-#include "renderer/engine/frame_plan.h"
+#include "renderer/engine/render_plan.h"
 
 namespace emberline {
 namespace {
@@ -108,7 +108,7 @@ std::string why_impossible(const PlannedMethod& method, const StudyPlan& plan) {
       const auto samples = plan.by_time ? uint32_t(64) : uint32_t(budget);
       RenderOptions options = frame_options(method, samples, 0);
       options.spp = samples;  // not rounded
-      FramePlan{options};
+      RenderPlan{options};
     }
   } catch (const UsageError& error) {
     return error.what();

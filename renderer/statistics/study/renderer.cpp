@@ -5,10 +5,10 @@
 #include <cmath>
 
 #include "renderer/engine/film_memory.h"
-#include "renderer/engine/frame_plan.h"
 #include "renderer/engine/frame_scene.h"
 #include "renderer/engine/render_clock.h"
 #include "renderer/engine/render_job.h"
+#include "renderer/engine/render_plan.h"
 #include "renderer/output/denoise_pass.h"
 #include "renderer/output/report.h"
 #include "renderer/output/rgb_file.h"
@@ -16,7 +16,7 @@
 namespace emberline {
 namespace {
 
-void warn_of_counters(const RenderOptions& o, const FrameCounters& counters) {
+void warn_of_counters(const RenderOptions& o, const RenderCounters& counters) {
   const std::string estimator = o.estimator.empty() ? "" : " `estimator` " + o.estimator;
   warn_of_non_finite(counters, o.seed,
                      fmt::format("by render with `driver` {}{} `sampler` {} `seed` {}", o.driver,
@@ -25,7 +25,7 @@ void warn_of_counters(const RenderOptions& o, const FrameCounters& counters) {
 }
 
 // Keeps the delivered tiles' channels.
-class TileKeeper : public FrameObserver {
+class TileKeeper : public RenderSink {
  public:
   TileKeeper(const Rect& crop, const AovSet& aovs, const std::function<void(uint64_t)>& on_samples)
       : crop_(crop), on_samples_(on_samples) {
@@ -53,7 +53,7 @@ class ProgressiveKeeper final : public TileKeeper {
                     const std::function<void(uint64_t)>& on_samples)
       : TileKeeper(crop, {}, on_samples), budgets_(budgets), by_time_(by_time), uniform_(uniform) {}
 
-  void picture_changed(const FrameProgress& now, const FramePicture& picture) override {
+  void picture_changed(const JobProgress& now, const LivePicture& picture) override {
     const double wall = clock.seconds(), cpu = clock.cpu_seconds();
     clock.exclude_time([&] {
       claim(now);
@@ -75,7 +75,7 @@ class ProgressiveKeeper final : public TileKeeper {
   }
 
   // The claim about the last round, which a driver makes when it plans the next.
-  void claim(const FrameProgress& now) {
+  void claim(const JobProgress& now) {
     if (!round_ || !now.error_estimate || now.error_estimate == last_estimate_) return;
     round_->estimate = *now.error_estimate;
     claims.push_back(std::move(*round_));
@@ -92,7 +92,7 @@ class ProgressiveKeeper final : public TileKeeper {
   // render_progressive() keeps.
   size_t here() const { return by_time_ && uniform_ ? budgets_.size() : budgets_.size() - 1; }
 
-  void keep(const FrameProgress& now, const FramePicture& picture, double wall, double cpu) {
+  void keep(const JobProgress& now, const LivePicture& picture, double wall, double cpu) {
     while (pictures.size() < here()) {
       const double budget = budgets_[pictures.size()];
       const double spent_so_far = by_time_ ? wall : double(now.samples) / double(crop_.area());
@@ -100,12 +100,12 @@ class ProgressiveKeeper final : public TileKeeper {
       pictures.push_back({budget, now.samples, wall, cpu, std::nullopt, with_counts(picture)});
     }
   }
-  std::vector<float> rgba(const FramePicture& picture) const {
+  std::vector<float> rgba(const LivePicture& picture) const {
     std::vector<float> values(4 * size_t(crop_.area()));
     picture.resolve(values);
     return values;
   }
-  std::vector<float> with_counts(const FramePicture& picture) const {
+  std::vector<float> with_counts(const LivePicture& picture) const {
     const std::vector<float> colours = rgba(picture);
     std::vector<float> values;
     values.reserve(colours.size() / 4 * 5);
@@ -129,7 +129,7 @@ StudyRenderer::StudyRenderer(const RenderOptions& frame, const LoadLimits& limit
                              FileRegister& files)
     : crop_(crop_of(frame)) {
   LoadProgress progress({}, {}, limits);
-  ReadScene read(frame, {}, {.build = FramePlan(frame).build}, progress);
+  ReadScene read(frame, {}, {.build = RenderPlan(frame).build}, progress);
   files.read(read.description().files, "the scene reads");
   const CameraDescription camera = choose_camera(frame, read.description());
   scene_ = std::move(read).build(progress);
@@ -141,18 +141,18 @@ uint64_t StudyRenderer::frame_bytes(const RenderOptions& options, size_t budgets
   const std::vector<std::string> channels = film_channel_names(aovs);
   const uint64_t floats = channels.size() + budgets * kStudyPictureChannels;
   const uint64_t filter = denoises(options) ? denoise_bytes(crop_, kStudyTile, channels) : 0;
-  return filter + bytes_of(pixels(), kept_bytes_per_pixel(FramePlan(options).drivers(), aovs) +
+  return filter + bytes_of(pixels(), kept_bytes_per_pixel(RenderPlan(options).drivers(), aovs) +
                                          floats * sizeof(float));
 }
 
 std::optional<StudyPicture> StudyRenderer::render(const RenderOptions& options, const AovSet& aovs,
                                                   const std::stop_token& stop) const {
-  const FramePlan plan(options, {.aovs = aovs});
+  const RenderPlan plan(options, {.aovs = aovs});
   TileKeeper keeper(crop_, aovs, on_samples_);
   StudyPicture picture;
   const RenderClock clock;
   const std::unique_ptr<RenderJob> job = plan.prepare(*scene_, camera_, stop);
-  const FrameCounters counters = job->render(keeper, stop).counters;
+  const RenderCounters counters = job->render(keeper, stop).counters;
   picture.wall_s = clock.seconds();
   picture.cpu_s = clock.cpu_seconds();
   if (counters.stopped) return std::nullopt;
@@ -168,12 +168,12 @@ std::optional<StudyPicture> StudyRenderer::render(const RenderOptions& options, 
 ProgressiveFrame StudyRenderer::render_progressive(const RenderOptions& options,
                                                    std::span<const double> budgets, bool by_time,
                                                    const std::stop_token& stop) const {
-  const FramePlan plan(options, {.aovs = AovSet()});
+  const RenderPlan plan(options, {.aovs = AovSet()});
   ProgressiveKeeper keeper(crop_, budgets, by_time, plan.even, on_samples_);
   const std::stop_callback pass_on(stop, [&] { keeper.spent.request_stop(); });
   keeper.clock = RenderClock();
   const std::unique_ptr<RenderJob> job = plan.prepare(*scene_, camera_, stop);
-  const FrameCounters counters = job->render(keeper, keeper.spent.get_token()).counters;
+  const RenderCounters counters = job->render(keeper, keeper.spent.get_token()).counters;
   const double wall = keeper.clock.seconds(), cpu = keeper.clock.cpu_seconds();
   ProgressiveFrame result;
   result.stopped = stop.stop_requested();

@@ -10,7 +10,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/core/readable.h"
-#include "renderer/engine/frame_plan.h"
+#include "renderer/engine/render_plan.h"
 #include "renderer/output/frame_memory.h"
 #include "renderer/output/report.h"
 #include "renderer/output/rgb_file.h"

@@ -1,0 +1,400 @@
+#include "renderer/app/command_frame.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "io/files/atomic_file.h"
+#include "renderer/app/frame_watcher.h"
+#include "renderer/app/replay.h"
+#include "renderer/app/standard_output.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/log.h"
+#include "renderer/core/readable.h"
+#include "renderer/core/version.h"
+#include "renderer/engine/film_memory.h"
+#include "renderer/engine/frame_scene.h"
+#include "renderer/engine/setting_table.h"
+#include "renderer/engine/slurm_allocation.h"
+#include "renderer/lights/light_guide.h"
+#include "renderer/output/checkpoint_head.h"
+#include "renderer/output/frame_memory.h"
+#include "renderer/output/light_layers.h"
+#include "renderer/output/refinement_output.h"
+#include "renderer/output/report_page.h"
+
+namespace emberline {
+namespace {
+
+void summarize(const RenderOptions& options, const RenderReport& report,
+               const std::vector<std::string>& written) {
+  const RenderCounters& c = report.counters;
+  const double seconds = report.times.render_s;
+  const uint64_t samples = c.samples - report.earlier_samples;
+  const double share = c.samples > 0 ? double(samples) / double(c.samples) : 1.0;
+  const auto millions_a_second = [&](double count) {
+    return seconds > 0 ? count / seconds * 1e-6 : 0.0;
+  };
+  log_info(fmt::format("{} {} samples in {} ({:.2f} M samples/s, {:.2f} M rays/s), {:.0f} MiB",
+                       c.stopped ? "stopped after" : "rendered", samples, readable_seconds(seconds),
+                       millions_a_second(double(samples)),
+                       millions_a_second(share * double(c.rays.total())),
+                       double(peak_rss_bytes()) / 1048576));
+  if (samples < c.samples) {
+    log_info(fmt::format("went on from {} samples of the checkpoint", c.samples - samples));
+  }
+  if (c.clamped.clamps()) {
+    log_info(fmt::format("--clamp-indirect took {:.3g} % of the light", 100.0 * c.clamped.share()));
+  }
+  if (report.denoise) log_info(describe(*report.denoise));
+  for (const std::string& path : written) log_info("wrote " + path);
+  const auto snapshots = std::ranges::count_if(
+      report.snapshots, [](const SnapshotReport& snapshot) { return !snapshot.file.empty(); });
+  if (snapshots > 0)
+    log_info(fmt::format("wrote {} snapshots to {}", snapshots, options.snapshots));
+  for (const std::string& feature : report.features) log_verbose("built: " + feature);
+}
+
+PrepareOptions prepare_options(const RenderOptions& options, const AovSet& aovs) {
+  return {.aovs = aovs,
+          .explained = options.explained,
+          .keep_tree = !options.trees.empty(),
+          .extending = !options.extended.empty()};
+}
+
+}  // namespace
+
+CommandFrame::CommandFrame(RenderRun& run, const RenderOptions& options)
+    : run_(run),
+      options_(options),
+      output_settings_(output_settings(options, crop_of(options))),
+      plan_(options, prepare_options(options, output_settings_.aovs)),
+      progress_({}, {}, run.limits),
+      memory_(run.limits.memory, MemoryPart::kFilm) {
+  if (run.first) report_.times.start_s = run.process_s;
+  check_output_paths(options, plan_.crop, files_);
+  run_.begin();
+  if (!options.replay) open_outputs();
+  report_.crop = plan_.crop;
+  report_.threads = run_.workers->count();
+  report_.times.setup_s = run_.wall.seconds();
+}
+
+void CommandFrame::reserve(uint64_t bytes) { reserve_frame(bytes, plan_.crop, memory_); }
+
+void CommandFrame::open_outputs() {
+  reserve(frame_bytes(options_, output_settings_, plan_));
+  reserve_bucket_lists(options_, output_settings_, memory_);
+  reserve_tiles(tile_bytes_per_pixel(plan_.drivers(), plan_.aovs),
+                tile_channels(output_settings_, {}), output_settings_, run_.workers->count(),
+                memory_);
+  if (!options_.save_settings.empty()) check_writable(options_.save_settings);
+  for (const std::string& path : options_.reports) check_writable(path);
+  if (std::ranges::any_of(options_.reports, is_page)) {
+    pictures_.emplace(options_, plan_.crop, output_settings_.aovs);
+  }
+  for (const std::string& path : options_.trees) check_writable(path);
+  if (!options_.snapshots.empty()) open_snapshots();
+  OutputSettings settings = output_settings_;
+  if (is_part(options_)) settings.heatmaps.clear();
+  outputs_.emplace(is_part(options_) ? std::vector<std::string>() : options_.outputs, settings,
+                   stop_);
+  const std::string checkpoint = checkpoint_path(options_);
+  if (checkpoint.empty()) return;
+  AtomicFile file(checkpoint);  // throws what the first write would
+  check_checkpoint(checkpoint, options_.resume);
+  if (options_.resume || is_own_checkpoint(options_)) return;
+  nlohmann::json head = checkpoint_head(options_, plan_, {}, {});
+  head.erase("inputs");  // not read yet
+  check_begins_anew(checkpoint, head);
+}
+
+// The reference's memory goes with the frame, and not with the scene.
+void CommandFrame::open_snapshots() {
+  LoadLimits limits = run_.limits;
+  limits.memory = run_.limits.memory->rest();
+  LoadProgress progress({}, {}, limits);
+  snapshots_.emplace(options_, plan_.crop, progress);
+  reference_memory_ = MemoryReservation(run_.limits.memory, MemoryPart::kTextures,
+                                        limits.memory->took(), options_.reference);
+}
+
+void CommandFrame::load() {
+  const Stopwatch load;
+  run_.scene.load(options_, plan_.build, keeps_state(), progress_);
+  run_.scene.register_inputs(files_);
+  if (run_.names) run_.scene.register_inputs(*run_.names);
+  run_.scene_is_read();
+  report_.times.load_s = load.seconds();
+}
+
+void CommandFrame::build() {
+  const Stopwatch build;
+  const bool builds = !run_.scene.is_built();
+  run_.scene.build(progress_);
+  const Scene& scene = run_.scene.scene();
+  camera_ = create_camera(options_, run_.scene.camera(options_), scene);
+  report_.times.build_s = build.seconds();
+  run_.scene.report(report_);
+  if (builds) {
+    check_growth(run_.memory_before, *run_.limits.memory, options_.scene);
+    log_verbose(fmt::format("loaded in {}, built in {}: {} triangles, {} instances",
+                            readable_seconds(report_.times.load_s),
+                            readable_seconds(report_.times.build_s), scene.triangle_count(),
+                            scene.instance_count()));
+  }
+  const SceneParts parts = run_.scene.open().parts();
+  if (parts.light_groups) add_light_groups(*parts.light_groups);
+  if (!camera_.is_panorama()) layers_.camera = camera_matrices(camera_, scene.origin());
+  if (parts.cryptomattes) layers_.cryptomattes = parts.cryptomattes->names();
+  if (outputs_) outputs_->add_scene(layers_);
+  const Stopwatch preparing;
+  job_ = plan_.prepare(run_.scene.open(), camera_, stop_.token());
+  report_.times.build_s += preparing.seconds();
+  const Frame& frame = job_->frame();
+  if (frame.guide) report_.features.push_back(frame.guide->describe());
+}
+
+int CommandFrame::replay() { return run_replay(*job_, *options_.replay); }
+
+void CommandFrame::add_light_groups(const LightGroups& groups) {
+  report_.features.push_back(describe(groups));
+  layers_.lights = report_.light_layers = light_layer_names(groups.list());
+  reserve(light_group_bytes(options_, output_settings_, plan_, layers_.lights));
+  const uint64_t films = plan_.aovs.contains(Aov::kDenoising) ? 2 : 1;  // of all samples, of a half
+  reserve_tiles(films * LightGroupSums::bytes_per_pixel(layers_.lights.size()),
+                light_channel_names(layers_.lights, plan_.aovs).size(), output_settings_,
+                run_.workers->count(), memory_);
+}
+
+void CommandFrame::note_picture(const JobProgress& now, const LivePicture& picture) {
+  const double elapsed = clock_->seconds();
+  std::vector<PassReport>& passes = report_.passes;
+  // A driver looks at a finished pass when it plans the next one: what it estimates now is the
+  // error of the picture at the end of the last pass.
+  if (!passes.empty()) passes.back().error_estimate = now.error_estimate;
+  if (now.pass_finished) passes.push_back({elapsed, now.samples, std::nullopt});
+  if (snapshots_) clock_->exclude_time([&] { snapshots_->look(now, picture, elapsed); });
+  if (viewer_) viewer_->look(picture, elapsed);
+  if (checkpoint_ && checkpoint_->wanted()) checkpoint_->save(*job_);
+}
+
+void CommandFrame::resume() {
+  const std::string path = checkpoint_path(options_);
+  if (path.empty()) return;
+  run_.scene.check_inputs(options_, progress_);
+  const nlohmann::json head = checkpoint_head(options_, plan_, layers_, run_.scene.inputs());
+  const CheckpointOptions kept = {path,
+                                  job_->by_tiles(),
+                                  options_.resume,
+                                  options_.checkpoint_interval_s,
+                                  is_own_checkpoint(options_),
+                                  options_.extended,
+                                  take_checkpoint_request};
+  checkpoint_.emplace(kept, head);
+  if (options_.resume && options_.extended.empty() && !checkpoint_->goes_on()) {
+    log_info(path + " has nothing to go on with; the frame begins anew");
+  }
+  if (job_->by_tiles()) return job_->keep_tiles(&*checkpoint_);
+  load_state(path);
+}
+
+void CommandFrame::load_state(const std::string& path) {
+  job_->make_resumable();
+  checkpoint_->copies(job_->film_bytes());
+  const auto state = checkpoint_->state(2 * memory_.bytes());
+  const auto finished = state ? std::nullopt : checkpoint_->finished_state(2 * memory_.bytes());
+  try {
+    if (state) job_->load(*state);
+    if (finished) job_->extend(*finished);
+  } catch (const InputError& error) {
+    throw InputError(state ? path : options_.extended, error.what());
+  }
+  report_.earlier_samples = job_->counters().samples;
+}
+
+// A frame that can go on stops in time to be saved. It is not done then: whoever waits for this job
+// must not take it for that.
+std::optional<double> CommandFrame::allotted_seconds() const {
+  if (!options_.resume) return std::nullopt;
+  const std::optional<double> seconds = slurm_seconds_left();
+  if (seconds) {
+    log_verbose("--time-limit " + readable_seconds(*seconds) +
+                ": a minute before SLURM_JOB_END_TIME, with exit code 130");
+  }
+  return seconds;
+}
+
+void CommandFrame::render() {
+  if (run_.place) log_info(run_.place->text());
+  run_.save_settings();
+  if (options_.viewer) viewer_.emplace(options_, plan_.crop, run_.workers->count());
+  report_.display = outputs_->display_description();
+  if (!run_.graceful) run_.graceful.emplace();
+  clock_.emplace();
+  run_.arena->execute([&] {
+    ProgressDisplay progress(
+        uint64_t(double(plan_.crop.area()) * plan_.samples_per_pixel * part_of_frame()), stop_,
+        options_.time_limit_s, allotted_seconds(), run_.place ? run_.place->text() : "");
+    progress.add_earlier(report_.earlier_samples, 0);
+    Watcher watcher(*this, &progress);
+    const ProgressWatch watch(run_.progress_file, progress);
+    result_ = job_->render(watcher, stop_.token());
+    report_.earlier_samples += watcher.earlier_samples();
+  });
+  report_.counters = result_.counters;
+  const bool by_tiles = job_->by_tiles();
+  if (checkpoint_ && !by_tiles && !report_.counters.stopped && keeps_checkpoint(options_)) {
+    job_->end(stop_.cause());
+    checkpoint_->save(*job_);
+  }
+  report_.times.render_s = clock_->seconds();
+  report_.times.snapshots_s = clock_->left_out_seconds();
+  report_.times.render_cpu_s = clock_->cpu_seconds();
+  if (report_.passes.empty() || report_.passes.back().samples < report_.counters.samples) {
+    report_.passes.push_back({report_.times.render_s, report_.counters.samples, std::nullopt});
+  }
+}
+
+// A first signal that comes meanwhile ends it early; one of before has ended the rendering, and the
+// picture that there is is denoised.
+void CommandFrame::denoise() {
+  std::stop_source end;
+  std::optional<std::jthread> watch;
+  if (!stop_signalled()) {
+    watch.emplace([&end](const std::stop_token& over) {
+      std::mutex mutex;
+      std::condition_variable_any wake;
+      std::unique_lock lock(mutex);
+      while (!over.stop_requested() && !stop_signalled()) {
+        wake.wait_for(lock, over, std::chrono::milliseconds(20), [] { return false; });
+      }
+      if (stop_signalled()) end.request_stop();
+    });
+  }
+  run_.arena->execute([&] { report_.denoise = outputs_->finish_spooled(end.get_token()); });
+  half_denoised_ = report_.denoise && report_.denoise->stopped;
+  if (half_denoised_) stop_.request(PixelStop::kUser);
+}
+
+void CommandFrame::write() {
+  const Stopwatch write;
+  outputs_->rendering_ended();
+  Watcher watcher(*this, nullptr);
+  // A picture that is whole does not give way to one that is not.
+  const auto may_write = [&] { return options_.extended.empty() || !unfinished(); };
+  if (may_write()) {
+    run_.arena->execute([&] { job_->deliver(watcher); });
+    denoise();
+  }
+  report_.complete = result_.complete && !half_denoised_;
+  if (may_write()) {
+    outputs_->finish({report_.complete, report_.counters.samples, report_.counters.clamped.share()},
+                     attempts_);
+  }
+  write_refinement(options_, *job_, attempts_);
+  report_.cryptomattes = outputs_->cryptomattes();
+  if (viewer_) viewer_->finish(stop_.cause());
+  report_.estimator = plan_.even ? "none" : std::string(plan_.driver_settings.adaptive.estimator);
+  report_.error_estimate = job_->error_estimate();
+  report_.passes.back().error_estimate = report_.error_estimate;
+  report_.times.write_s = write.seconds();
+  report_.film_bytes = outputs_->film_bytes() + job_->film_bytes() +
+                       (pictures_ ? pictures_->bytes() : 0) + (viewer_ ? viewer_->bytes() : 0);
+  if (!snapshots_) return;
+  const Stopwatch encode;
+  run_.arena->execute([&] { report_.snapshots = snapshots_->write(snapshot_attempts_); });
+  report_.times.snapshots_s += encode.seconds();
+}
+
+std::vector<std::string> CommandFrame::failed_outputs() const {
+  std::vector<std::string> failed = attempts_.failed();
+  failed.insert(failed.end(), snapshot_attempts_.failed().begin(),
+                snapshot_attempts_.failed().end());
+  if (keeps_checkpoint(options_) && !report_.checkpoint.error.empty()) {
+    failed.push_back(report_.checkpoint.file);
+  }
+  return failed;
+}
+
+// It stays where there is something to go on with: a frame that is not done, or not written.
+void CommandFrame::end_checkpoint() {
+  if (!checkpoint_) return;
+  const bool keep = keeps_checkpoint(options_);
+  const bool written = failed_outputs().empty() && !half_denoised_;
+  const bool done = !report_.counters.stopped && written;
+  if (!written && !report_.counters.stopped && !keep && !job_->by_tiles()) {
+    checkpoint_->save(*job_);
+  }
+  report_.checkpoint = checkpoint_->finish(done, !done || keep);
+  if (!report_.checkpoint.error.empty()) {
+    if (keeps_checkpoint(options_)) {
+      log_error(report_.checkpoint.error);
+    } else if (report_.checkpoint.kept) {
+      log_warning(report_.checkpoint.error + "; what is done is not saved");
+    }
+    return;
+  }
+  if (done && is_part(options_)) {
+    log_info(report_.checkpoint.file + " has this part of the frame, for `emberline merge`");
+  }
+  if (done) return;
+  log_info(report_.checkpoint.file + " has what is done; " +
+           (options_.extended.empty() ? "--resume goes" : "the same command goes") + " on with it");
+}
+
+int CommandFrame::exit_code() const {
+  if (!report_.failed_outputs.empty()) return kExitRenderFailed;
+  if (!unfinished()) return kExitDone;
+  // Who goes on with a frame until it is done has to know that it is not. Without that, a time
+  // limit is one way to be done.
+  const bool goes_on = options_.resume || is_part(options_) || half_denoised_;
+  return goes_on || stop_.cause() == PixelStop::kUser ? kExitStopped : kExitDone;
+}
+
+int CommandFrame::report() {
+  end_checkpoint();
+  report_.stop_cause = stop_.cause();
+  report_.failed_outputs = failed_outputs();
+  report_.exit_code = exit_code();
+  report_.times.wall_s = run_.wall.seconds();
+  report_.times.cpu_s = process_cpu_seconds() - run_.cpu_before_s;
+  warn_of_non_finite(report_.counters, options_.seed);
+  warn_of_optics(report_.counters.optics);
+  report_.warnings = warnings_so_far();
+  write_reports();
+  summarize(options_, report_, attempts_.written());
+  if (options_.explained) {
+    print_result(job_->explain(options_.explained->x, options_.explained->y));
+  }
+  return report_.exit_code;
+}
+
+void CommandFrame::write_reports() {
+  for (const std::string& path : options_.reports) {
+    const bool written = attempts_.attempt(path, [&] {
+      write_file_atomically(path, is_page(path) ? report_page(options_, report_, *pictures_)
+                                                : report_json(options_, report_));
+    });
+    if (!written) report_.exit_code = kExitRenderFailed;
+  }
+}
+
+std::optional<RenderReport> render_frame(RenderRun& run, const RenderOptions& options) {
+  CommandFrame frame(run, options);
+  frame.load();
+  frame.build();
+  if (stop_signalled()) return std::nullopt;
+  frame.resume();
+  frame.render();
+  frame.write();
+  frame.report();
+  return frame.result();
+}
+
+}  // namespace emberline

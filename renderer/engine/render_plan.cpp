@@ -1,0 +1,188 @@
+#include "renderer/engine/render_plan.h"
+
+#include <algorithm>
+
+#include "io/exr/writer.h"
+#include "renderer/core/errors.h"
+#include "renderer/drivers/adaptive/error_estimator.h"
+#include "renderer/engine/frame_scene.h"
+#include "renderer/engine/half_layers.h"
+#include "renderer/engine/open_scene.h"
+#include "renderer/engine/setting_rules.h"
+#include "renderer/film/cryptomatte_sums.h"
+#include "renderer/film/path_layers.h"
+#include "renderer/lights/environment_guide.h"
+#include "renderer/lights/light_guide.h"
+#include "renderer/scene/camera_solids.h"
+#include "renderer/scene/empty_pixels.h"
+#include "renderer/scene/light_survey.h"
+
+namespace emberline {
+namespace {
+
+constexpr uint32_t kDefaultSamples = 64;
+// Where a threshold alone is given, a pixel that never meets it ends somewhere.
+constexpr uint32_t kDefaultMostSamples = 4096;
+
+// As many as are asked for, or `least`.
+StreamCount streams_of(const FrameSettings& o, StreamCount least) {
+  if (o.streams) return static_cast<StreamCount>(*o.streams);
+  return aovs_of(o).contains(Aov::kDenoising) ? StreamCount::kTwo : least;
+}
+
+// Of two halves, where a pixel may have no more than so many samples.
+void part_few_samples(uint32_t samples, RenderPlan& plan) {
+  if (!plan.aovs.contains(Aov::kDenoising) || samples >= kLeastStreamSamples) return;
+  plan.half_block = (samples + 1) / 2;
+}
+
+void plan_even(const FrameSettings& o, RenderPlan& plan) {
+  plan.samples_per_pixel = o.spp.value_or(kDefaultSamples);
+  if (o.sample_range) {
+    plan.first_sample = o.sample_range->first;
+    plan.samples_per_pixel = o.sample_range->end - o.sample_range->first;
+  }
+  plan.streams = streams_of(o, StreamCount::kOne);
+  if (!o.sample_range) part_few_samples(plan.samples_per_pixel, plan);
+}
+
+void plan_by_error(const FrameSettings& o, RenderPlan& plan) {
+  const EstimatorEntry& estimator =
+      find_estimator(o.estimator.empty() ? kDefaultEstimator : std::string_view(o.estimator));
+  AdaptiveSettings& a = plan.driver_settings.adaptive;
+  a.estimator = estimator.name;
+  a.allocation = o.allocation.value_or(kDefaultAllocation);
+  plan.streams = streams_of(o, estimator.streams);
+  a.threshold = o.noise_threshold.value_or(0.0f);
+  a.min_samples = o.min_spp.value_or(0);
+  a.max_samples = o.max_spp.value_or(0);
+  a.unbiased = o.unbiased;
+  if (o.spp) {
+    a.budget = *o.spp;
+  } else if (o.unbiased || (a.threshold <= 0.0f && a.max_samples == 0)) {
+    a.budget = kDefaultSamples;
+  } else if (a.max_samples == 0) {
+    a.max_samples = std::max(kDefaultMostSamples, a.min_samples);
+  }
+  plan.samples_per_pixel = a.budget;
+  // An estimator of two streams waits for the second by itself.
+  a.two_halves = plan.streams == StreamCount::kTwo && estimator.streams == StreamCount::kOne;
+  const uint32_t most = a.max_samples > 0 ? a.max_samples : kLeastStreamSamples;
+  part_few_samples(a.budget > 0 ? std::min(a.budget, most) : most, plan);
+}
+
+}  // namespace
+
+RenderPlan::RenderPlan(const FrameSettings& s, const PrepareOptions& options)
+    : driver(&find_driver(s.driver)),
+      width(s.width),
+      height(s.height),
+      crop(crop_of(s)),
+      even(shares_evenly(s)),
+      seed(s.seed),
+      aovs(aovs_of(s)),
+      shutter_frames(is_instant(s) ? 1.0 : s.shutter->close - s.shutter->open),
+      clamp_indirect(s.clamp_indirect.value_or(0.0f)),
+      find_empty_pixels(options.find_empty_pixels),
+      filter(s.filter_radius ? PixelFilter::create(s.filter, *s.filter_radius)
+                             : PixelFilter::create(s.filter)) {
+  check_rules(s);
+  driver_settings.bucket_size = s.bucket_size;
+  driver_settings.bucket_order = s.bucket_order;
+  driver_settings.part = s.part.value_or(FramePart{});
+  driver_settings.bisection_axis = s.bisection_axis;
+  driver_settings.reconstruction = s.reconstruction;
+  driver_settings.cryptomattes = int(parse_cryptomattes(s.cryptomattes).size());
+  driver_settings.cryptomatte_levels = s.cryptomatte_levels;
+  driver_settings.explained = options.explained;
+  driver_settings.keep_tree = options.keep_tree;
+  driver_settings.extending = options.extending;
+  even ? plan_even(s, *this) : plan_by_error(s, *this);
+  integrator = create_integrator(s.integrator, {.max_depth = s.max_depth,
+                                                .transparent = s.transparent,
+                                                .clamp_indirect = clamp_indirect,
+                                                .light_samples = s.light_samples});
+  guides_lights = s.environment_sampling == EnvironmentSampling::kGuided && s.max_depth > 0 &&
+                  find_integrator(s.integrator).tells_lights_apart;
+  build.show_backfaces = s.show_backfaces;
+  build.isa = s.isa;
+  build.unread_uv = find_integrator(s.integrator).shows_uv || aovs.contains(Aov::kUv);
+  sampler = create_sampler(s.sampler, {streams, std::max(1u, samples_per_pixel), width, height});
+  if (options.aovs) aovs = *options.aovs;
+}
+
+namespace {
+
+std::shared_ptr<const LightGuide> guide_by_all_light(const Scene& scene) {
+  const EnvironmentLight* const light = scene.lights().environment();
+  if (!light) return nullptr;
+  auto guide = std::make_shared<EnvironmentGuide>(*light);
+  guide->set_regions(SkyRegions::everywhere());
+  return std::make_shared<LightGuide>(LightGuide{.environment = std::move(guide)});
+}
+
+}  // namespace
+
+std::unique_ptr<RenderJob> RenderPlan::prepare(const OpenScene& scene, const Camera& camera,
+                                               const std::stop_token& stop) const {
+  return std::make_unique<RenderJob>(frame(scene.scene(), camera, scene.parts(), stop), drivers());
+}
+
+Frame RenderPlan::frame(const Scene& scene, const Camera& camera, const SceneParts& parts,
+                        const std::stop_token& stop) const {
+  return {.scene = scene,
+          .camera = camera,
+          .integrator = *integrator,
+          .sampler = *sampler,
+          .filter = filter,
+          .width = width,
+          .height = height,
+          .crop = crop,
+          .first_sample = first_sample,
+          .samples_per_pixel = samples_per_pixel,
+          .seed = seed,
+          .streams = streams,
+          .half_block = half_block,
+          .aovs = aovs,
+          .shutter_frames = shutter_frames,
+          .exact_counts = even,
+          .clamp_indirect = clamp_indirect,
+          .light_groups = parts.light_groups,
+          .cryptomattes = parts.cryptomattes,
+          .roles = parts.roles,
+          .empty_pixels = find_empty_pixels
+                              ? EmptyPixels::find(scene, camera, width, height, filter.radius())
+                              : nullptr,
+          .camera_solids = CameraSolids::find(scene, camera),
+          .guide = guides_lights ? find_light_guide(scene, camera, width, height, stop) : nullptr,
+          .catcher_guide = aovs.contains(Aov::kShadow) ? guide_by_all_light(scene) : nullptr};
+}
+
+bool shares_evenly(const FrameSettings& settings) {
+  switch (find_driver(settings.driver).sharing) {
+    case Sharing::kEven:
+      return true;
+    case Sharing::kEvenWithoutThreshold:
+      return !settings.noise_threshold;
+    case Sharing::kByError:
+      return false;
+  }
+  return true;
+}
+
+bool denoises(const FrameSettings& settings) {
+  return settings.denoise || settings.allocation == ErrorMetric::kDenoised;
+}
+
+AovSet aovs_of(const FrameSettings& settings) {
+  AovSet aovs = AovSet::parse(settings.aovs);
+  if (denoises(settings)) aovs.insert(Aov::kDenoising);
+  if (!settings.catchers.empty()) aovs.insert(Aov::kShadow);
+  return aovs;
+}
+
+Rect crop_of(const FrameSettings& settings) {
+  return settings.crop.value_or(Rect{0, 0, settings.width, settings.height});
+}
+
+}  // namespace emberline

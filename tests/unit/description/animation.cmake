@@ -1,0 +1,3 @@
+emberline_test(animation_test
+  SOURCES description/animation_test.cpp
+  LINK emberline_description)

@@ -1,0 +1,3 @@
+emberline_test(setting_rules_test
+  SOURCES engine/setting_rules_test.cpp
+  LINK emberline_output)

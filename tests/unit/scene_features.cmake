@@ -1,1 +1,0 @@
-emberline_test(scene_features_test SOURCES scene_features_test.cpp transmittance_test.cpp LINK emberline_scene)

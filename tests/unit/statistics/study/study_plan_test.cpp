@@ -1,0 +1,181 @@
+// From the options of a study to its methods.
+#include "renderer/statistics/study/plan.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <set>
+
+#include "io/files/fingerprint.h"
+#include "renderer/core/errors.h"
+#include "renderer/engine/process_usage.h"
+#include "renderer/engine/render_clock.h"
+#include "renderer/engine/render_plan.h"
+#include "unit/output_folder.h"
+
+namespace emberline {
+namespace {
+
+std::vector<std::string> names(const StudyPlan& plan) {
+  std::vector<std::string> list;
+  for (const PlannedMethod& m : plan.methods) list.push_back(m.method.name);
+  return list;
+}
+
+TEST(StudyPlan, EveryCombinationOnceWithAShortNameAndAnIdOfItsOwn) {
+  StudyOptions options;
+  options.estimators = "two-stream,two-stream/mse/unbiased,kajiya";
+  StudyPlan plan = plan_study(options);
+  EXPECT_EQ(names(plan),
+            (std::vector<std::string>{"bucket", "bisection", "adaptive/two-stream",
+                                      "adaptive/two-stream/mse/unbiased", "adaptive/kajiya"}));
+  EXPECT_EQ(plan.baseline, "bucket");
+  EXPECT_EQ(plan.budgets, (std::vector<double>{1, 2, 4, 8, 16, 32, 64}));
+  EXPECT_EQ(plan.methods[2].method.allocation, "display");
+  EXPECT_EQ(plan.methods[3].method.allocation, "mse");
+  EXPECT_TRUE(plan.methods[3].method.unbiased);
+  EXPECT_EQ(plan.methods[4].method.allocation, "") << "an estimator that shares evenly";
+  options.samplers = "sobol,stratified";
+  options.baseline = "bisection/sobol";
+  plan = plan_study(options);
+  ASSERT_EQ(plan.methods.size(), 10u);
+  EXPECT_EQ(names(plan)[6], "bisection/stratified");
+  std::set<std::string> ids, different;
+  for (const PlannedMethod& m : plan.methods) {
+    ids.insert(m.id);
+    different.insert(m.method.name);
+  }
+  EXPECT_EQ(ids.size(), 10u);
+  EXPECT_EQ(different.size(), 10u);
+}
+
+TEST(StudyPlan, FramesThatCannotBeLookedAtOnTheirWayAreSeparate) {
+  StudyOptions options;
+  options.samplers = "sobol,blue_noise";
+  for (const PlannedMethod& m : plan_study(options).methods) {
+    EXPECT_EQ(m.separate, m.method.driver == "bucket" || m.method.sampler == "blue_noise")
+        << m.method.name;
+    EXPECT_EQ(m.impossible.empty(),
+              m.method.driver != "adaptive" || m.method.sampler != "blue_noise")
+        << m.impossible;
+  }
+  options.separate = true;
+  for (const PlannedMethod& m : plan_study(options).methods) EXPECT_TRUE(m.separate);
+}
+
+// Each once more; the allocation that needs a denoised picture alone has no raw one.
+TEST(StudyPlan, DenoisedMethodsStandBesideTheRaw) {
+  StudyOptions options;
+  options.drivers = "bucket,adaptive";
+  options.estimators = "nested,nested/denoised";
+  options.denoise = true;
+  StudyPlan plan = plan_study(options);
+  EXPECT_EQ(names(plan),
+            (std::vector<std::string>{"bucket", "bucket+denoise", "adaptive/nested",
+                                      "adaptive/nested+denoise", "adaptive/nested/denoised"}));
+  EXPECT_EQ(plan.baseline, "bucket");
+  std::set<std::string> ids;
+  for (const PlannedMethod& m : plan.methods) {
+    EXPECT_TRUE(m.separate) << m.id;
+    const std::string& name = m.method.name;
+    EXPECT_EQ(m.method.denoised, name.ends_with("+denoise") || name.ends_with("/denoised")) << m.id;
+    EXPECT_EQ(aovs_of(m.options).contains(Aov::kDenoising), m.method.denoised) << m.id;
+    EXPECT_EQ(m.impossible, "") << m.id;
+    ids.insert(m.id);
+  }
+  EXPECT_EQ(ids.size(), 5u);
+  options.denoise = false;
+  plan = plan_study(options);
+  EXPECT_EQ(names(plan),
+            (std::vector<std::string>{"bucket", "adaptive/nested", "adaptive/nested/denoised"}));
+  EXPECT_TRUE(plan.methods[2].method.denoised);
+  options.estimators = "nested/denoised/unbiased,two-stream";
+  EXPECT_NE(plan_study(options).methods[1].impossible.find("unbiased"), std::string::npos);
+}
+
+TEST(StudyPlan, SamplersThatTakePowersOfTwoGetThem) {
+  StudyOptions options;
+  options.samplers = "blue_noise";
+  options.drivers = "bucket";
+  options.seconds = "1";
+  const StudyPlan plan = plan_study(options);
+  EXPECT_EQ(frame_options(plan.methods[0], 100, 7).spp, 64u);
+  EXPECT_EQ(frame_options(plan.methods[0], 100, 7).seed, 7u);
+  options.seconds.reset();
+  options.spp = "4,6";
+  EXPECT_THROW(plan_study(options), UsageError) << "the only method is impossible at 6 samples";
+}
+
+TEST(StudyPlan, TheReferenceHasASamplerThatIsNotStudied) {
+  StudyOptions options;
+  EXPECT_EQ(plan_study(options).reference_sampler, "independent");
+  options.samplers = "independent,stratified";
+  EXPECT_EQ(plan_study(options).reference_sampler, "sobol");
+}
+
+// Each method is at each place about as often: of 6000 orders of 3, 2000 +- 37 times; the band is
+// five of those, 9 cells: false alarms 5e-6.
+TEST(StudyPlan, OrdersArePermutationsWithoutFavourites) {
+  int count[3][3] = {};
+  for (uint32_t seed = 0; seed < 6000; ++seed) {
+    const std::vector<size_t> order = study_order(3, seed);
+    ASSERT_EQ(std::set<size_t>(order.begin(), order.end()), (std::set<size_t>{0, 1, 2}));
+    for (size_t place = 0; place < 3; ++place) ++count[place][order[place]];
+  }
+  for (const auto& place : count) {
+    for (const int n : place) EXPECT_NEAR(n, 2000, 183) << "seeds 0 to 5999";
+  }
+  EXPECT_TRUE(study_order(0, 1).empty());
+}
+
+TEST(RenderClock, LeavesOutWhatOnlookersTake) {
+  const Stopwatch whole;
+  RenderClock clock;
+  clock.exclude_time([] {
+    const double until = process_cpu_seconds() + 0.1;
+    while (process_cpu_seconds() < until) {
+    }
+  });
+  EXPECT_GT(whole.seconds(), 0.09);
+  EXPECT_LT(clock.seconds(), whole.seconds() - 0.09);
+  EXPECT_LT(clock.cpu_seconds(), 0.05);
+}
+
+using SceneFingerprint = OutputFolder;
+TEST_F(SceneFingerprint, IsOfAllItsFiles) {
+  const auto write = [&](const std::string& name, const std::string& text) {
+    std::ofstream(path(name)) << text;
+  };
+  const std::string scene = path("s.gltf");
+  write("s.gltf", R"({"asset": {"version": "2.0"}, "buffers": [{"uri": "a%20b.bin",
+                      "byteLength": 4}], "images": [{"uri": "i.png"}]})");
+  write("a b.bin", "1234");
+  write("i.png", "image");
+  std::set<uint64_t> seen = {scene_fingerprint(scene)};
+  EXPECT_EQ(scene_fingerprint(scene), *seen.begin());
+  write("a b.bin", "1235");
+  seen.insert(scene_fingerprint(scene));
+  write("i.png", "other");
+  seen.insert(scene_fingerprint(scene));
+  std::filesystem::remove(path("i.png"));
+  seen.insert(scene_fingerprint(scene));
+  EXPECT_EQ(seen.size(), 4u);
+  EXPECT_THROW(scene_fingerprint(path("none.gltf")), InputError);
+}
+
+TEST(Fingerprint, ChangesWithEveryByteAndTheLength) {
+  const std::string text(100, 'a');
+  std::set<uint64_t> seen = {fingerprint(text), fingerprint(text, 1),
+                             fingerprint(text + std::string(1, '\0'))};
+  for (size_t i = 0; i < text.size(); ++i) {
+    std::string changed = text;
+    changed[i] = 'b';
+    seen.insert(fingerprint(changed));
+  }
+  EXPECT_EQ(seen.size(), 103u);
+  EXPECT_EQ(hexadecimal(0xabcu), "0000000000000abc");
+}
+
+}  // namespace
+}  // namespace emberline

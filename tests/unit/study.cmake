@@ -1,3 +1,0 @@
-emberline_test(study_test
-  SOURCES study_summary_test.cpp reference_error_test.cpp
-  LINK emberline_statistics)
