@@ -1,5 +1,6 @@
 // Faults in what the picture does not need, or in optional extensions: a warning with file and JSON
 // pointer, and the picture. The same fault where it is needed: one line, and no picture.
+#include <cstring>
 #include <ctime>
 #include <nlohmann/json.hpp>
 

@@ -2,6 +2,8 @@
 // bits whatever the schedule.
 #include <gtest/gtest.h>
 
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
 #include <algorithm>
 #include <bit>
 #include <cmath>

@@ -6,6 +6,7 @@
 // 2 %. Each TEST runs in a process of its own under ctest.
 #include <gtest/gtest.h>
 
+#include <tbb/task_arena.h>
 #include <algorithm>
 #include <cmath>
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 #include "renderer/statistics/heatmap_quantity.h"
 #include "support/colour_vision.h"

@@ -4,6 +4,7 @@
 #include <jpeglib.h>
 #include <png.h>
 
+#include <cstring>
 #include <random>
 
 #include "io/image/input.h"

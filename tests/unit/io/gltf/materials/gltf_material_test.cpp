@@ -1,6 +1,7 @@
 // Materials, texture slots, samplers and images as the renderer gets them.
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <nlohmann/json.hpp>
 
 #include "io/gltf/gltf_file.h"
