@@ -26,7 +26,7 @@ void check_suits(const FrameSettings& settings, const Access::SceneState& scene)
   if (settings.show_backfaces != built.show_backfaces) {
     throw emberline::UsageError("`backfaces`: the scene was loaded with another value");
   }
-  if (settings.isa != built.isa) {
+  if (settings.isa.value_or(widest_isa()) != built.isa.value_or(widest_isa())) {
     throw emberline::UsageError("`isa`: the scene was loaded with another value");
   }
   if (settings.working_space != scene.settings.working_space) {

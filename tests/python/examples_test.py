@@ -58,7 +58,7 @@ class Examples(Test):
             "layers.py", SCENES / "teapot.glb", "--lamp", "window", "--weight", 0, "--object", "teapot", *SIZE,
             "--spp", 16, "-o", shot,
         )
-        self.assertIn("lights: window, fill, rim", out)
+        self.assertIn("lights: fill, rim, window", out)
         covered = float(re.search(r"teapot covers ([0-9.]+) %", out)[1])
         self.assertTrue(2 < covered < 60, out)
         mask = emberline.read(f"{shot}_mask.png")["RGB"]

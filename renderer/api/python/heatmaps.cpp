@@ -34,7 +34,8 @@ void add_heatmaps(py::module_& module) {
       "picture"_a, "of"_a = "samples", py::kw_only(), "colors"_a = "grey", "range"_a = py::none(),
       "log"_a = false, "plain"_a = false,
       "Where samples went, or what else heatmap_kinds() names, as a picture with legend: uint8 "
-      "(height, width, 3), sRGB, its first rows the picture's pixels one to one; write() makes the "
+      "(rows, columns, 3), sRGB: from its upper left corner the picture's pixels one to one, below "
+      "them the legend unless plain; write() makes the "
       "file of `emberline heatmap` of it. The colours are grey, viridis, inferno, magma or turbo; "
       "range=(least, most) are the values at their ends.");
   module.def(
