@@ -4,6 +4,7 @@
 #include "renderer/engine/frame_scene.h"
 #include "renderer/engine/setting_table.h"
 #include "renderer/output/light_layers.h"
+#include "renderer/scene/embree_isa.h"
 
 namespace emberline::api {
 
