@@ -1,5 +1,5 @@
 // What the material panel shows: a row for each parameter that edits may replace, in groups. Plain
-// data and functions of it; panels/scene.cpp draws them.
+// data and functions of it; panels/materials.cpp draws them.
 #pragma once
 
 #include <span>
