@@ -85,7 +85,7 @@ class Checkpoints(Test):
             ("samples", {}, []),
             ("error", {"colors": "viridis", "log": True}, ["--colors=viridis", "--log"]),
             ("samples", {"range": (0, 40), "plain": True}, ["--range=0,40", "--plain"]),
-            ("stop", {}, []),
+            ("stop", {"plain": True}, ["--plain"]),  # its legend names settings: --spp, spp
         ):
             with self.subTest(of=of, **look):
                 theirs, ours = self.work / "theirs.png", self.work / "ours.png"
