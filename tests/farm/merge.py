@@ -189,7 +189,7 @@ def cannot_be_cut(farm):
         if farm.wanted(case):
             folder = farm.folder(case)
             run = farm.run(folder, [*FRAME, "--sample-range", "0-4", "--sampler", sampler])
-            farm.check_refused(run, folder, {}, case, (EXIT_USAGE,), ["--sampler", "sobol, poisson_disk, independent"])
+            farm.check_refused(run, folder, {}, case, (EXIT_USAGE,), ["--sampler", "sobol, poisson_disk or independent"])
 
 
 def complete(picture):
