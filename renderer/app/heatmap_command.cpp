@@ -1,6 +1,7 @@
 #include "renderer/app/heatmap_command.h"
 
 #include "io/files/register.h"
+#include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/engine/worker_threads.h"
 #include "renderer/output/heatmap_file.h"
