@@ -8,6 +8,7 @@
 #include "renderer/output/rgb_file.h"
 
 namespace emberline {
+
 int run_heatmap(const HeatmapOptions& options) {
   const WorkerThreads workers(0);
   const HeatmapQuantity& quantity = find_heatmap_quantity(options.quantity, "--of");
