@@ -1,12 +1,14 @@
 #include "renderer/app/heatmap_command.h"
 
 #include "io/files/register.h"
+#include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/engine/worker_threads.h"
 #include "renderer/output/heatmap_file.h"
 #include "renderer/output/rgb_file.h"
 
 namespace emberline {
+
 int run_heatmap(const HeatmapOptions& options) {
   const WorkerThreads workers(0);
   const HeatmapQuantity& quantity = find_heatmap_quantity(options.quantity, "--of");
