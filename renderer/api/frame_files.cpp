@@ -33,18 +33,7 @@ FrameFiles::FrameFiles(const RenderOptions& options, const RenderPlan& plan,
 }
 
 void FrameFiles::prepare(uint64_t most, RenderJob& job) {
-  if (!checkpoint_) return;
-  if (job.by_tiles()) return job.keep_tiles(&*checkpoint_);
-  job.make_resumable();
-  checkpoint_->copies(job.film_bytes());
-  const auto state = checkpoint_->state(most);
-  const auto finished = state ? std::nullopt : checkpoint_->finished_state(most);
-  try {
-    if (state) job.load(*state);
-    if (finished) job.extend(*finished);
-  } catch (const emberline::InputError& error) {
-    throw emberline::InputError(state ? options_.checkpoint : options_.extended, error.what());
-  }
+  if (checkpoint_) checkpoint_->begin(job, most);
 }
 
 void FrameFiles::rendered(bool stopped, PixelStop cause, RenderJob& job) {

@@ -234,10 +234,6 @@ void Checkpoint::unusable(bool finished) {
   warn_of_lost_tiles((finished ? *finished_ : *earlier_).path() + ": the checkpoint is damaged");
 }
 
-std::optional<std::vector<std::byte>> Checkpoint::finished_state(uint64_t most) const {
-  return finished_ ? film_state(*finished_, most) : std::nullopt;
-}
-
 void Checkpoint::save(size_t tile, std::span<const std::byte> state) {
   try {
     const std::string record = packed_record(kTileRecord, tile, state);
@@ -259,8 +255,21 @@ void Checkpoint::failed(const std::string& error) {
   warned_ = true;
 }
 
-std::optional<std::vector<std::byte>> Checkpoint::state(uint64_t most) const {
-  return earlier_ ? film_state(*earlier_, most) : std::nullopt;
+void Checkpoint::begin(RenderJob& job, uint64_t most) {
+  job.by_tiles() ? job.keep_tiles(this) : begin_film(job, most);
+}
+
+void Checkpoint::begin_film(RenderJob& job, uint64_t most) {
+  job.make_resumable();
+  copies(job.film_bytes());
+  const auto state = earlier_ ? film_state(*earlier_, most) : std::nullopt;
+  const auto finished = !state && finished_ ? film_state(*finished_, most) : std::nullopt;
+  try {
+    if (state) job.load(*state);
+    if (finished) job.extend(*finished);
+  } catch (const InputError& error) {
+    throw InputError(state ? path_ : finished_->path(), error.what());
+  }
 }
 
 bool Checkpoint::asked() const {
@@ -273,7 +282,7 @@ bool Checkpoint::wanted() const {
          (clock_.seconds() >= next_s_.load(std::memory_order_relaxed) || asked());
 }
 
-void Checkpoint::save(RenderJob& render) {
+void Checkpoint::save(RenderJob& job) {
   std::unique_lock lock(mutex_);
   wake_.wait(lock, [&] { return !busy_; });  // at a stop; else nobody asks meanwhile
   const Stopwatch pause;
@@ -281,7 +290,7 @@ void Checkpoint::save(RenderJob& render) {
   next_s_ = clock_.seconds() + interval_s_;
   try {
     copy_.reserve(copy_bytes_);
-    render.save(copy_);
+    job.save(copy_);
   } catch (const std::bad_alloc&) {
     copy_ = {};
     return failed(path_ + ": there is no memory for a copy of the frame");
@@ -294,6 +303,8 @@ void Checkpoint::save(RenderJob& render) {
   wake_.notify_all();
 }
 
+// Copies will have so much, or a little more. The first touch of a large copy's memory takes longer
+// than the copy: it is done before the first is wanted, while others render.
 void Checkpoint::copies(uint64_t film_bytes) {
   const std::lock_guard lock(mutex_);
   copy_bytes_ = film_bytes + film_bytes / 8;  // a driver's state grows
