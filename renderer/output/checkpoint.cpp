@@ -216,6 +216,7 @@ Checkpoint::Checkpoint(const CheckpointOptions& options, const Json& head)
 Checkpoint::~Checkpoint() {
   if (!thread_.joinable()) return;
   try {
+    end_thread();
     finish(false, !made_ || file_->size() > head_.size());
   } catch (const std::exception& error) {
     log_warning(error.what());
@@ -409,13 +410,18 @@ void Checkpoint::check_file() {
   }
 }
 
-CheckpointReport Checkpoint::finish(bool done, bool keep) {
+void Checkpoint::end_thread() {
+  if (!thread_.joinable()) return;
   {
     const std::lock_guard lock(mutex_);
     ending_ = true;
   }
   wake_.notify_all();
   thread_.join();
+}
+
+CheckpointReport Checkpoint::finish(bool done, bool keep) {
+  end_thread();
   if (!keep) file_->remove();
   if (keep && error_.empty()) check_file();
   report_.error = error_;

@@ -107,6 +107,7 @@ class Checkpoint final : public TileStore {
   void begin_film(RenderJob& job, uint64_t most);
   void copies(uint64_t film_bytes);
   void run();
+  void end_thread();
   void touch_copy();
   void write_behind(const std::vector<std::byte>& state);
   void sync_tiles();
