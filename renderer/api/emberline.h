@@ -204,11 +204,13 @@ struct RenderFiles {
  private:
   RenderFiles() = default;  // render(scene, settings, {}) has Resources
 };
-// The same with such a file, which is saved at intervals, and when the frame is stopped or given
-// up. The scene's files are read again, to know what the frame is of: they must not have changed
+// The same with such a file, which is saved at intervals, when the frame is stopped or given up,
+// and when `watch` throws. `complete` is false for a frame that a time limit has ended: it can go
+// on. The scene's files are read again, to know what the frame is of: they must not have changed
 // since it was loaded. Throws UsageError for a file that is no checkpoint or, without `resume`,
 // another frame's; InputError for one that `resume` cannot go on with, with what differs;
-// RenderError where it cannot be written. One call at a time may have the file. Since 1.1.0.
+// RenderError where it cannot be made. What cannot be saved later is an error in the log, and for a
+// part RenderError. One call at a time may have the file. Since 1.1.0.
 EMBERLINE_API Picture render(const RenderFiles& files, const Scene& scene, const Settings& settings,
                              const Resources& resources = {}, const std::stop_token& stop = {},
                              const std::function<void(const Progress&)>& watch = {},
@@ -234,11 +236,13 @@ struct StoredFrame {
 // Throws InputError. Since 1.1.0.
 EMBERLINE_API StoredFrame stored_frame(const std::string& checkpoint);
 
-// More of a frame that is finished and whose checkpoint was kept: the picture is that of a frame
-// with "spp", "noise-threshold" or "max-spp" of `more` (and its "time-limit"), which is the
-// checkpoint's from then on. One that was stopped goes on from CHECKPOINT.next when it is asked for
-// again. Throws UsageError for less than the frame has, InputError for a checkpoint that cannot go
-// on, is damaged, or is of another scene; else as render(). Since 1.1.0.
+// More of a frame that is finished and whose checkpoint was kept. `more` has "spp",
+// "noise-threshold" or "max-spp", and may have "time-limit". Where every pixel gets as many
+// samples, the picture has the bits of a frame that was rendered so at once; an adaptive frame goes
+// on from where it is. The checkpoint is the larger frame's from then on. An extension that was
+// stopped goes on from CHECKPOINT.next when it is asked for again. Throws UsageError for less than
+// the frame has and for other settings, InputError for a checkpoint that cannot go on, is damaged,
+// or is of another scene; else as render(). Since 1.1.0.
 EMBERLINE_API Picture extend(const std::string& checkpoint, const Scene& scene,
                              const Settings& more, const Resources& resources = {},
                              const std::stop_token& stop = {},
@@ -260,7 +264,9 @@ EMBERLINE_API Picture merge(const std::vector<std::string>& checkpoints,
 EMBERLINE_API Picture read_picture(const std::string& path, const Resources& resources = {},
                                    const std::stop_token& stop = {});
 // Into a file that appears whole or not at all. EXR holds every channel as it is; PNG and JPEG show
-// R G B after so many stops, as the command's files do ($OCIO). Throws UsageError, RenderError.
+// R G B after so many stops, as the command's files do ($OCIO). Colours are taken for Rec. 709: a
+// picture in another "working-space" is written with its scene and settings, below. Throws
+// UsageError, RenderError.
 EMBERLINE_API void write_picture(const std::string& path, const Picture& picture,
                                  double exposure = 0);
 // The same for a picture that render() has made with these settings of the scene as it stands, as

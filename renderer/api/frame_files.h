@@ -1,5 +1,4 @@
-// The checkpoint of a frame of the library: as the command's, which goes on with it and it with the
-// command's.
+// The checkpoint of a frame of the library, which is the command's: each goes on with the other's.
 #pragma once
 
 #include <optional>
@@ -13,9 +12,9 @@ namespace emberline::api {
 class FrameFiles {
  public:
   // Takes the checkpoint that the options name, if they do. Reads the scene's files again, to know
-  // what the frame is made of. Throws what the options' names and what is there deserve.
+  // what the frame is made of. Throws what Checkpoint does, and Stopped.
   FrameFiles(const RenderOptions& options, const RenderPlan& plan, const FrameParts& parts,
-             const Access::SceneState& scene);
+             const Access::SceneState& scene, const std::stop_token& give_up);
 
   // Before it renders. `most` bytes are what its state takes.
   void prepare(uint64_t most, RenderJob& job);
@@ -25,8 +24,11 @@ class FrameFiles {
   }
   // After it has rendered: saves what is to be kept of a frame that is done.
   void rendered(bool stopped, PixelStop cause, RenderJob& job);
-  // Once there is a picture. Throws RenderError where what is to be kept is not saved.
+  // Where there is no picture of what was rendered: saves it, unless that is done already.
+  void no_picture(bool stopped, RenderJob& job);
+  // Once there is a picture. Says in the log what could not be saved.
   void finish(bool stopped);
+  bool is_open() const { return checkpoint_.has_value(); }
 
  private:
   const RenderOptions& options_;

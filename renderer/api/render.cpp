@@ -5,6 +5,7 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <iterator>
 #include <mutex>
 #include <thread>
 #include <utility>
@@ -15,6 +16,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/drivers/bucket_schedule.h"
 #include "renderer/engine/film_memory.h"
+#include "renderer/engine/setting_table.h"
 #include "renderer/engine/stop_request.h"
 #include "renderer/output/frame_extension.h"
 #include "renderer/output/frame_memory.h"
@@ -78,7 +80,12 @@ class WatchedSink final : public PictureSink {
     if (!watch_) return;
     rgba_.resize(4 * size_t(width_) * size_t(height_));
     picture.resolve(rgba_);
-    watch_({now.samples, now.error_estimate, rgba_.data(), width_, height_});
+    try {
+      watch_({now.samples, now.error_estimate, rgba_.data(), width_, height_});
+    } catch (...) {
+      files_.save(job_);
+      throw;
+    }
   }
   void cut_short() override { files_.save(job_); }
   bool picture_wanted() const override { return files_.wanted(); }
@@ -95,14 +102,16 @@ class WatchedSink final : public PictureSink {
   std::mutex mutex_;
 };
 
-// All that a frame holds until it is a picture.
+// Reserves what a frame takes until it is a picture.
 MemoryReservation reserved(const RenderOptions& options, const OutputSettings& output,
                            const SceneLayers& layers, const RenderPlan& plan, int threads,
                            const LoadLimits& limits) {
   MemoryReservation memory(limits.memory, MemoryPart::kFilm);
   const Rect& crop = output.crop;
-  memory.add(frame_bytes(options, output, plan) + PictureSink::bytes(output, layers) +
-                 light_group_bytes(options, output, plan, layers.lights),
+  RenderOptions lossless = options;  // nothing is encoded
+  lossless.exr_compression = ExrCompression::kZip;
+  memory.add(frame_bytes(lossless, output, plan) + PictureSink::bytes(output, layers) +
+                 light_group_bytes(lossless, output, plan, layers.lights),
              "a frame of " + std::to_string(crop.width()) + "x" + std::to_string(crop.height()) +
                  " pixels");
   memory.add(bucket_list_bytes(crop, output.tile_size), "the list of its buckets");
@@ -116,7 +125,7 @@ MemoryReservation reserved(const RenderOptions& options, const OutputSettings& o
   return memory;
 }
 
-// Who watches and ends a frame.
+// How a frame is watched and ended.
 struct Watch {
   const std::stop_token& stop;
   const std::function<void(const Progress&)>& watch;
@@ -127,30 +136,39 @@ struct Watch {
 Picture render_picture(const Access::SceneState& state, const RenderOptions& options,
                        const Resources& resources, const Watch& watch) {
   const RenderPlan plan(options, {.extending = !options.extended.empty()});
-  const OutputSettings output = output_settings(options, plan.crop);
+  OutputSettings output = output_settings(options, plan.crop);
+  if (is_part(options)) output.denoise = false;  // a part lacks the pixels around its own
   const FrameParts parts(state, options);
   const int threads = arena_threads(resources);
   const MemoryReservation memory =
       reserved(options, output, parts.layers, plan, threads, state.limits);
-  FrameFiles files(options, plan, parts, state);
-  tbb::task_arena arena(threads);
   const EndOfFrame end(watch.stop, watch.give_up, options.time_limit_s);
+  FrameFiles files(options, plan, parts, state, watch.give_up);
+  tbb::task_arena arena(threads);
   const emberline::Scene& scene = state.open->scene();
   RenderJob job(
       arena.execute([&] { return plan.frame(scene, parts.camera, parts.of_scene, end.token()); }),
       plan.drivers());
   files.prepare(2 * memory.bytes(), job);
   WatchedSink sink(output, parts.layers, end, job, files, watch.watch);
+  const auto check_going = [&] {
+    if (watch.give_up.stop_requested()) throw Stopped("the frame was given up");
+  };
   RenderResult result;
   Picture picture;
   arena.execute([&] {
     result = job.render(sink, end.token());
     files.rendered(result.counters.stopped, end.cause(), job);
-    if (watch.give_up.stop_requested()) return;
-    job.deliver(sink);
-    picture = sink.finish(watch.give_up);
+    try {
+      check_going();
+      job.deliver(sink);
+      picture = sink.finish(watch.give_up);
+      check_going();
+    } catch (...) {
+      files.no_picture(result.counters.stopped, job);
+      throw;
+    }
   });
-  if (watch.give_up.stop_requested()) throw Stopped("the frame was given up");
   const RenderCounters& counters = result.counters;
   files.finish(counters.stopped);
   warn_of_optics(counters.optics);
@@ -158,8 +176,24 @@ Picture render_picture(const Access::SceneState& state, const RenderOptions& opt
   picture.rays = counters.rays.total();
   picture.non_finite_samples = counters.non_finite_samples;
   picture.error_estimate = job.error_estimate();
-  picture.complete = result.complete;
+  picture.complete = files.is_open() ? !counters.stopped : result.complete;
   return picture;
+}
+
+// What an extension takes.
+void check_is_more(const FrameSettings& more) {
+  constexpr std::string_view kMore[] = {"spp", "noise-threshold", "max-spp", "time-limit"};
+  const FrameSettings none;
+  for (const Setting& row : setting_table()) {
+    if (row.text(more) == row.text(none) || std::ranges::find(kMore, row.name) != std::end(kMore)) {
+      continue;
+    }
+    throw emberline::UsageError(
+        "`{}`: extend takes `spp`, `noise-threshold`, `max-spp` and `time-limit`; all else stays "
+        "as "
+        "the frame has it",
+        row.name);
+  }
 }
 
 }  // namespace
@@ -200,6 +234,7 @@ Picture extend(const std::string& checkpoint, const Scene& scene, const Settings
                const std::function<void(const Progress&)>& watch, const std::stop_token& give_up) {
   return translated([&] {
     check_resources(resources);
+    check_is_more(Access::of(more));
     FrameSettings settings = settings_in(checkpoint);
     extend_settings(Access::of(more), checkpoint, settings);
     const Access::SceneState& state = Access::of(scene);

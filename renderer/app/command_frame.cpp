@@ -200,21 +200,7 @@ void CommandFrame::resume() {
   if (options_.resume && options_.extended.empty() && !checkpoint_->goes_on()) {
     log_info(path + " has nothing to go on with; the frame begins anew");
   }
-  if (job_->by_tiles()) return job_->keep_tiles(&*checkpoint_);
-  load_state(path);
-}
-
-void CommandFrame::load_state(const std::string& path) {
-  job_->make_resumable();
-  checkpoint_->copies(job_->film_bytes());
-  const auto state = checkpoint_->state(2 * memory_.bytes());
-  const auto finished = state ? std::nullopt : checkpoint_->finished_state(2 * memory_.bytes());
-  try {
-    if (state) job_->load(*state);
-    if (finished) job_->extend(*finished);
-  } catch (const InputError& error) {
-    throw InputError(state ? path : options_.extended, error.what());
-  }
+  checkpoint_->begin(*job_, 2 * memory_.bytes());
   report_.earlier_samples = job_->counters().samples;
 }
 

@@ -53,7 +53,6 @@ class CommandFrame {
   double part_of_frame() const { return 1.0 / plan_.driver_settings.part.count; }
   std::vector<std::string> failed_outputs() const;
   bool keeps_state() const { return !options_.replay && !checkpoint_path(options_).empty(); }
-  void load_state(const std::string& checkpoint);
   void end_checkpoint();
   void write_reports();
   std::optional<double> allotted_seconds() const;

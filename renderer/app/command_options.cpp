@@ -249,7 +249,7 @@ void add_study_choices(CLI::App* app, StudyOptions& o) {
       ->type_name("LIST");
   app->add_option("--seconds", o.seconds, "budgets: seconds of rendering instead, ascending")
       ->type_name("LIST");
-  add_number(app, "--seeds", o.seeds, 1u, 10000u,
+  add_number(app, "--seeds", o.seeds, 1u, kMostStudySeeds,
              "runs of each method, from --seed on [5]; of --convergence pixels [2000]");
   app->add_option("--baseline", o.baseline, "the method that others are compared with [the first]")
       ->type_name("NAME");

@@ -254,7 +254,7 @@ void RenderWorker::flush_scattered(FilmTile& tile) {
   add_batch(tile);
 }
 
-bool RenderWorker::render(std::span<const PixelWork> list, FilmTile& tile, RenderSink& observer,
+bool RenderWorker::render(std::span<const PixelWork> list, FilmTile& tile, RenderSink& sink,
                           const std::stop_token& stop) {
   uint64_t reported = counters_.samples;
   bool complete = true;
@@ -279,13 +279,13 @@ bool RenderWorker::render(std::span<const PixelWork> list, FilmTile& tile, Rende
       if (count_ == 0) complete = !stop.stop_requested();
     }
     if (counters_.samples - reported >= kReportedSamples) {
-      observer.samples_finished(counters_.samples - reported);
+      sink.samples_finished(counters_.samples - reported);
       reported = counters_.samples;
     }
   }
   if (complete) flush_scattered(tile);
   count_ = 0;
-  observer.samples_finished(counters_.samples - reported);
+  sink.samples_finished(counters_.samples - reported);
   return complete;
 }
 

@@ -34,7 +34,7 @@ class RenderWorker {
   // them. Each pixel's samples are added in index order; where a pixel wants few, samples of
   // several pixels share a batch. Stops between batches of 16 samples when asked to; returns false
   // then.
-  bool render(std::span<const PixelWork> list, FilmTile& tile, RenderSink& observer,
+  bool render(std::span<const PixelWork> list, FilmTile& tile, RenderSink& sink,
               const std::stop_token& stop);
 
   // One sample alone, as render() would compute it.

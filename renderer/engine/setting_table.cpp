@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <type_traits>
 
@@ -345,13 +346,19 @@ std::span<const NamedValue<EnvironmentSampling>> environment_sampling_table() {
   return kEnvironmentSamplings;
 }
 
-std::vector<Setting> make_table() {
+// The rows, in the order of the help.
+std::vector<Setting> edit_settings() {
   return {
       word<&S::edits>("edits", kEdits, "FILE",
                       "change view, lights, environment and materials as this .json file says; its "
                       "view gives way to `camera`, `look-from` and `fov-y`"),
       word<&S::variant>("variant", kEdits, "NAME|INDEX",
                         "materials of this variant, by name or index [the file's default]"),
+  };
+}
+
+std::vector<Setting> channel_settings() {
+  return {
       names<&S::aovs>("aov", "further EXR channels, a list", aov_table(),
                       [](std::string_view list) { AovSet::parse(list); }),
       names<&S::cryptomattes>(
@@ -388,6 +395,11 @@ std::vector<Setting> make_table() {
           "a clean picture of the samples as well: denoised.{R,G,B} of the EXR beside R G B, with "
           "denoised.error, what is expected to be wrong with it still; .png and .jpg show it. "
           "Takes two streams, and the channels of `aov` denoising"),
+  };
+}
+
+std::vector<Setting> count_settings() {
+  return {
       named<&S::driver>("driver", kCounts, "driver", "frame driver", driver_table()),
       named<&S::sampler>("sampler", kCounts, "sampler", "sampler", sampler_table()),
       number<&S::streams>("streams", kCounts, 1, 2,
@@ -417,6 +429,11 @@ std::vector<Setting> make_table() {
       number<&S::time_limit_s>(
           "time-limit", kCounts, kLeastTimeLimit, kMostTimeLimit,
           "stop rendering after so many seconds and write what there is [none]"),
+  };
+}
+
+std::vector<Setting> sample_settings() {
+  return {
       named<&S::integrator>("integrator", kSample, "integrator", "integrator", integrator_table()),
       number<&S::max_depth>("max-depth", kSample, 0, 100000,
                             "scattering events; 1 is direct light only"),
@@ -440,6 +457,11 @@ std::vector<Setting> make_table() {
       choice<&S::reconstruction>("reconstruction", kSchedule, "reconstruction",
                                  "what pixels without samples show, of progressive drivers",
                                  reconstruction_table()),
+  };
+}
+
+std::vector<Setting> view_settings() {
+  return {
       size(),
       crop(),
       word<&S::camera>("camera", kView, "NAME|INDEX",
@@ -456,6 +478,11 @@ std::vector<Setting> make_table() {
           "panorama", kView,
           "all that is seen from the camera's place, as a latitude-longitude map that "
           "`env` takes; best twice as wide as high"),
+  };
+}
+
+std::vector<Setting> light_settings() {
+  return {
       word<&S::environment>("env", kLight, "FILE",
                             "latitude-longitude environment map: .hdr, .exr or another picture"),
       sun(),
@@ -471,6 +498,11 @@ std::vector<Setting> make_table() {
                                                "primaries that are rendered and written [rec709]",
                                                working_space_table())),
       backfaces(),
+  };
+}
+
+std::vector<Setting> loading_settings() {
+  return {
       word<&S::animation>("animation", kLoading, "NAME|INDEX|all",
                           "animation that poses the scene [with a time the first, else none]"),
       number<&S::time>("time", kLoading, -kLatest, kLatest,
@@ -491,6 +523,15 @@ std::vector<Setting> make_table() {
           "resource-root", kLoading, "DIR",
           "the scene may refer to files in this folder and below [its own folder]"),
   };
+}
+
+std::vector<Setting> make_table() {
+  std::vector<Setting> table;
+  for (const auto& part : {edit_settings, channel_settings, count_settings, sample_settings,
+                           view_settings, light_settings, loading_settings}) {
+    std::ranges::move(part(), std::back_inserter(table));
+  }
+  return table;
 }
 
 namespace fs = std::filesystem;

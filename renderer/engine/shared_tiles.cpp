@@ -88,7 +88,7 @@ void SharedTiles::help(RenderWorker& worker) {
 }
 
 void SharedTiles::take_parts(RoundWork& work, RenderWorker& worker) {
-  work.take_parts(worker, observer_, stop_, [this] { return !stop_.stop_requested(); });
+  work.take_parts(worker, sink_, stop_, [this] { return !stop_.stop_requested(); });
 }
 
 // With the most parts left; null: there are none.

@@ -35,7 +35,7 @@ class RoundWork {
   // Renders parts while there are any and go_on() says so. From several threads, each with a worker
   // of its own.
   template <typename GoOn>
-  void take_parts(RenderWorker& worker, RenderSink& observer, const std::stop_token& stop,
+  void take_parts(RenderWorker& worker, RenderSink& sink, const std::stop_token& stop,
                   const GoOn& go_on) {
     std::vector<PixelWork> list;
     worker.set_seed(seed_);
@@ -43,7 +43,7 @@ class RoundWork {
       const size_t part = next_.fetch_add(1, std::memory_order_relaxed);
       if (part >= end_) break;
       expand(part, list);
-      if (!worker.render(list, film_, observer, stop)) cut_short(part);
+      if (!worker.render(list, film_, sink, stop)) cut_short(part);
     }
   }
 
@@ -71,8 +71,7 @@ class RoundWork {
 
 class SharedTiles {
  public:
-  SharedTiles(RenderSink& observer, const std::stop_token& stop)
-      : observer_(observer), stop_(stop) {}
+  SharedTiles(RenderSink& sink, const std::stop_token& stop) : sink_(sink), stop_(stop) {}
 
   // Helps the owners until there are none, or a stop is requested. Not on an owner's thread.
   void help(RenderWorker& worker);
@@ -89,7 +88,7 @@ class SharedTiles {
   OpenRound* longest_round() const;
   void take_parts(RoundWork& work, RenderWorker& worker);
 
-  RenderSink& observer_;
+  RenderSink& sink_;
   const std::stop_token& stop_;
   std::mutex mutex_;
   std::condition_variable changed_;

@@ -40,7 +40,7 @@ constexpr NamedValue<Aov> kAovs[] = {
     {"environment", "the environment, seen by the camera itself", Aov::kEnvironment},
     {"shadow",
      "what a plate is to be multiplied by: the light that `catcher` receives from the lights over "
-     "that which it would without the other objects; 1 beside it",
+     "that which it would without the other objects; 1 beside it. Comes with `catcher`",
      Aov::kShadow},
     {"denoising",
      "what `emberline denoise` reads: the two halves of the samples apart, and what they saw; "

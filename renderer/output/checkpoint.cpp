@@ -216,6 +216,7 @@ Checkpoint::Checkpoint(const CheckpointOptions& options, const Json& head)
 Checkpoint::~Checkpoint() {
   if (!thread_.joinable()) return;
   try {
+    end_thread();
     finish(false, !made_ || file_->size() > head_.size());
   } catch (const std::exception& error) {
     log_warning(error.what());
@@ -232,10 +233,6 @@ std::optional<std::vector<std::byte>> Checkpoint::load_finished(size_t tile, uin
 
 void Checkpoint::unusable(bool finished) {
   warn_of_lost_tiles((finished ? *finished_ : *earlier_).path() + ": the checkpoint is damaged");
-}
-
-std::optional<std::vector<std::byte>> Checkpoint::finished_state(uint64_t most) const {
-  return finished_ ? film_state(*finished_, most) : std::nullopt;
 }
 
 void Checkpoint::save(size_t tile, std::span<const std::byte> state) {
@@ -259,8 +256,21 @@ void Checkpoint::failed(const std::string& error) {
   warned_ = true;
 }
 
-std::optional<std::vector<std::byte>> Checkpoint::state(uint64_t most) const {
-  return earlier_ ? film_state(*earlier_, most) : std::nullopt;
+void Checkpoint::begin(RenderJob& job, uint64_t most) {
+  job.by_tiles() ? job.keep_tiles(this) : begin_film(job, most);
+}
+
+void Checkpoint::begin_film(RenderJob& job, uint64_t most) {
+  job.make_resumable();
+  copies(job.film_bytes());
+  const auto state = earlier_ ? film_state(*earlier_, most) : std::nullopt;
+  const auto finished = !state && finished_ ? film_state(*finished_, most) : std::nullopt;
+  try {
+    if (state) job.load(*state);
+    if (finished) job.extend(*finished);
+  } catch (const InputError& error) {
+    throw InputError(state ? path_ : finished_->path(), error.what());
+  }
 }
 
 bool Checkpoint::asked() const {
@@ -273,7 +283,7 @@ bool Checkpoint::wanted() const {
          (clock_.seconds() >= next_s_.load(std::memory_order_relaxed) || asked());
 }
 
-void Checkpoint::save(RenderJob& render) {
+void Checkpoint::save(RenderJob& job) {
   std::unique_lock lock(mutex_);
   wake_.wait(lock, [&] { return !busy_; });  // at a stop; else nobody asks meanwhile
   const Stopwatch pause;
@@ -281,7 +291,7 @@ void Checkpoint::save(RenderJob& render) {
   next_s_ = clock_.seconds() + interval_s_;
   try {
     copy_.reserve(copy_bytes_);
-    render.save(copy_);
+    job.save(copy_);
   } catch (const std::bad_alloc&) {
     copy_ = {};
     return failed(path_ + ": there is no memory for a copy of the frame");
@@ -294,6 +304,8 @@ void Checkpoint::save(RenderJob& render) {
   wake_.notify_all();
 }
 
+// Copies will have so much, or a little more. The first touch of a large copy's memory takes longer
+// than the copy: it is done before the first is wanted, while others render.
 void Checkpoint::copies(uint64_t film_bytes) {
   const std::lock_guard lock(mutex_);
   copy_bytes_ = film_bytes + film_bytes / 8;  // a driver's state grows
@@ -398,13 +410,18 @@ void Checkpoint::check_file() {
   }
 }
 
-CheckpointReport Checkpoint::finish(bool done, bool keep) {
+void Checkpoint::end_thread() {
+  if (!thread_.joinable()) return;
   {
     const std::lock_guard lock(mutex_);
     ending_ = true;
   }
   wake_.notify_all();
   thread_.join();
+}
+
+CheckpointReport Checkpoint::finish(bool done, bool keep) {
+  end_thread();
   if (!keep) file_->remove();
   if (keep && error_.empty()) check_file();
   report_.error = error_;

@@ -91,23 +91,23 @@ class Checkpoint final : public TileStore {
   void unusable(bool finished) override;
   void save(size_t tile, std::span<const std::byte> state) override;
 
-  // One film: film_state() of what an earlier run has left, and of the frame that is extended.
-  std::optional<std::vector<std::byte>> state(uint64_t most) const;
-  std::optional<std::vector<std::byte>> finished_state(uint64_t most) const;
-  // Whether it is time to save: then `render` is to pause. Any thread.
+  // Before the job renders: it goes on with what an earlier run has left, or with the frame that is
+  // extended, whose states are of at most `most` bytes. Throws InputError that names the file.
+  void begin(RenderJob& job, uint64_t most);
+  // One film: whether it is time to save. Then the job is to pause. Any thread.
   bool wanted() const;
   // Copies the frame at once and writes it behind, when the one before is written.
-  void save(RenderJob& render);
-  // Copies will have so much, or a little more. The first touch of a large copy's memory takes
-  // longer than the copy: it is done before the first is wanted, while others render.
-  void copies(uint64_t film_bytes);
+  void save(RenderJob& job);
 
   // Waits until all is on the disk. The file goes if it is not to be kept. It takes the place of
   // what was extended if the frame is done and the file whole.
   CheckpointReport finish(bool done, bool keep);
 
  private:
+  void begin_film(RenderJob& job, uint64_t most);
+  void copies(uint64_t film_bytes);
   void run();
+  void end_thread();
   void touch_copy();
   void write_behind(const std::vector<std::byte>& state);
   void sync_tiles();

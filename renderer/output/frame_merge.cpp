@@ -312,7 +312,7 @@ size_t FrameMerge::part_number(const StoredFrame* frame) const {
   return size_t(at - frames_.begin()) + 1;
 }
 
-void FrameMerge::deliver(const AovSet& aovs, RenderSink& observer) {
+void FrameMerge::deliver(const AovSet& aovs, RenderSink& sink) {
   std::atomic<size_t> next{0};
   std::atomic<uint32_t> least{UINT32_MAX};
   std::mutex mutex;
@@ -328,7 +328,7 @@ void FrameMerge::deliver(const AovSet& aovs, RenderSink& observer) {
       while (before > film.least_samples() &&
              !least.compare_exchange_weak(before, film.least_samples())) {
       }
-      observer.tile_finished(film);
+      sink.tile_finished(film);
     }
     const std::lock_guard lock(mutex);
     counters_.merge(counters);

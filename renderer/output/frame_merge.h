@@ -83,10 +83,10 @@ class FrameMerge {
   // until these outputs are written. Throws InputError.
   void reserve(const RenderOptions& options, const OutputSettings& settings, int threads,
                MemoryBudget& budget) const;
-  // Hands every tile to the observer, with the parts' channels and, if it is among `aovs`, `part`.
-  // On the calling thread's TBB arena, two films a thread. Throws InputError, and what the observer
+  // Hands every tile to the sink, with the parts' channels and, if it is among `aovs`, `part`.
+  // On the calling thread's TBB arena, two films a thread. Throws InputError, and what the sink
   // throws.
-  void deliver(const AovSet& aovs, RenderSink& observer);
+  void deliver(const AovSet& aovs, RenderSink& sink);
   // After deliver().
   const RenderCounters& counters() const { return counters_; }
   std::optional<double> error_estimate() const { return error_; }

@@ -164,7 +164,8 @@ void add_frames(py::module_& module) {
       "top: render(scene, spp=64, driver=\"adaptive\"). progress(Progress) is called now and then "
       "on this thread; where it returns False, the render ends with what there is. Other "
       "threads of Python run meanwhile; Ctrl-C stops it. A checkpoint, a file, is saved every "
-      "checkpoint_interval seconds and when the render is stopped; resume=True goes on with it, to "
+      "checkpoint_interval seconds and when the render is stopped or fails; resume=True goes on "
+      "with it, to "
       "the same bits, and so does the command. It goes when the frame is done unless "
       "keep_checkpoint, for extend(), or part or sample_range, for merge().");
   module.def(
@@ -172,8 +173,9 @@ void add_frames(py::module_& module) {
       "progress"_a = py::none(),
       "More of a finished frame whose checkpoint was kept: extend(\"shot.checkpoint\", spp=256). "
       "Takes spp, noise_threshold, max_spp and time_limit, of which nothing may be less than it "
-      "was. The picture has the bits of a frame that was rendered so at once, and the checkpoint "
-      "is that frame's afterwards. Without a scene, it is loaded from where it was.");
+      "was. Where every pixel gets as many samples, the picture has the bits of a frame that was "
+      "rendered so at once; an adaptive frame goes on from where it is. The checkpoint is the "
+      "larger frame's afterwards. Without a scene, it is loaded from where it was.");
   module.def(
       "merge", &merge, "checkpoints"_a, py::kw_only(), "allow_holes"_a = false, "strict"_a = false,
       "parts"_a = false, "threads"_a = 0, "memory_limit"_a = py::none(),

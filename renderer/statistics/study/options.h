@@ -11,6 +11,8 @@
 
 namespace emberline {
 
+inline constexpr uint32_t kMostStudySeeds = 10000;
+
 struct StudyOptions {
   // Scene, view, light, integrator, depth, filter, buckets, threads and the first seed; what is
   // compared is in the lists below.

@@ -160,6 +160,12 @@ std::string reference_sampler(const std::vector<std::string>& studied) {
   return "independent";
 }
 
+void check_count(std::string_view name, std::optional<uint32_t> count, uint32_t least,
+                 uint32_t most) {
+  if (!count || (*count >= least && *count <= most)) return;
+  throw UsageError("`{}`: {} is not from {} to {}", name, *count, least, most);
+}
+
 }  // namespace
 
 std::vector<std::string> parse_samplers(const std::string& list) {
@@ -187,6 +193,11 @@ StudyPlan plan_study(const StudyOptions& options) {
   if (options.frame.working_space != WorkingSpace::kRec709) {
     throw UsageError("`working-space`: study measures in rec709; valid with render");
   }
+  if (is_part(options.frame)) {
+    throw UsageError("`part`, `sample-range`: a study measures whole pictures");
+  }
+  check_count("seeds", options.seeds, 1, kMostStudySeeds);
+  check_count("reference-spp", options.reference_spp, 2, kMaxSamples);
   StudyPlan plan;
   const std::vector<std::string> drivers =
       parse_names(options.drivers, "`drivers`", "driver", driver_table());

@@ -76,7 +76,7 @@ void draw_edit_menu(Workbench& bench) {
   menu_entry(bench, "Undo", Action::kUndo, bench.edits.can_undo());
   menu_entry(bench, "Redo", Action::kRedo, bench.edits.can_redo());
   ImGui::Separator();
-  menu_entry(bench, "Take all edits back", Action::kResetEdits, bench.session.scene() != nullptr);
+  menu_entry(bench, "Reset edits", Action::kResetEdits, bench.session.scene() != nullptr);
   ImGui::EndMenu();
 }
 

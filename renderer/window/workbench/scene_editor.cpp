@@ -87,13 +87,12 @@ void SceneEditor::set_solo(const std::optional<LightEdit>& light) {
   if (light != solo_) send(session_.edits(), light);
 }
 
-// The session took these edits before, and takes them again.
 void SceneEditor::undo() {
-  if (can_undo()) send(history_.undo(), solo_);
+  if (can_undo() && !send(history_.undo(), solo_)) history_.redo();
 }
 
 void SceneEditor::redo() {
-  if (can_redo()) send(history_.redo(), solo_);
+  if (can_redo() && !send(history_.redo(), solo_)) history_.undo();
 }
 
 bool SceneEditor::unsaved() const { return session_.scene() && session_.edits() != saved_; }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <stdexcept>
 
 #include "renderer/api/emberline.h"
 
@@ -68,6 +69,42 @@ TEST_F(LibraryCheckpoints, AStoppedFrameGoesOn) {
   }
 }
 
+// Given up, or ended by an exception of its watcher, before the file was saved for the first time.
+TEST_F(LibraryCheckpoints, AnAbandonedFrameGoesOn) {
+  for (const char* const driver : {"bucket", "bisection", "adaptive"}) {
+    for (const bool throws : {false, true}) {
+      const Settings settings =
+          small(driver).set("size", "64x64").set("spp", "64").set("bucket-size", "16");
+      const Scene scene = box(settings);
+      RenderFiles files = RenderFiles::at(path(driver));
+      std::stop_source give_up;
+      const auto watch = [&](const Progress& now) {
+        if (now.samples < 64 * 64 * 4) return;
+        if (throws) throw std::out_of_range("the watcher's");
+        give_up.request_stop();
+      };
+      if (throws) {
+        EXPECT_THROW(render(files, scene, settings, {}, {}, watch), std::out_of_range) << driver;
+      } else {
+        EXPECT_THROW(render(files, scene, settings, {}, {}, watch, give_up.get_token()), Stopped)
+            << driver;
+      }
+      ASSERT_TRUE(fs::exists(files.checkpoint)) << driver << throws;
+      files.resume = true;
+      EXPECT_EQ(render(files, scene, settings).values, render(scene, settings).values) << driver;
+    }
+  }
+}
+
+// A frame that can go on is not done when its time is over.
+TEST_F(LibraryCheckpoints, AFrameWhoseTimeIsOverIsNotComplete) {
+  const Settings settings = small("bisection").set("spp", "1000000").set("time-limit", "0.1");
+  const Scene scene = box(settings);
+  EXPECT_TRUE(render(scene, settings).complete);
+  EXPECT_FALSE(render(RenderFiles::at(path("frame")), scene, settings).complete);
+  EXPECT_TRUE(fs::exists(path("frame")));
+}
+
 TEST_F(LibraryCheckpoints, AreOfOneFrameAlone) {
   const Settings settings = small("bisection");
   Scene scene = box(settings);
@@ -106,6 +143,9 @@ TEST_F(LibraryCheckpoints, AFinishedFrameGetsMore) {
   EXPECT_TRUE(fs::equivalent(stored.scene, EMBERLINE_SCENES "/cornell_box.glb"));
   const Scene again(stored.scene, stored.settings);
   EXPECT_THROW(extend(files.checkpoint, again, Settings().set("spp", "8")), UsageError);
+  EXPECT_THROW(extend(files.checkpoint, again, Settings().set("spp", "24").set("seed", "9")),
+               UsageError)
+      << "another frame";
   const Picture more = extend(files.checkpoint, again, Settings().set("spp", "24"));
   EXPECT_EQ(more.values, render(scene, many).values);
   EXPECT_EQ(stored_frame(files.checkpoint).settings.get("spp"), "24");

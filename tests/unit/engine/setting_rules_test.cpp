@@ -27,7 +27,7 @@ const std::map<std::string, void (*)(RenderOptions&)> kOptions = {
     {"tree", [](RenderOptions& o) { o.trees = {"a.json"}; }},
     {"explain", [](RenderOptions& o) { o.explained = Vec2i(0); }},
     {"replay", [](RenderOptions& o) { o.replay = "0,0,0"; }},
-    {"display tev:", [](RenderOptions& o) { o.viewer.emplace(); }},
+    {"display tev", [](RenderOptions& o) { o.viewer.emplace(); }},
     {"skip-existing", [](RenderOptions& o) { o.skip_existing = true; }},
     {"stop-on-error", [](RenderOptions& o) { o.stop_on_error = true; }},
     {"range-report", [](RenderOptions& o) { o.range_report = "a.json"; }},

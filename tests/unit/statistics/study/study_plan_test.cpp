@@ -23,6 +23,21 @@ std::vector<std::string> names(const StudyPlan& plan) {
   return list;
 }
 
+TEST(StudyPlan, CountsAndPartsAreCheckedForEveryClient) {
+  for (const uint32_t seeds : {0u, kMostStudySeeds + 1}) {
+    StudyOptions options;
+    options.seeds = seeds;
+    EXPECT_THROW(plan_study(options), UsageError) << seeds;
+  }
+  StudyOptions options;
+  options.reference_spp = 1;
+  EXPECT_THROW(plan_study(options), UsageError) << "it is rendered in two halves";
+  options.reference_spp = 2;
+  EXPECT_NO_THROW(plan_study(options));
+  options.frame.part = FramePart{1, 2};
+  EXPECT_THROW(plan_study(options), UsageError);
+}
+
 TEST(StudyPlan, EveryCombinationOnceWithAShortNameAndAnIdOfItsOwn) {
   StudyOptions options;
   options.estimators = "two-stream,two-stream/mse/unbiased,kajiya";
