@@ -183,7 +183,8 @@ RenderedImage solid_face(const MaterialDescription& material, bool inside, doubl
 
 // The table of what a rough face returns has 20 cosines and is read linearly; from inside it has a
 // kink where total reflection begins. 4e-3 is what the lobe's own tests allow it below alpha = .4
-// (unit/shading/transmission_test.cpp); at 1, README.md of renderer/shading promises 3e-2 from inside.
+// (unit/shading/transmission_test.cpp); at 1, README.md of renderer/shading promises 3e-2 from
+// inside.
 constexpr double kRefractionTable = 4e-3;
 bool known_to_fail(bool is_clear, bool inside, double alpha, double mu) {
   return inside && alpha == 1 && (mu == .01 || (mu == 1 && is_clear));
