@@ -1,5 +1,5 @@
-// What a path shows of the scene (DenoiserFeatures), found while it is traced: a denoiser is guided
-// by the surfaces that mirrors and clear glass show, and not by the mirrors.
+// Records a path's DenoiserFeatures while it is traced. A denoiser is guided by the surfaces that
+// mirrors and clear glass show, not by the mirrors.
 #pragma once
 
 #include <cstdint>

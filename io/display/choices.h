@@ -1,4 +1,4 @@
-// What settings choose of a frame's colours, without their matrices.
+// The settings of working spaces. Does not include their matrices.
 #pragma once
 
 #include <cstdint>

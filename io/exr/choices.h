@@ -1,4 +1,4 @@
-// What settings choose of an OpenEXR file, without the writer.
+// The settings of EXR files. Does not include the writer.
 #pragma once
 
 #include <cstdint>

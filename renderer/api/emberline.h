@@ -149,11 +149,11 @@ class EMBERLINE_API Scene {
 // How far a frame has come.
 struct Progress {
   uint64_t samples = 0;
-  std::optional<double> error_estimate;  // of the picture of now, where the driver makes one
+  std::optional<double> error_estimate;  // for the picture as it is now, if the driver estimates it
   // R G B A of every pixel, rows from the top, linear; null: this driver shows no picture before it
   // is done.
   const float* rgba = nullptr;
-  int width = 0, height = 0;  // of what is rendered
+  int width = 0, height = 0;  // of the rendered crop
 };
 
 struct Picture {

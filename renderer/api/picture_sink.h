@@ -23,7 +23,7 @@ class PictureSink : public RenderSink {
   // not denoised when a stop is requested stays as it is.
   Picture finish(const std::stop_token& stop);
 
-  // What it holds of such a frame, at most, beside what denoise_bytes() says.
+  // An upper bound of what the sink holds for such a frame, excluding denoise_bytes().
   static uint64_t bytes(const OutputSettings& settings, const SceneLayers& layers);
 
  private:

@@ -115,9 +115,8 @@ MemoryReservation reserved(const RenderOptions& options, const OutputSettings& o
              "a frame of " + std::to_string(crop.width()) + "x" + std::to_string(crop.height()) +
                  " pixels");
   memory.add(bucket_list_bytes(crop, output.tile_size), "the list of its buckets");
-  const uint64_t films = output.aovs.contains(Aov::kDenoising) ? 2 : 1;
   const uint64_t lights =
-      options.light_groups ? films * LightGroupSums::bytes_per_pixel(layers.lights.size()) : 0;
+      options.light_groups ? light_tile_bytes_per_pixel(output.aovs, layers.lights.size()) : 0;
   const BucketsAtWork at_work = buckets_at_work(crop, output.tile_size, threads);
   memory.add(bytes_of(at_work.pixels(), tile_bytes_per_pixel(plan.drivers(), output.aovs) + lights),
              "working on buckets of " + std::to_string(at_work.width) + "x" +

@@ -166,8 +166,7 @@ void CommandFrame::add_light_groups(const LightGroups& groups) {
   report_.features.push_back(describe(groups));
   layers_.lights = report_.light_layers = light_layer_names(groups.list());
   reserve(light_group_bytes(options_, output_settings_, plan_, layers_.lights));
-  const uint64_t films = plan_.aovs.contains(Aov::kDenoising) ? 2 : 1;  // of all samples, of a half
-  reserve_tiles(films * LightGroupSums::bytes_per_pixel(layers_.lights.size()),
+  reserve_tiles(light_tile_bytes_per_pixel(plan_.aovs, layers_.lights.size()),
                 light_channel_names(layers_.lights, plan_.aovs).size(), output_settings_,
                 run_.workers->count(), memory_);
 }

@@ -1,4 +1,4 @@
-// What settings choose of a pixel filter, without the filters.
+// The settings of the pixel filter. Does not include the filters.
 #pragma once
 
 #include <string_view>

@@ -24,7 +24,7 @@ enum class PathLayer : uint8_t {
 inline constexpr size_t kPathLayers = 6;
 Aov aov_of(PathLayer layer);
 
-// Those of a film.
+// The layers that a film has.
 class PathLayers {
  public:
   explicit PathLayers(const AovSet& aovs);

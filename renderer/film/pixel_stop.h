@@ -1,4 +1,4 @@
-// Why a pixel got no more samples.
+// The values of the `stop` channel.
 #pragma once
 
 #include <cstdint>
@@ -6,7 +6,7 @@
 
 namespace emberline {
 
-// Why a pixel got no more samples; the values of the `stop` channel.
+// Why a pixel got no more samples.
 enum class PixelStop : uint8_t {
   kNone = 0,       // none came: its value is its neighbours'
   kBudget = 1,     // the samples asked for (--spp) were spent

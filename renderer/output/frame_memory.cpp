@@ -66,6 +66,11 @@ uint64_t light_group_bytes(const RenderOptions& options, const OutputSettings& s
   return bytes + output_bytes(options, settings, layers) - output_bytes(options, settings, {});
 }
 
+uint64_t light_tile_bytes_per_pixel(const AovSet& aovs, size_t lights) {
+  const uint64_t films = aovs.contains(Aov::kDenoising) ? 2 : 1;
+  return films * LightGroupSums::bytes_per_pixel(lights);
+}
+
 uint64_t output_bytes(const RenderOptions& options, const OutputSettings& settings,
                       const std::vector<std::string>& layers) {
   uint64_t per_pixel = 0;

@@ -17,6 +17,9 @@ uint64_t frame_bytes(const RenderOptions& options, const OutputSettings& setting
                      const RenderPlan& plan);
 uint64_t light_group_bytes(const RenderOptions& options, const OutputSettings& settings,
                            const RenderPlan& plan, const std::vector<std::string>& layers);
+// What light groups add to a pixel of a tile that is worked on: to the film of all samples and, for
+// denoising, to that of a half.
+uint64_t light_tile_bytes_per_pixel(const AovSet& aovs, size_t lights);
 // What the files hold of it until they are written, with these layers of light groups.
 uint64_t output_bytes(const RenderOptions& options, const OutputSettings& settings,
                       const std::vector<std::string>& layers);

@@ -17,7 +17,7 @@ bool same_samples(const RenderOptions& a, const RenderOptions& b) {
   return a.threads == b.threads && texts(a) == texts(b);
 }
 
-// A plan without layers of files, which a window does not write: what they need does not matter.
+// The window writes no layers, so the rules about layers must not refuse its settings.
 RenderPlan plan_of(RenderOptions options, const ViewSettings& settings) {
   options.light_groups = false;
   options.half.clear();

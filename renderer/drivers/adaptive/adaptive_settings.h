@@ -1,4 +1,4 @@
-// What `adaptive` is told, without its planner.
+// The settings of the adaptive driver. Does not include its planner.
 #pragma once
 
 #include <cstdint>

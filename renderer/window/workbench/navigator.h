@@ -35,7 +35,8 @@ class Navigator {
   // What is orbited keeps its size. Perspective comes back with the angle that it last had here.
   void set_orthographic(bool orthographic);
   void set_mirrored(bool mirrored);
-  // Of a lens, in metres: where none is set, to what is orbited. Needs a scene.
+  // The distance that the lens is focused at, in metres; if none is set, the distance to the point
+  // that is orbited. Needs a scene.
   double focus_distance() const;
 
   void frame_all();

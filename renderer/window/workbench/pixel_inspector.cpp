@@ -9,7 +9,7 @@
 namespace emberline {
 namespace {
 
-// What a user sees of it, but for the picture's own values.
+// The parts of an inspection that are shown, apart from the picture's own values.
 auto seen(const std::optional<PixelInspection>& p) {
   return p ? std::tuple(p->known, p->x, p->y, p->samples, p->explanation)
            : std::tuple(false, -1, -1, 0u, std::string());

@@ -35,7 +35,7 @@ class PixelInspector {
   // The cursor is over this pixel; none: beside the picture.
   void point_at(const std::optional<Vec2i>& pixel);
   const std::optional<Vec2i>& pointed() const { return pointed_; }
-  // What is known of it, while somebody wants to know.
+  // The inspected pixel, if a panel asks for it.
   const std::optional<PixelInspection>& inspection() const { return inspection_; }
   // Shows it beside the cursor, or not (WindowState::inspector).
   void toggle();

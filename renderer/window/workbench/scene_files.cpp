@@ -57,7 +57,7 @@ void SceneFiles::open_dropped(const std::string& path) {
   }
 }
 
-// That the edits came from or went to, or else a new one's name.
+// The file that the edits were read from or saved to; if there is none, a new name.
 std::string SceneFiles::edits_file() const {
   if (!edits_file_.empty()) return edits_file_;
   std::filesystem::path scene = session_.scene()->outline.file;

@@ -107,7 +107,7 @@ bool Workbench::update_problem() {
   return true;
 }
 
-// What plays is one step, too.
+// A playing animation is one step of undo, as a drag is.
 void Workbench::gesture_goes_on(bool held) {
   if (!held && !player.playing()) edits.end_gesture();
 }
