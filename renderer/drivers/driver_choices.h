@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string_view>
 
 namespace emberline {
 
@@ -14,6 +15,9 @@ enum class BucketOrder { kHilbert, kSpiral, kScanline, kRandom };
 
 // Which lines `bisection` halves the frame by: whole rows, whole columns, or both in turn.
 enum class BisectionAxis { kRows, kColumns, kBoth };
+
+// Which estimator decides how large an error is, unless settings say so.
+inline constexpr std::string_view kDefaultEstimator = "nested";
 
 // What a pixel without samples shows.
 enum class Reconstruction { kDuplicate, kLinear };

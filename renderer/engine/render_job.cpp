@@ -10,6 +10,7 @@
 #include "renderer/drivers/bucket_schedule.h"
 #include "renderer/engine/film_memory.h"
 #include "renderer/engine/render_loop.h"
+#include "renderer/film/film.h"
 #include "renderer/film/light_mix.h"
 
 namespace emberline {
@@ -71,6 +72,8 @@ void show_picture(const FrameDriver& driver, FilmTile& film) {
 RenderJob::RenderJob(Frame frame, DriverFactory drivers)
     : frame_(std::move(frame)), drivers_(std::move(drivers)) {}
 
+RenderJob::~RenderJob() = default;
+
 RenderResult RenderJob::render(RenderSink& sink, std::stop_token stop) {
   RenderLoop loop(frame_, sink, std::move(stop), counters_);
   drivers_.tiles ? render_tiles(loop) : render_crop(loop);
@@ -79,8 +82,8 @@ RenderResult RenderJob::render(RenderSink& sink, std::stop_token stop) {
 }
 
 void RenderJob::begin() {
-  film_.emplace(frame_.aovs, film_extras());
-  reset_film(frame_.crop, &*film_);
+  film_ = std::make_unique<FilmTile>(frame_.aovs, film_extras());
+  reset_film(frame_.crop, film_.get());
   driver_ = drivers_.create(frame_, frame_.crop);
   counters_ = frame_.no_counts();
 }
@@ -159,6 +162,13 @@ void RenderJob::render_crop(RenderLoop& loop) {
   counters_.min_samples = driver_->least_samples(*film_);
   counters_.stopped = !driver_->finished();
 }
+
+uint64_t RenderJob::kept_bytes_per_pixel() const {
+  if (drivers_.tiles) return 0;
+  return film_bytes_per_pixel(frame_.aovs, film_extras()) + drivers_.bytes_per_pixel;
+}
+
+uint64_t RenderJob::film_bytes() const { return driver_ ? film_->bytes() + driver_->bytes() : 0; }
 
 SampleReplay RenderJob::replay(int x, int y, uint32_t sample) const {
   RenderWorker worker(frame_);

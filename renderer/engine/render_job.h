@@ -16,7 +16,7 @@
 #include "renderer/drivers/frame.h"
 #include "renderer/drivers/frame_driver.h"
 #include "renderer/engine/render_sink.h"
-#include "renderer/film/film.h"
+#include "renderer/film/sample_value.h"
 
 namespace emberline {
 
@@ -75,6 +75,7 @@ class RenderJob final : public LivePicture {
   RenderJob(Frame frame, DriverFactory drivers);
   RenderJob(const RenderJob&) = delete;  // its driver refers to its frame
   RenderJob& operator=(const RenderJob&) = delete;
+  ~RenderJob() override;
 
   const Frame& frame() const { return frame_; }
   bool by_tiles() const { return drivers_.tiles; }
@@ -102,8 +103,11 @@ class RenderJob final : public LivePicture {
   // After render(), once: end(), then hands over the film that was kept as finished tiles.
   void deliver(RenderSink& sink);
 
+  // What render() and deliver() hold of each pixel of the crop beside workers' tiles, at most; 0 by
+  // tiles.
+  uint64_t kept_bytes_per_pixel() const;
   // Held by now.
-  uint64_t film_bytes() const { return driver_ ? film_->bytes() + driver_->bytes() : 0; }
+  uint64_t film_bytes() const;
 
   SampleReplay replay(int x, int y, uint32_t sample) const;
 
@@ -143,7 +147,7 @@ class RenderJob final : public LivePicture {
 
   const Frame frame_;
   const DriverFactory drivers_;
-  std::optional<FilmTile> film_;
+  std::unique_ptr<FilmTile> film_;
   std::unique_ptr<FrameDriver> driver_;
   RenderCounters counters_;
   std::optional<double> tiles_error_;

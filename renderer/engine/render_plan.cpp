@@ -124,6 +124,17 @@ std::unique_ptr<RenderJob> RenderPlan::prepare(const OpenScene& scene, const Cam
   return std::make_unique<RenderJob>(frame(scene.scene(), camera, scene.parts(), stop), drivers());
 }
 
+std::unique_ptr<RenderJob> RenderPlan::prepare_stage(const OpenScene& scene, const Camera& camera,
+                                                     const StageOptions& stage) const {
+  DriverSettings settings = driver_settings;
+  settings.explained = stage.explained;
+  Frame part = frame(scene.scene(), camera, {.light_groups = stage.light_groups});
+  part.crop = stage.crop;
+  part.samples_per_pixel = stage.samples_per_pixel;
+  part.exact_counts = even || find_driver(stage.driver).sharing == Sharing::kEven;
+  return std::make_unique<RenderJob>(std::move(part), driver_factory(stage.driver, settings));
+}
+
 Frame RenderPlan::frame(const Scene& scene, const Camera& camera, const SceneParts& parts,
                         const std::stop_token& stop) const {
   return {.scene = scene,

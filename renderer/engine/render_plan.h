@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <stop_token>
+#include <string_view>
 
 #include "integrators/integrator.h"
 #include "renderer/core/rect.h"
@@ -34,6 +35,15 @@ struct PrepareOptions {
   bool extending = false;               // RenderJob::extend() is called
 };
 
+// A frame in part or in advance: some of its pixels, with fewer samples each or by another driver.
+struct StageOptions {
+  std::string_view driver;
+  Rect crop;
+  uint32_t samples_per_pixel = 0;
+  std::optional<Vec2i> explained = {};        // as in PrepareOptions
+  const LightGroups* light_groups = nullptr;  // kept apart in its film
+};
+
 struct RenderPlan {
   // Looks all names up, and checks ranges and combinations. Throws UsageError that names the
   // option, the reason and what is valid.
@@ -44,6 +54,9 @@ struct RenderPlan {
   // RenderJob makes none.
   std::unique_ptr<RenderJob> prepare(const OpenScene& scene, const Camera& camera,
                                      const std::stop_token& stop) const;
+  // The same for a stage, whose samples are those of the frame.
+  std::unique_ptr<RenderJob> prepare_stage(const OpenScene& scene, const Camera& camera,
+                                           const StageOptions& stage) const;
   Frame frame(const Scene& scene, const Camera& camera, const SceneParts& parts = {},
               const std::stop_token& stop = {}) const;
   DriverFactory drivers() const { return driver_factory(driver->name, driver_settings); }

@@ -3,30 +3,13 @@
 
 #include <cstdint>
 #include <optional>
-#include <span>
 
 #include "renderer/core/rect.h"
-#include "renderer/film/pixel_stop.h"
+#include "renderer/engine/live_picture.h"
 
 namespace emberline {
 
 class FilmTile;
-class LightMix;
-
-// The frame as it can be shown while it renders: complete at every moment, the pixels without
-// samples filled from their neighbours.
-class LivePicture {
- public:
-  virtual ~LivePicture() = default;
-  // R G B A of every pixel of the crop, interleaved, rows from its top. With a mix, of a frame
-  // with light groups, under other lights: each group times its weight (renderer/film/light_mix.h).
-  virtual void resolve(std::span<float> rgba, const LightMix* mix = nullptr) const = 0;
-  virtual const FilmTile& film() const = 0;
-  // Why the pixel of the crop gets no more samples, as far as the driver has decided that by now;
-  // kGoingOn for the others, also where a stop request has cut them short.
-  virtual PixelStop stop_so_far(int x, int y) const = 0;
-};
-
 // How far a progressive render has come.
 struct JobProgress {
   int pass = 0;             // passes that have begun; the first brings every pixel its first sample

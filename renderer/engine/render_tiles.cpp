@@ -10,6 +10,7 @@
 #include "renderer/drivers/bucket_schedule.h"
 #include "renderer/engine/render_job.h"
 #include "renderer/engine/render_loop.h"
+#include "renderer/film/film.h"
 
 namespace emberline {
 

@@ -18,11 +18,6 @@
 namespace emberline {
 namespace {
 
-const Setting* find_setting(std::string_view name) {
-  const auto found = std::ranges::find(setting_table(), name, &Setting::name);
-  return found == setting_table().end() ? nullptr : &*found;
-}
-
 std::string text_of(const FrameSettings& settings, std::string_view name) {
   const Setting* const setting = find_setting(name);
   return setting ? setting->text(settings) : std::string();
@@ -369,6 +364,16 @@ void check_rules(const FrameSettings& settings, std::string_view about) {
   }
 }
 
+bool setting_is_allowed(const FrameSettings& settings, std::string_view name) {
+  const auto holds = [&](const SettingIs& is) {
+    return (is.name == name && is.value.empty()) || setting_holds(settings, is);
+  };
+  return std::ranges::none_of(setting_rules(), [&](const SettingRule& rule) {
+    return !rule.wrong && mentions(rule.about, name, "") &&
+           !broken_rule(rule, settings, holds).empty();
+  });
+}
+
 std::string rules_of(std::span<const SettingRule> rules, std::string_view name,
                      std::string_view value) {
   std::string text;
@@ -385,12 +390,9 @@ namespace {
 
 RulesHelp tell_rules(const Setting& setting) {
   RulesHelp help = {rules_of(setting_rules(), setting.name), ""};
-  for (std::string_view rest = setting.values; !rest.empty();) {
-    const size_t end = std::min(rest.find('\n', 1), rest.size());
-    const std::string_view line = rest.substr(0, end);  // "\n  name: summary"
-    help.values += line;
-    help.values += rules_of(setting_rules(), setting.name, line.substr(3, line.find(':') - 3));
-    rest.remove_prefix(end);
+  for (const SettingChoice& choice : setting.choices) {
+    help.values += fmt::format("\n  {}: {}", choice.name, choice.summary) +
+                   rules_of(setting_rules(), setting.name, choice.name);
   }
   return help;
 }

@@ -57,6 +57,9 @@ void check_rules(const FrameSettings& settings);
 // Only the rules about this setting.
 void check_rules(const FrameSettings& settings, std::string_view about);
 
+// Whether the rules allow this setting, which need not be given, beside the others.
+bool setting_is_allowed(const FrameSettings& settings, std::string_view name);
+
 // The drivers that fit, from their table.
 AnySetting drivers_that(const std::function<bool(const DriverEntry&)>& fits);
 

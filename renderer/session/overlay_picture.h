@@ -8,13 +8,13 @@
 #include <string_view>
 #include <vector>
 
-#include "renderer/drivers/adaptive/refinement_tree.h"
-#include "renderer/film/film_channels.h"
 #include "renderer/session/grading.h"
 #include "renderer/session/view_settings.h"
 #include "renderer/statistics/heatmap_quantity.h"
 
 namespace emberline {
+
+class RefinementTree;
 
 struct OverlayEntry {
   std::string_view name, summary;

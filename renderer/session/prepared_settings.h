@@ -9,8 +9,13 @@ namespace emberline {
 // Whether the driver is a window's own: bisection first, then adaptive.
 bool is_live(const RenderOptions& options);
 
-// That does the main work: of `live`, the adaptive one.
-const DriverEntry& main_driver(const RenderOptions& options);
+// Whether the driver that does the main work, which for `live` is the adaptive one, finishes bucket
+// after bucket.
+bool renders_buckets(const RenderOptions& options);
+// Whether it allows this setting (renderer/engine/setting_rules.h).
+bool is_allowed(const RenderOptions& options, std::string_view setting);
+// Whether light groups can be kept apart, so that other lights need no new samples.
+bool can_relight(const RenderOptions& options);
 
 // The options that a window's settings come to: those of the driver that does the main work, with
 // a budget that lasts as long as somebody looks.
@@ -30,7 +35,7 @@ struct PreparedSettings {
   RenderOptions options;
   bool live;
   RenderPlan plan;
-  bool light_groups;  // asked for, and possible
+  bool light_groups;  // requested, and possible
 };
 
 }  // namespace emberline

@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-#include "renderer/drivers/frame_driver.h"
+#include "renderer/engine/live_denoiser.h"
 #include "renderer/engine/render_job.h"
 #include "renderer/engine/stop_request.h"
 #include "renderer/scene/camera.h"
@@ -23,7 +23,6 @@
 #include "renderer/session/loaded_scene.h"
 #include "renderer/session/picture_publisher.h"
 #include "renderer/session/prepared_settings.h"
-#include "renderer/session/view_denoiser.h"
 
 namespace emberline {
 
@@ -65,7 +64,7 @@ class ViewFrame final : private RenderSink {
   // it. `shown_as` and `pause_wanted`, that somebody waits for the next pause, may change while the
   // frame renders. Throws what is wrong with the view.
   ViewFrame(RenderRequest request, const PreparedSettings& prepared, PicturePublisher& publisher,
-            ViewDenoiser& denoiser, std::shared_ptr<StopRequest> stop,
+            LiveDenoiser& denoiser, std::shared_ptr<StopRequest> stop,
             const std::atomic<ShownAs>& shown_as, const std::atomic<bool>& pause_wanted,
             Pause pause);
   // Before render(): keeps the lights apart, and shows them so mixed; without a mix, as they are.
@@ -101,7 +100,7 @@ class ViewFrame final : private RenderSink {
   PixelStop stop_cause() const override { return stop_->cause(); }
 
   void render_region();
-  RenderCounters render_stage(Stage stage, std::optional<RenderJob>& job, const std::string& name,
+  RenderCounters render_stage(Stage stage, std::unique_ptr<RenderJob>& job, const std::string& name,
                               const Rect& crop, uint32_t samples_per_pixel);
   void begin_buckets();
   void reserve(const Rect& pixels, uint64_t bytes_per_pixel);
@@ -120,15 +119,15 @@ class ViewFrame final : private RenderSink {
   std::string draw(const std::shared_ptr<const Grading>& grading, ShownPicture& picture);
   void resolve_whole(std::span<float> rgba) const;
   DriverFacts driver_facts() const;
-  const FilmTile* region_film() const;
-  const FilmTile& film_of(int x, int y) const;  // that a pixel is shown from
+  const LivePicture* region_picture() const;
+  const LivePicture& picture_of(int x, int y) const;  // that a pixel is shown from
   PixelStop stop_at(int x, int y) const;
   std::vector<float> stops() const;
 
   RenderRequest request_;
   const PreparedSettings& prepared_;
   PicturePublisher& publisher_;
-  ViewDenoiser& denoiser_;
+  LiveDenoiser& denoiser_;
   const std::shared_ptr<StopRequest> stop_;
   const std::atomic<ShownAs>& shown_as_;
   const std::atomic<bool>& pause_wanted_;
@@ -140,7 +139,7 @@ class ViewFrame final : private RenderSink {
   std::string stage_name_;  // its driver's
   std::stop_source stage_end_;
   std::optional<Vec2i> explained_;
-  std::optional<RenderJob> region_, first_, main_;
+  std::unique_ptr<RenderJob> region_, first_, main_;
   std::optional<BucketPicture> bucket_picture_;
   MemoryReservation memory_;  // of films and pictures
   // What is shown and looked at, from which driver, and how far that is.

@@ -95,7 +95,7 @@ class ViewRenderer {
   // The thread's own.
   std::unique_ptr<PreparedSettings> prepared_;
   ViewSettings prepared_for_;
-  ViewDenoiser denoiser_;
+  LiveDenoiser denoiser_;
   std::unique_ptr<ViewFrame> frame_;
   EnvironmentEdit environment_;  // the last one read from a file
   MemoryReservation environment_memory_;

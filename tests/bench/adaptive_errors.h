@@ -10,6 +10,7 @@
 
 #include "bench/bench_frame.h"
 #include "renderer/engine/render_sink.h"
+#include "renderer/film/film.h"
 
 namespace emberline::bench {
 

@@ -15,6 +15,7 @@
 #include "renderer/engine/render_job.h"
 #include "renderer/engine/render_plan.h"
 #include "renderer/engine/setting_table.h"
+#include "renderer/film/film.h"
 #include "renderer/scene/build_scene.h"
 #include "support/load_scene.h"
 

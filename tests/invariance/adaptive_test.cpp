@@ -13,6 +13,7 @@
 #include "renderer/drivers/driver_table.h"
 #include "renderer/engine/render_job.h"
 #include "renderer/engine/render_worker.h"
+#include "renderer/film/film.h"
 #include "support/busy_scene.h"
 #include "support/render.h"
 #include "support/stop_after.h"

@@ -9,6 +9,7 @@
 #include "renderer/drivers/bisection_schedule.h"
 #include "renderer/drivers/driver_table.h"
 #include "renderer/engine/render_job.h"
+#include "renderer/film/film.h"
 #include "samplers/pixel_samples.h"
 #include "support/render.h"
 #include "support/sanitized.h"

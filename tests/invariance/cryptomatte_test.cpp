@@ -16,6 +16,7 @@
 #include "renderer/drivers/driver_table.h"
 #include "renderer/engine/film_memory.h"
 #include "renderer/engine/render_job.h"
+#include "renderer/film/film.h"
 #include "renderer/scene/cryptomatte_ids.h"
 #include "support/render.h"
 #include "support/scenes.h"

@@ -13,6 +13,7 @@
 #include "io/image/library.h"
 #include "renderer/drivers/driver_table.h"
 #include "renderer/engine/render_job.h"
+#include "renderer/film/film.h"
 #include "renderer/output/outputs.h"
 #include "support/process_memory.h"
 #include "support/render.h"

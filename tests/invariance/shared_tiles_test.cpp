@@ -11,6 +11,7 @@
 
 #include "renderer/drivers/driver_table.h"
 #include "renderer/engine/render_job.h"
+#include "renderer/film/film.h"
 #include "support/busy_scene.h"
 #include "support/render.h"
 

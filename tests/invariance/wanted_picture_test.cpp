@@ -5,6 +5,7 @@
 
 #include "renderer/drivers/driver_table.h"
 #include "renderer/engine/render_job.h"
+#include "renderer/film/film.h"
 #include "support/render.h"
 #include "support/scenes.h"
 

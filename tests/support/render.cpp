@@ -1,3 +1,4 @@
+#include "renderer/film/film.h"
 #include "support/render.h"
 
 #include <tbb/global_control.h>
