@@ -96,8 +96,8 @@ bool RenderWorker::all_empty() const {
   });
 }
 
-void RenderWorker::trace_batch() {
-  Vec2f film[kSampleLanes];
+// Draws where on the film each sample of the batch lies, and what it weighs.
+void RenderWorker::place_samples(Vec2f* film) {
   for (int i = 0; i < count_; ++i) {
     samples_.start_sample(i);
     const FilterSample offset = frame_.filter.sample(
@@ -114,6 +114,11 @@ void RenderWorker::trace_batch() {
                float(addresses_[i].y) + 0.5f + offset.offset.y};
     values_[i] = SampleValue{};
   }
+}
+
+void RenderWorker::trace_batch() {
+  Vec2f film[kSampleLanes];
+  place_samples(film);
   const auto count = size_t(count_);
   if (frame_.moves()) [[unlikely]] {
     make_timed_rays({film, count});

@@ -48,6 +48,7 @@ class RenderWorker {
   bool sees() const { return frame_.aovs.contains(Aov::kDenoising); }
   void begin_batch(int x, int y, uint32_t first_sample, int count);
   bool all_empty() const;
+  void place_samples(Vec2f* film);
   void trace_batch();
   void add_background_velocity();
   void make_rays(std::span<const Vec2f> film);
