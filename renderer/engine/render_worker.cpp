@@ -103,12 +103,12 @@ void RenderWorker::place_samples(Vec2f* film) {
     const FilterSample offset = frame_.filter.sample(
         {samples_.get(camera_dim::kPixelX), samples_.get(camera_dim::kPixelY)});
     weights_[i] = offset.weight;
-    if (sees()) shares_[i] = frame_.filter.shares(offset.offset);
+    if (records_features()) shares_[i] = frame_.filter.shares(offset.offset);
     if (weighted_) {
       const float weight =
           frame_.sampler.integration_weight(addresses_[i].sample, frame_.samples_per_pixel);
       weights_[i] *= weight;
-      for (float& share : shares_[i]) share = sees() ? share * weight : 0.0f;
+      for (float& share : shares_[i]) share = records_features() ? share * weight : 0.0f;
     }
     film[i] = {float(addresses_[i].x) + 0.5f + offset.offset.x,
                float(addresses_[i].y) + 0.5f + offset.offset.y};
@@ -146,9 +146,9 @@ void RenderWorker::trace_batch() {
     batch.layer_values = &layer_values_;
   }
   if (counters_.clamped.clamps()) batch.clamped = &counters_.clamped;
-  if (sees()) {
-    std::fill_n(seen_, count, DenoiserFeatures{});
-    batch.seen = {seen_, count};
+  if (records_features()) {
+    std::fill_n(features_, count, DenoiserFeatures{});
+    batch.features = {features_, count};
   }
   batch.roles = frame_.roles;
   batch.optics = &counters_.optics;
@@ -156,9 +156,9 @@ void RenderWorker::trace_batch() {
     frame_.camera_solids->interiors({rays_, count}, {interiors_, count});
     batch.interiors = interiors_;
   }
-  if (catches()) [[unlikely]] {
-    std::fill_n(caught_, count, CatcherSample{});
-    batch.caught = {caught_, count};
+  if (records_catchers()) [[unlikely]] {
+    std::fill_n(catcher_samples_, count, CatcherSample{});
+    batch.catcher_samples = {catcher_samples_, count};
     batch.catcher_guide = frame_.catcher_guide.get();
   }
   frame_.integrator.estimate(batch, samples_, {values_, count});
@@ -179,18 +179,20 @@ void RenderWorker::add_background_velocity() {
 bool RenderWorker::add(int lane, FilmTile& tile) {
   const SampleAddress& a = addresses_[lane];
   const int x = int(a.x), y = int(a.y);
-  if (catches() && !is_finite(caught_[lane])) [[unlikely]]  // no sample then, as a whole
+  if (records_catchers() && !is_finite(catcher_samples_[lane]))
+      [[unlikely]]  // no sample then, as a whole
     values_[lane].radiance = Rgb(std::numeric_limits<float>::quiet_NaN());
   if (tile.add(x, y, frame_.half_of(a.sample), weights_[lane], values_[lane],
-               sees() ? &seen_[lane] : nullptr, sees() ? &shares_[lane] : nullptr)) {
+               records_features() ? &features_[lane] : nullptr,
+               records_features() ? &shares_[lane] : nullptr)) {
     if (counters_.clamped.clamps()) counters_.clamped.keep(values_[lane].radiance);
     const float alpha = values_[lane].alpha;
     if (frame_.cryptomattes && alpha != 0.0f) [[unlikely]] {
       tile.add_ids(x, y, weights_[lane] * alpha,
                    frame_.cryptomattes->of_hit(values_[lane].first_hit.id));
     }
-    if (catches()) [[unlikely]]
-      tile.add_caught(x, y, weights_[lane], caught_[lane]);
+    if (records_catchers()) [[unlikely]]
+      tile.add_catcher_sample(x, y, weights_[lane], catcher_samples_[lane]);
     return true;
   }
   counters_.non_finite_samples++;

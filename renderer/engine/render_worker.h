@@ -44,8 +44,8 @@ class RenderWorker {
   RenderCounters take_counters() { return std::exchange(counters_, frame_.no_counts()); }
 
  private:
-  bool catches() const { return frame_.aovs.contains(Aov::kShadow); }
-  bool sees() const { return frame_.aovs.contains(Aov::kDenoising); }
+  bool records_catchers() const { return frame_.aovs.contains(Aov::kShadow); }
+  bool records_features() const { return frame_.aovs.contains(Aov::kDenoising); }
   void begin_batch(int x, int y, uint32_t first_sample, int count);
   bool all_empty() const;
   void place_samples(Vec2f* film);
@@ -70,9 +70,9 @@ class RenderWorker {
   Ray rays_[kSampleLanes];
   float weights_[kSampleLanes];
   SampleValue values_[kSampleLanes];
-  DenoiserFeatures seen_[kSampleLanes];
+  DenoiserFeatures features_[kSampleLanes];
   SampleShares shares_[kSampleLanes];
-  CatcherSample caught_[kSampleLanes];
+  CatcherSample catcher_samples_[kSampleLanes];
   Interior interiors_[kSampleLanes];
   LightGroupValues light_values_;
   const PathLayers path_layers_;
