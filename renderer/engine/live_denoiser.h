@@ -15,7 +15,7 @@ struct PixelLattice;
 // Keeps its memory from picture to picture; one at a time.
 class LiveDenoiser {
  public:
-  // What a frame's film needs beside R G B A.
+  // Adds the channels that the filter needs.
   static void add_channels(AovSet& aovs);
   static bool has_channels(const AovSet& aovs);
 

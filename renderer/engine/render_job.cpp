@@ -16,8 +16,8 @@
 namespace emberline {
 namespace {
 
-// What each light group, or layer by light path, gives to each pixel of an incomplete picture, by
-// pixel, then by group.
+// The contribution of each light group or light-path layer to each pixel of an incomplete picture,
+// by pixel, then by group.
 std::vector<Rgb> shown_groups(const LivePicture& picture, LightMix::Of of, size_t groups) {
   const auto pixels = size_t(picture.film().rect().area());
   std::vector<Rgb> lights(groups * pixels);
@@ -32,8 +32,8 @@ std::vector<Rgb> shown_groups(const LivePicture& picture, LightMix::Of of, size_
   return lights;
 }
 
-// How many parts from `begin` on come before the next pause: all, unless a picture is wanted with
-// so many samples.
+// The end of the parts before the next pause: all parts, unless a picture is wanted after
+// `samples_wanted` samples.
 size_t pause_after(const FrameDriver& driver, const Round& round, size_t begin,
                    std::optional<uint64_t> samples_wanted) {
   if (!samples_wanted) return round.parts;

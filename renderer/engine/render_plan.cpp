@@ -17,16 +17,16 @@ namespace emberline {
 namespace {
 
 constexpr uint32_t kDefaultSamples = 64;
-// Where a threshold alone is given, a pixel that never meets it ends somewhere.
+// A pixel that never meets the threshold ends here, if no other limit is given.
 constexpr uint32_t kDefaultMostSamples = 4096;
 
-// As many as are asked for, or `least`.
+// The requested number of streams, or `least`.
 StreamCount streams_of(const FrameSettings& o, StreamCount least) {
   if (o.streams) return static_cast<StreamCount>(*o.streams);
   return aovs_of(o).contains(Aov::kDenoising) ? StreamCount::kTwo : least;
 }
 
-// Of two halves, where a pixel may have no more than so many samples.
+// Shortens the blocks of the two halves for pixels with few samples.
 void part_few_samples(uint32_t samples, RenderPlan& plan) {
   if (!plan.aovs.contains(Aov::kDenoising) || samples >= kLeastStreamSamples) return;
   plan.half_block = (samples + 1) / 2;

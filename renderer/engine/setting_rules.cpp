@@ -68,7 +68,7 @@ bool mentions(const AnySetting& list, std::string_view name, std::string_view va
       list, [&](const SettingIs& is) { return is.name == name && is.value == value; });
 }
 
-// What the setting must not come with, whichever of the two the rule is about.
+// The settings that exclude this one, whichever of the two a rule is about.
 AnySetting excluded_by(std::span<const SettingRule> rules, std::string_view name,
                        std::string_view value) {
   AnySetting excluded;
@@ -165,7 +165,7 @@ std::vector<SettingRule> view_rules() {
   };
 }
 
-// Of the EXR's layers.
+// Rules about the EXR's layers.
 std::vector<SettingRule> channel_rules() {
   std::vector<SettingRule> rules = {
       {.about = {{"aov", "clamped"}},
@@ -213,7 +213,7 @@ SettingRule rule_of_lights() {
           .reason = "{} knows no lights"};
 }
 
-// Of adaptive sampling.
+// Rules about adaptive sampling.
 std::vector<SettingRule> error_rules() {
   const auto estimators = [](const auto& fits) {
     return values_of("estimator", estimator_table(), fits);
@@ -266,7 +266,7 @@ std::vector<SettingRule> error_rules() {
   };
 }
 
-// Of parts of a frame, and of samplers that have to know counts beforehand.
+// Rules about parts of a frame, and about samplers that need to know counts beforehand.
 std::vector<SettingRule> sample_rules() {
   const auto samplers = [](const auto& fits) {
     return values_of("sampler", sampler_table(), fits);

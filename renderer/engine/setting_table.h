@@ -1,5 +1,5 @@
-// The settings of a frame by name: what a command line, a file of settings, a picture's header and
-// a study's records call them. One row for each.
+// The settings of a frame by name, one row each, for command lines, files of settings, pictures'
+// headers and study records.
 #pragma once
 
 #include <cstdint>
@@ -49,7 +49,7 @@ struct Setting {
 };
 
 std::span<const Setting> setting_table();
-// Null for a name that is none of theirs.
+// Null for an unknown name.
 const Setting* find_setting(std::string_view name);
 
 // Names and texts of the settings that have a text, in the table's order: of all, or of these
@@ -66,7 +66,7 @@ std::string text_of_json(const nlohmann::json& value, const JsonReader& reader);
 // how a frame is rendered, and not of which scene. A relative path in it is relative to the file.
 // Settings that it does not name stay as they are. Throws InputError with the place.
 void read_settings(const std::string& path, FrameSettings& settings);
-// Of all that differ from the defaults; read_settings() makes the same of it.
+// Writes all settings that differ from the defaults, as read_settings() reads them.
 std::string settings_json(const FrameSettings& settings, const std::string& path);
 
 }  // namespace emberline
