@@ -15,15 +15,15 @@
 namespace emberline {
 namespace {
 
-// The first picture of an edit is shown as soon as one pixel in so many has its sample, which a
-// frame of 1280 x 720 reaches in 10 to 20 ms on two cores; of a slow scene after so many seconds,
-// with what there is then.
+// The first picture of an edit is shown when this share of the pixels has a sample, which a frame
+// of 1280 x 720 reaches in 10 to 20 ms on two cores; for a slow scene after this time, whatever it
+// has.
 constexpr double kFirstCoverage = 1.0 / 64;
 constexpr double kFirstPatience_s = 0.012;
 
-// Later ones follow no faster than the eye takes them in, and cost no more than a share of the
-// time: a good one while the artist is still looking for what the edit has done, then one that is
-// not felt: `render` with the same driver is at most 7 % faster.
+// Later pictures come no faster than the eye follows, and may cost this share of the time: a larger
+// one while the artist looks for the effect of the edit, then one that does not matter (`render`
+// with the same driver is at most 7 % faster).
 constexpr double kLeastInterval_s = 1.0 / 30;
 constexpr double kLively_s = 1.0;
 constexpr double kLivelyShare = 0.1;
@@ -32,13 +32,14 @@ constexpr double kCalmShare = 0.01;
 // Samples that the region gets before the rest of the frame gets any.
 constexpr uint32_t kRegionSamples = 16;
 
-// Of the samples of a frame of buckets, what its first picture may cost, which is no part of them;
-// those that a threshold ends are taken to have the fewest that an estimator judges by.
+// The first picture of a frame of buckets may cost this share of the frame's samples, which do not
+// include it. With a threshold, a pixel is assumed to get the fewest samples that an estimator
+// needs.
 constexpr double kFirstPictureShare = 0.005;
 constexpr uint32_t kLeastJudged = 16;
 
-// Linear and graded, that the publisher keeps: the newest, one being drawn, one to compare with as
-// it was and as it is graded now.
+// Linear and graded pictures that the publisher keeps: the newest, one being drawn, one for
+// comparison as it was and as it is graded now.
 constexpr uint64_t kPictures = 4;
 
 Camera camera_of(const RenderRequest& request) {
@@ -106,7 +107,7 @@ void ViewFrame::reserve(const Rect& pixels, uint64_t bytes_per_pixel) {
               fmt::format("a frame of {}x{} pixels", crop_.width(), crop_.height()));
 }
 
-// A frame of its own, so that each of its pixels gets the samples that it would get anyway.
+// A job of its own, so that each pixel gets the samples of the frame.
 void ViewFrame::render_region() {
   const Rect region = request_.settings.region->intersect(crop_);
   if (region.empty()) return;
@@ -128,7 +129,7 @@ RenderCounters ViewFrame::render_stage(Stage stage, std::unique_ptr<RenderJob>& 
   return job->render(*this, stage_end_.get_token()).counters;
 }
 
-// Buckets come over what the first picture shows.
+// Buckets are shown over the first picture.
 void ViewFrame::begin_buckets() {
   constexpr uint64_t kDisplayed = 4;
   reserve(crop_, TilePicture::bytes_per_pixel(prepared_.plan) + kDisplayed);
@@ -143,14 +144,14 @@ void ViewFrame::begin_buckets() {
   shown_at_s_ = -std::numeric_limits<double>::infinity();  // else it might be a bucket's time ago
 }
 
-// Buckets need no more of it than a picture that a hand can follow.
+// For buckets the first picture need only be good enough to judge an edit by.
 bool ViewFrame::first_is_enough() const {
   if (stage_ != Stage::kFirst || prepared_.live || !shown_) return false;
   const uint32_t samples = std::max(prepared_.plan.samples_per_pixel, kLeastJudged);
   return progress_.completion >= kFirstPictureShare * double(samples);
 }
 
-// Of buckets only they count: samples of the first picture are let go.
+// For a frame of buckets, the first picture's samples do not count.
 bool ViewFrame::complete() const {
   const bool counts = stage_ == Stage::kMain || (stage_ == Stage::kFirst && prepared_.live);
   return counts && progress_.completion >= 1.0;
@@ -189,7 +190,7 @@ void ViewFrame::picture_changed(const JobProgress& progress, const LivePicture& 
   if (first_is_enough()) stage_end_.request_stop();
 }
 
-// What is asked here changes at pauses alone.
+// The answer changes only at pauses.
 bool ViewFrame::picture_wanted() const {
   if (pause_wanted_.load(std::memory_order_relaxed)) return true;
   const double now = seconds();
@@ -214,8 +215,8 @@ void ViewFrame::tile_finished(const FilmTile& tile) {
   look_at_buckets();
 }
 
-// Isolated: a thread that waits for help with the picture must not begin another bucket, and ask
-// for the picture that it holds.
+// Isolated: a thread that waits for help with the picture must not begin another bucket, which
+// would lock the picture again.
 void ViewFrame::look_at_buckets() {
   tbb::this_task_arena::isolate([&] { buckets_changed(); });
 }
@@ -225,7 +226,7 @@ void ViewFrame::buckets_changed() {
   progress_.pass = 1;
   progress_.samples = bucket_picture_->picture().samples();
   progress_.completion = bucket_picture_->picture().completion();
-  const bool shown_now = stop_->cause() == PixelStop::kNone && due();  // else nobody waits for it
+  const bool shown_now = stop_->cause() == PixelStop::kNone && due();
   if (shown_now) show();
   check_time_limit();
   pause_(shown_now);
@@ -374,7 +375,7 @@ void ViewFrame::resolve_whole(std::span<float> rgba) const {
   }
 }
 
-// Of an incomplete frame, what bisection has of it; a region is finer than that.
+// An incomplete frame is filtered on the lattice of bisection, unless a region is finer.
 void ViewFrame::denoise(ShownPicture& picture) {
   const bool possible = LiveDenoiser::has_channels(prepared_.plan.aovs) && stage_ != Stage::kRegion;
   const PixelLattice* lattice = nullptr;
