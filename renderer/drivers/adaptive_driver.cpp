@@ -20,14 +20,14 @@
 namespace emberline {
 namespace {
 
-// About a millisecond of work: what a picture that is wanted waits for.
+// About a millisecond of work, which a requested picture has to wait for.
 constexpr uint64_t kPartSamples = 4096;
 
 // Samples of a pixel on the way to the pilot.
 constexpr uint32_t kPilotStep = 4;
 
-// The tree asks for the first of every so many pixels, and the others follow in tiles: by then it
-// has found where the picture's features are, and asking costs as much as a sample of a simple
+// The tree places the first sample of one pixel in kTreePart; the others follow in tiles. By then
+// the tree has found the picture's features, and asking it costs as much as a sample of a simple
 // scene.
 constexpr size_t kTreePart = 16;
 constexpr size_t kTreePartPixels = 256;

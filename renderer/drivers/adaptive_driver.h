@@ -2,10 +2,9 @@
 // "Antialiased Ray Tracing by Adaptive Progressive Refinement", with today's estimators beside
 // theirs).
 //
-// A first sample for every pixel, in the order that the refinement tree finds for them; then the
-// estimator's pilot; then rounds: at each barrier the planner looks at the film and says how many
-// samples every pixel is to have next. Where nobody looks at the picture before it is finished, the
-// pilot comes at once.
+// First one sample for every pixel, in the order of the refinement tree; then the estimator's
+// pilot; then rounds: at each barrier the planner decides from the film how many samples every
+// pixel gets next. If the picture is not shown before it is finished, it begins with the pilot.
 #pragma once
 
 #include <optional>
@@ -32,16 +31,16 @@ std::vector<uint32_t> tile_order(const Rect& crop);
 std::vector<size_t> cut_into_parts(std::span<const uint32_t> order, std::span<const uint32_t> have,
                                    std::span<const uint32_t> targets, uint64_t samples);
 
-// The parts in the order of what their samples are expected to bring: a picture that is looked at,
-// or stopped, amid a round has had its worst places seen to. gain[i] is the squared error that the
+// Sorts the parts by the expected gain of their samples, so that a picture shown or stopped in the
+// middle of a round has improved where it was worst. gain[i] is the squared error that the
 // samples of pixel i in this round take away; a part's rank is the sum over its pixels by its
 // samples. Equal parts come in van der Corput's order, spread over the frame.
 std::vector<uint32_t> parts_by_gain(std::span<const size_t> parts, std::span<const uint32_t> order,
                                     std::span<const uint32_t> have,
                                     std::span<const uint32_t> targets, std::span<const float> gain);
 
-// Whether the frame is looked at before it is finished: then it is complete from the first sample
-// on, and what is there can be shown at any moment.
+// Whether the frame is shown before it is finished: then it is complete from the first samples on,
+// and can be shown at any moment.
 enum class FirstPicture { kNotShown, kShown };
 
 class AdaptiveDriver final : public FrameDriver {
@@ -71,7 +70,7 @@ class AdaptiveDriver final : public FrameDriver {
   void follow(int x, int y) override;
 
   static FilmExtras film_extras(const AdaptiveSettings& settings);
-  // What bytes() comes to, at most, a pixel.
+  // The most that bytes() reaches, per pixel.
   static uint64_t bytes_per_pixel(const AdaptiveSettings& settings);
 
  private:

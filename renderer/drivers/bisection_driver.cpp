@@ -15,7 +15,7 @@ namespace {
 // together in the frame, and so in the caches; larger ones gain little (tests/bench/RESULTS.md).
 constexpr uint64_t kPartSamples = 4096;
 
-// Of the frame, in the first pass.
+// Rounds of the first pass.
 constexpr uint64_t kFirstPassRounds = 100;
 
 // Parts of such a round: for many threads to share, but fewer where they would not hold two batches
@@ -28,7 +28,7 @@ PartShape shape_of(const SampleRange& samples, BisectionAxis axis) {
   return axis == BisectionAxis::kRows ? PartShape::kRow : PartShape::kColumn;
 }
 
-// Of the first pass lines of pixels, of the others lines of cells that stay together.
+// Lines of pixels in the first pass; later, lines of cells whose pixels stay together.
 std::vector<BisectionStep> steps_of(const Rect& crop, const SampleRange& samples,
                                     BisectionAxis axis) {
   const uint64_t cell_pixels =
@@ -36,7 +36,7 @@ std::vector<BisectionStep> steps_of(const Rect& crop, const SampleRange& samples
   return bisection_steps(crop.width(), crop.height(), axis, square_cell(cell_pixels));
 }
 
-// What the first pass has after these parts, which lie in one step.
+// The coverage of the first pass after these parts, which lie in one step.
 BisectionCoverage coverage(const BisectionPass& pass, const RenderedParts& parts, size_t begin) {
   const size_t step = pass.step_of(begin), first = pass.first_part(step);
   if (parts.complete && parts.end == pass.first_part(step + 1)) return {step + 1, 0, 0};

@@ -1,6 +1,5 @@
 // `bisection`: progressive refinement after Arikan & Gudukbay (2000). The whole frame can be judged
-// from the first milliseconds on; then it goes over the frame again and again, each time for as
-// many samples as there are.
+// after the first milliseconds. Each further pass over the frame doubles the number of samples.
 #pragma once
 
 #include <algorithm>
@@ -57,14 +56,13 @@ class BisectionDriver final : public FrameDriver {
   size_t pass_ = 0;             // which of the passes is under way
   size_t begin_ = 0, end_ = 0;  // of its parts: the round under way
   BisectionCoverage coverage_;  // of the first pass
-  uint32_t least_samples_ = 0;  // of those that were asked for
-  uint32_t extended_ = 0;       // what every pixel has of a frame that goes on in this one
+  uint32_t least_samples_ = 0;  // of the requested ones
+  uint32_t extended_ = 0;       // samples of every pixel in the frame that this one extends
 };
 
-// Where the round that begins with part `first` ends. In the first pass it lies within a step and
-// has at most a hundredth of the frame's pixels (or one part): the picture can be looked at after
-// it. Later passes are a round each, because every pause costs half a part for the threads that
-// wait.
+// The end of the round that begins with part `first`. In the first pass a round stays within a step
+// and has at most a hundredth of the frame's pixels (or one part), so that the picture can be shown
+// often. Each later pass is one round, because every pause costs waiting threads half a part.
 size_t bisection_round_end(const BisectionPass& pass, size_t first, uint64_t frame_pixels);
 
 // How many pixels of a pass make a part: a power of two.

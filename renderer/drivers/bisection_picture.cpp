@@ -66,8 +66,8 @@ BisectionPicture::View BisectionPicture::view(const PixelLattice& lattice) const
           blend_lines(lattice.rows, film_.rect().height(), reconstruction_)};
 }
 
-// What there is of a first step that was cut short. That step is one line or one pixel, so what
-// there is of it is a lattice, too.
+// The sampled pixels of a first step that was cut short. That step is one line or one pixel, so
+// they form a lattice, too.
 PixelLattice BisectionPicture::sampled_of_first_step() const {
   PixelLattice lattice;
   const PixelLattice& first = steps_.front().added;
@@ -81,8 +81,8 @@ PixelLattice BisectionPicture::sampled_of_first_step() const {
   return lattice;
 }
 
-// Of the step under way. Asked of the schedule rather than of the film, whose memory would be
-// touched before its time.
+// Row states of the current step. Uses the schedule rather than the film, whose memory would
+// otherwise be touched too early.
 std::vector<BisectionPicture::RowState> BisectionPicture::row_states() const {
   std::vector<RowState> states(size_t(film_.rect().height()), RowState::kComplete);
   const std::vector<int>& rows = steps_[coverage_.complete_steps].added.rows;

@@ -19,7 +19,7 @@ std::span<const NamedValue<Reconstruction>> reconstruction_table();
 // How much of the first pass is there.
 struct BisectionCoverage {
   size_t complete_steps = 0;
-  // Of the step after those: parts that are complete, and parts that may have begun.
+  // In the following step: complete parts, and parts that may have begun.
   size_t complete_parts = 0, begun_parts = 0;
 };
 

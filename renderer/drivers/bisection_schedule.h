@@ -31,13 +31,13 @@ struct PixelLattice {
   uint64_t pixels() const { return uint64_t(columns.size()) * rows.size(); }
 };
 
-// What one level brings: the pixels of `added`, none of which an earlier step had, after which all
-// pixels of `complete` are there.
+// One level: adds the pixels of `added`, none of which an earlier step had; then all pixels of
+// `complete` have samples.
 struct BisectionStep {
   PixelLattice added, complete;
 };
 
-// Columns and rows that stay together, for the sake of the caches: a level is one of cells then.
+// Columns and rows that stay together for the sake of the caches; a level then consists of cells.
 struct BisectionCell {
   int width = 1, height = 1;
 };
@@ -65,7 +65,7 @@ std::vector<SampleRange> bisection_passes(uint32_t samples_per_pixel);
 // Width and height of a block of `pixels` (a power of two): equal, or the width twice the height.
 BisectionCell square_cell(uint64_t pixels);
 
-// What a part looks like: a piece of one line, or as square as it can be.
+// The shape of a part: a piece of one line, or nearly a square.
 enum class PartShape { kRow, kColumn, kSquare };
 
 // One pass over all steps, cut into parts for the workers: blocks of at most `part_pixels` pixels

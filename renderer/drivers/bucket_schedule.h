@@ -25,7 +25,7 @@ std::span<const NamedValue<BucketOrder>> bucket_order_table();
 std::vector<Rect> bucket_schedule(const Rect& crop, int bucket_size, BucketOrder order,
                                   uint32_t seed);
 
-// How many that are, or would be, and what the lists of them take that a frame makes on its way.
+// The number of buckets, and the bytes of the lists of buckets that a frame makes.
 uint64_t bucket_count(const Rect& crop, int bucket_size);
 uint64_t bucket_list_bytes(const Rect& crop, int bucket_size);
 
@@ -33,10 +33,10 @@ uint64_t bucket_list_bytes(const Rect& crop, int bucket_size);
 // pixels.
 int tile_of_buckets(int bucket_size, int least);
 
-// Of one of these buckets, by rows, whatever their order.
+// The row-by-row number of a bucket, independent of the order.
 size_t bucket_number(const Rect& crop, const Rect& bucket, int bucket_size);
 
-// Those that so many threads work on at once: how many, and the sides of the largest.
+// The buckets that this number of threads work on at once: their count, and the largest sides.
 struct BucketsAtWork {
   int64_t count = 0;
   int width = 0, height = 0;

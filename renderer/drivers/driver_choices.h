@@ -1,4 +1,4 @@
-// What settings choose of a driver's work, without the drivers.
+// Choices of drivers for settings, without the drivers themselves.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@ enum class BisectionAxis { kRows, kColumns, kBoth };
 // Which estimator decides how large an error is, unless settings say so.
 inline constexpr std::string_view kDefaultEstimator = "nested";
 
-// What a pixel without samples shows.
+// How pixels without samples are shown: by their neighbour, or blended.
 enum class Reconstruction { kDuplicate, kLinear };
 
 // In what units an error counts (drivers/adaptive/error_metric.h).

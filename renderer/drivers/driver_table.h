@@ -26,9 +26,9 @@ struct DriverSettings {
   BisectionAxis bisection_axis = BisectionAxis::kBoth;
   Reconstruction reconstruction = Reconstruction::kDuplicate;
   AdaptiveSettings adaptive = {};
-  std::optional<Vec2i> explained = {};  // the pixel that FrameDriver::explain is asked about
-  bool extending = false;               // a frame that had fewer samples; its pilot is done
-  bool keep_tree = false;               // DriverFacts::tree will be asked for
+  std::optional<Vec2i> explained = {};  // the pixel for FrameDriver::explain()
+  bool extending = false;               // a finished frame with fewer samples; its pilot is done
+  bool keep_tree = false;               // for DriverFacts::tree
   int cryptomattes = 0, cryptomatte_levels = 0;  // FilmExtras'
 };
 
@@ -40,7 +40,7 @@ struct DriverEntry {
   std::string_view summary;
   Sharing sharing;
   bool tiles;  // as in DriverFactory
-  // Of these pixels of the frame.
+  // Makes a driver for these pixels of the frame.
   std::unique_ptr<FrameDriver> (*create)(const Frame& frame, const Rect& pixels,
                                          const DriverSettings& settings);
   FilmExtras (*film_extras)(const DriverSettings& settings);
@@ -51,24 +51,24 @@ std::span<const DriverEntry> driver_table();
 // Throws UsageError that lists the valid names.
 const DriverEntry& find_driver(std::string_view name);
 
-// The sides of the tiles that the frame is handed on in, and that its EXR has: buckets. A driver
-// that has the whole frame at once joins small ones, since each tile costs an output some time.
+// The side of the tiles that are delivered, and of the EXR's tiles: buckets. A driver of the whole
+// frame joins small buckets, since each tile costs its outputs some time.
 int tile_size(const DriverEntry& driver, int bucket_size);
 
-// What a frame's drivers are made by.
+// Makes the drivers of a frame.
 struct DriverFactory {
-  // One for each tile, which is finished and let go before the next; else one for the crop, whose
-  // picture is there all the time.
+  // One driver for each tile, which is finished and released before the next; otherwise one for the
+  // whole crop, which can be shown at any time.
   bool tiles = false;
-  int tile_size = 64;  // pixels; also of what is delivered of a whole crop
+  int tile_size = 64;  // pixels; also for delivering a whole crop
   BucketOrder tile_order = BucketOrder::kHilbert;
   FramePart part = {};  // of the tiles
   FilmExtras film_extras = {};
-  uint64_t bytes_per_pixel = 0;  // of a driver beside the film, at most
+  uint64_t bytes_per_pixel = 0;  // the most that a driver takes, without the film
   std::function<std::unique_ptr<FrameDriver>(const Frame& frame, const Rect& pixels)> create;
 };
 
-// What the driver's film holds, but for light groups.
+// The extras of the driver's film, without light groups.
 FilmExtras film_extras(const DriverEntry& driver, const DriverSettings& settings);
 
 // Throws what find_driver() does.

@@ -1,4 +1,4 @@
-// What every driver renders: one frame, and what is counted on the way.
+// The constant data of a frame, and the counters of its rendering.
 #pragma once
 
 #include <cstddef>
@@ -44,7 +44,7 @@ struct RayCounters {
   }
 };
 
-// What happened, summed over the frame.
+// Counts over the whole frame.
 struct RenderCounters {
   RayCounters rays;
   uint64_t samples = 0;
@@ -57,16 +57,16 @@ struct RenderCounters {
 
   static constexpr size_t kLocatedLimit = 16;
   void locate(const NonFiniteSample& sample);
-  // All but min_samples and stopped, which no worker knows.
+  // Adds everything except min_samples and stopped, which no worker knows.
   void merge(const RenderCounters& other);
-  // All but `stopped`.
+  // Saves or loads everything except `stopped`.
   void archive(Archive& archive);
 };
 
-// Says what glass has kept from the picture, if anything.
+// Warns if limits of glass have kept light from the picture.
 void warn_of_optics(const OpticsCounters& counters);
 
-// All that is constant while a frame renders. Refers to things that must outlive it.
+// Everything that is constant while a frame renders. Referenced objects must outlive it.
 struct Frame {
   const Scene& scene;
   const Camera& camera;
@@ -74,7 +74,7 @@ struct Frame {
   const Sampler& sampler;
   const PixelFilter& filter;
   int width = 0, height = 0;
-  Rect crop;                       // what of it is rendered; the whole, if it is not cropped
+  Rect crop;                       // the rendered pixels; the whole frame, if it is not cropped
   uint32_t first_sample = 0;       // of every pixel; samples of a film are counted from here on
   uint32_t samples_per_pixel = 1;  // of every pixel; of adaptive sampling on average, or 0
   uint32_t seed = 0;
@@ -82,22 +82,21 @@ struct Frame {
   // Samples after which the half of the film changes: 8, with the stream (samplers/sampler.h).
   uint32_t half_block = 8;
   AovSet aovs;
-  double shutter_frames = 1.0;  // how long it is open; 1 for an instant, of which velocity() is
-  bool exact_counts = true;     // every pixel gets samples_per_pixel, and none more
+  double shutter_frames = 1.0;  // open time of the shutter; 1 for an instant, for velocity()
+  bool exact_counts = true;     // every pixel gets exactly samples_per_pixel
   float clamp_indirect = 0.0f;  // the integrator's
-  // Of the scene as it is built: what each of them gives is kept apart, if the integrator tells
-  // lights apart (IntegratorEntry). Null: it is not, and costs nothing.
+  // Groups of the built scene whose light is kept apart, if the integrator can separate lights
+  // (IntegratorEntry). Null: none.
   const LightGroups* light_groups = nullptr;
-  // Of the scene as it is built: each pixel's ids are kept (FilmExtras has room for them). Null:
-  // no.
+  // Ids of the built scene, kept for each pixel (FilmExtras has room for them). Null: none.
   const CryptomatteIds* cryptomattes = nullptr;
-  // Of the scene as it is built; null: the camera sees all of it as other rays do.
+  // Roles in the built scene. Null: camera rays see the same surfaces as other rays.
   const SurfaceRoles* roles = nullptr;
-  // Whose camera rays are not traced; null: all are.
+  // Pixels whose camera rays are not traced. Null: all are traced.
   std::shared_ptr<const EmptyPixels> empty_pixels;
-  // What the camera stands in; null: no solid.
+  // Solids that contain the camera. Null: none.
   std::shared_ptr<const CameraSolids> camera_solids;
-  // Those of SampleBatch; null: none.
+  // The guides of SampleBatch. Null: none.
   std::shared_ptr<const LightGuide> guide, catcher_guide;
 
   int half_of(uint32_t sample) const {
@@ -105,7 +104,7 @@ struct Frame {
   }
   // Whether samples have a time.
   bool moves() const;
-  // Of which a worker, or what is loaded of the frame, begins.
+  // The counters that a worker, or a loaded state, begins with.
   RenderCounters no_counts() const;
   FilmExtras with_light_groups(FilmExtras extras) const;
 };

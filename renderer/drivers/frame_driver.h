@@ -1,5 +1,5 @@
-// A frame driver decides which pixel gets its next samples. It is no more than these decisions, as
-// data: RenderJob (renderer/engine) carries them out, pauses, and tells the sink. Drivers are
+// A frame driver decides which pixels get the next samples. It only decides, as data: RenderJob
+// (renderer/engine) carries the decisions out, pauses, and calls the sink. Drivers are
 // interchangeable: for equal sample counts they produce equal bits (law 2), because every sample is
 // a pure function of the frame (law 1) and each pixel's samples are added in index order by one
 // owner.
@@ -30,8 +30,8 @@ struct PixelWork {
   bool operator==(const PixelWork&) const = default;
 };
 
-// What is rendered before the driver decides again: parts of about a millisecond of work, begun in
-// order and carried out side by side. No pixel is in two of them.
+// The work before the driver decides again: parts of about a millisecond each, begun in order and
+// carried out in parallel. No pixel is in two parts.
 struct Round {
   size_t parts = 0;
   uint32_t seed = 0;       // of its samples
@@ -48,67 +48,66 @@ struct RenderedParts {
   std::span<const size_t> cut_short = {};
 };
 
-// What some drivers know of a frame beside its film, at a pause or after the last round.
+// Further facts of some drivers, valid at a pause or after the last round.
 struct DriverFacts {
-  // By which the first samples were placed, if DriverSettings::keep_tree asked for it.
+  // The tree that placed the first samples, if DriverSettings::keep_tree is set.
   const RefinementTree* tree = nullptr;
-  // Of an incomplete frame: the finest lattice whose pixels all have samples.
+  // For an incomplete frame, the finest lattice whose pixels all have samples.
   const PixelLattice* lattice = nullptr;
 };
 
-// Of one film: the crop's, or a tile's. Of each round that next() gives, rendered() is told all
-// parts, once or part by part, before next() is called again. No call while samples are added, but
-// expand().
+// Drives one film: the crop's, or a tile's. After next(), rendered() is called for all parts of the
+// round, in one or more calls, before next() is called again. Only expand() may be called while
+// samples are added.
 class FrameDriver {
  public:
   virtual ~FrameDriver() = default;
 
-  // Decides from the film, which has all samples of the rounds before, and writes into it what it
-  // knows of the samples' variances. Nothing: the frame is finished, or a stop was requested
-  // meanwhile.
+  // Decides from the film, which has all samples of earlier rounds, and writes its estimates of
+  // sample variances into it. Absent: the frame is finished, or a stop was requested meanwhile.
   virtual std::optional<Round> next(FilmTile& film, const std::stop_token& stop) = 0;
-  // The round under way, as next() gave it; of no parts before the first.
+  // The current round, as next() returned it; has no parts before the first.
   virtual Round round() const = 0;
-  // Writes a part of the round into an empty list. From worker threads, concurrently.
+  // Writes a part of the round into an empty list. Called from worker threads, concurrently.
   virtual void expand(size_t part, std::vector<PixelWork>& list) const = 0;
-  // How many samples that brings.
+  // The number of samples of a part.
   virtual uint64_t samples(size_t part) const = 0;
-  // These parts of the round are in the film.
+  // Reports that the film has the samples of these parts.
   virtual void rendered(const RenderedParts& parts, const FilmTile& film) = 0;
 
-  // Every sample is in the film that the driver will ask for.
+  // Whether the film has all samples that the driver will request.
   virtual bool finished() const = 0;
-  // The least of any pixel.
+  // The smallest number of samples of any pixel.
   virtual uint32_t least_samples(const FilmTile& film) const = 0;
   // Expected RMS error of the displayed picture as of the last decision, if that is known.
   virtual std::optional<double> error_estimate() const { return std::nullopt; }
-  // Why the pixel gets no more samples, as far as that is decided by now; kGoingOn for the others.
+  // Why the pixel gets no more samples, if that is decided by now; kGoingOn otherwise.
   virtual PixelStop stop_so_far(const FilmTile& film, int x, int y) const = 0;
-  // LivePicture::resolve: what the film has, unless the driver knows better.
+  // LivePicture::resolve(): shows the film, unless the driver fills in pixels.
   virtual void resolve(const FilmTile& film, std::span<float> rgba, const LightMix* mix) const;
-  // resolve() has something else to show than the film's means, also where that has samples.
+  // Whether resolve() shows other values than the film's means for pixels with samples.
   virtual bool shows_other_means() const { return false; }
   virtual DriverFacts facts() const { return {}; }
-  // What decided the number of the pixel's samples, in lines for people, or what does so far; at a
-  // pause, or in the end. Empty: nothing is decided by pixel.
+  // Explains to people, in lines of text, what decided the pixel's number of samples so far. Call
+  // at a pause or at the end. Empty: the driver decides nothing for single pixels.
   virtual std::string explain(const FilmTile& /*film*/, int /*x*/, int /*y*/) const { return {}; }
-  // At a pause: explain() will be asked about this pixel instead of the settings', and has to tell
-  // of it what happens from here on.
+  // Call at a pause: records what happens to this pixel from now on for explain(), instead of the
+  // settings' pixel.
   virtual void follow(int /*x*/, int /*y*/) {}
-  // After the last round: writes into the film why each pixel stopped, those that a stop request
-  // cut short because of `cut_short`, and what else looks at every pixel once more.
+  // After the last round: writes into the film why each pixel stopped (`cut_short` for those that a
+  // stop request ended), and does all other work that visits every pixel once more.
   virtual void end(FilmTile& film, PixelStop cut_short) = 0;
 
-  // The state between two parts, whose samples the film has, and rendered() was told of all: a new
-  // driver of the same frame, settings and pixels goes on from there to the same bits. Which parts
-  // of round() those were its caller knows. Throws InputError while it loads.
+  // Saves or loads the state between two parts, when rendered() was called for all samples in the
+  // film. A new driver of the same frame, settings and pixels continues to the same bits. The
+  // caller keeps which parts of round() are done. Throws InputError while loading.
   virtual void archive(Archive& archive, const FilmTile& film) = 0;
-  // Of a new driver, with larger settings than those of a frame that is finished: loads that
-  // frame's state, and goes on from its film. A driver that asks for samples by their number alone
-  // begins at the first, of which its caller leaves out what the film has.
+  // Called for a new driver whose settings extend those of a finished frame: loads that frame's
+  // state and continues from its film. A driver that requests samples by number alone begins at the
+  // first one; its caller leaves out the samples that the film has.
   virtual void extend(Archive& /*finished*/, const FilmTile& /*film*/) {}
 
-  // Held beside the film.
+  // Memory of the driver, without the film.
   virtual uint64_t bytes() const { return 0; }
 };
 

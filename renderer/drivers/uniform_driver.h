@@ -1,4 +1,4 @@
-// The same number of samples for every pixel, row by row.
+// Gives every pixel the same number of samples, row by row.
 #pragma once
 
 #include "renderer/drivers/frame.h"
