@@ -42,14 +42,14 @@ void DestroyWindow::operator()(GLFWwindow* window) const { glfwDestroyWindow(win
 WindowHandle open_window(const ViewOptions& options, const WindowState& state, float scale) {
   glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
   glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 0);
-  // What is drawn has no depth, and nothing of the screen shines through it.
+  // The interface needs no depth, and the window is opaque.
   for (const int bits : {GLFW_DEPTH_BITS, GLFW_STENCIL_BITS, GLFW_ALPHA_BITS}) {
     glfwWindowHint(bits, 0);
   }
   glfwWindowHint(GLFW_MAXIMIZED, state.maximized && !options.window_size);
   glfwWindowHintString(GLFW_X11_CLASS_NAME, "emberline");
   glfwWindowHintString(GLFW_X11_INSTANCE_NAME, "emberline");
-  // What was remembered may be of a larger screen.
+  // The remembered size may come from a larger screen.
   int unused = 0, most_x = 0, most_y = 0;
   if (GLFWmonitor* const screen = glfwGetPrimaryMonitor()) {
     glfwGetMonitorWorkarea(screen, &unused, &unused, &most_x, &most_y);
@@ -72,7 +72,7 @@ WindowHandle open_window(const ViewOptions& options, const WindowState& state, f
 ImGuiContextOwner::ImGuiContextOwner(GLFWwindow* window) {
   IMGUI_CHECKVERSION();
   ImGui::CreateContext();
-  ImGui::GetIO().IniFilename = nullptr;  // window_state.h remembers what there is
+  ImGui::GetIO().IniFilename = nullptr;  // window_state.h remembers the window
   ImGui_ImplGlfw_InitForOpenGL(window, true);
   ImGui_ImplOpenGL3_Init("#version 130");
 }

@@ -11,8 +11,8 @@ namespace emberline {
 // The window's thread only. Its end waits for what is being written.
 class Screenshot {
  public:
-  // Of what has been drawn, before the buffers are swapped: afterwards it is undefined. Does
-  // nothing while the one before is being written.
+  // Call after drawing and before the buffers are swapped, when their contents become undefined.
+  // Does nothing while the previous one is being written.
   void take(GLFWwindow* window, const std::string& path);
   bool under_way() const { return written_.valid(); }
   // The path of the one that has been written since the last call. Throws what writing it threw,

@@ -125,7 +125,7 @@ void Window::listen() {
   listen_to_window();
 }
 
-// What GLFW tells goes to the picture's input, and on to ImGui, whose back end asks for it itself.
+// GLFW's events go to the picture's input, and on to ImGui's back end.
 void Window::listen_to_input() {
   GLFWwindow* const window = window_.get();
   // Instead of those that ImGui's back end has set: it is called from ours.

@@ -1,5 +1,5 @@
-// What the window remembers from one day to the next: its size, what is open in it, and how the
-// pictures are looked at. Nothing of a scene.
+// State of the window that outlives it: its size, open panels, and how pictures are shown. Nothing
+// of a scene.
 #pragma once
 
 #include <string>

@@ -29,7 +29,7 @@ class EditLatency {
   void shown(const ShownPicture& picture, double time_s);
 
   std::span<const MeasuredEdit> edits() const { return edits_; }
-  // Of the newest edit that has been shown whole.
+  // The latency of the newest edit that has been shown completely.
   std::optional<double> newest_s() const { return newest_s_; }
 
  private:

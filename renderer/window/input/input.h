@@ -9,7 +9,7 @@
 
 namespace emberline {
 
-// What a key, a menu entry or a button asks for.
+// Actions of keys, menu entries and buttons.
 enum class Action {
   kOpen,
   kReload,
@@ -51,10 +51,10 @@ enum class Action {
   kMessages,
 };
 
-// What a held key does for as long as it is held.
+// Movements while a key is held.
 enum class Flight { kForward, kBack, kLeft, kRight, kUp, kDown };
 
-// What a drag over the picture does.
+// Effects of a drag over the picture.
 enum class Drag { kOrbit, kPan, kDolly, kLookAround, kTurnEnvironment, kRegion, kMovePicture };
 
 // As GLFW numbers them: keys (GLFW_KEY_...) and modifiers (GLFW_MOD_SHIFT, _CONTROL, _ALT).
@@ -65,7 +65,7 @@ struct Shortcut {
   std::string_view group;   // of the list
   std::string_view keys;    // "Ctrl+Shift+Z", for people
   std::string_view effect;  // for people
-  int key_count = 1;        // so many keys from `key` on, in GLFW's order, do it
+  int key_count = 1;        // keys from `key` on, in GLFW's order
   bool listed = true;       // false: the same as the entry before, by another key
 
   int number_of(int pressed) const { return 1 + pressed - key; }  // 1: `key`

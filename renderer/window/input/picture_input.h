@@ -22,7 +22,7 @@ class PictureInput {
   void left_window();
   void wheel(double steps, int modifiers);
   void key(int key, bool pressed, bool repeated, int modifiers);
-  void lost_focus();  // no key is held any more, as far as we are told
+  void lost_focus();  // releases of keys are not reported any more
 
   // For the time since the last call: keys that are held fly.
   void fly(double seconds);

@@ -34,8 +34,8 @@ MaterialEdit untouched(const EditTarget& material);
 // Whether the entry replaces any factor of its material.
 bool changes_something(const MaterialEdit& edit);
 
-// Puts the entry in place of what means the same light or material. One that changes nothing is
-// left out, so that edits taken back are equal to no edits.
+// Replaces the entry of the same light or material. An entry that changes nothing is left out, so
+// that reset edits equal no edits.
 void put(SceneEdits& edits, const SceneDescription& outline, const LightEdit& edit);
 void put(SceneEdits& edits, const SceneDescription& outline, const MaterialEdit& edit);
 

@@ -1,4 +1,4 @@
-// What the material panel shows: a row for each parameter that edits may replace, in groups. Plain
+// The rows of the material panel: one for each parameter that edits may replace, in groups. Plain
 // data and functions of it; panels/materials.cpp draws them.
 #pragma once
 
@@ -13,7 +13,7 @@ namespace emberline {
 struct MaterialRow {
   std::string_view parameter;  // of material_parameters()
   const char* label;
-  // Of the slider, or of each channel of a colour: an edit that is typed into a file may have more.
+  // The range of the slider, or of each channel of a colour. An edit in a file may be beyond it.
   float least = 0.0f, most = 1.0f;
   const char* help = nullptr;
   const char* format = "%.3f";
@@ -36,7 +36,7 @@ std::span<const MaterialGroup> material_groups();
 // Whether the row means anything for this material.
 bool is_offered(const MaterialRow& row, const MaterialDescription& own, const MaterialEdit& edit);
 
-// Those with a row that is: the base, what the file's material has, the rest. The order does not
+// The groups that have a visible row: the base, the file's layers, the rest. The order does not
 // depend on the edit, so that nothing moves under the mouse.
 std::vector<const MaterialGroup*> offered_groups(const MaterialDescription& own,
                                                  const MaterialEdit& edit);

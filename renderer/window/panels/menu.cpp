@@ -17,7 +17,7 @@ void menu_entry(Workbench& bench, const char* name, Action action, bool enabled 
   if (ImGui::MenuItem(name, keys.c_str(), ticked, enabled)) bench.act(action);
 }
 
-// What is decided while a file is read: a change reads the open one anew.
+// Choices that are made while a file is read; a change reads the open file again.
 void choose_loading(Workbench& bench) {
   ViewSettings settings = bench.session.settings();
   bool changed =

@@ -1,4 +1,4 @@
-// What lies over the picture: the welcome, a scene that is loading, messages.
+// Notes over the picture: the welcome, a scene that is loading, messages.
 #include <imgui.h>
 
 #include <algorithm>

@@ -196,7 +196,7 @@ std::string words_of(const DisplaySettings& display) {
   return words;
 }
 
-// What the sides are: one that has another exposure must not pass for another light.
+// Describes both sides, so that another exposure is not mistaken for other light.
 void draw_sides(Workbench& bench) {
   const KeptPicture& kept = bench.comparison.kept();
   if (!kept.picture || !bench.picture()) return;

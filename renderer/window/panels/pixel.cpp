@@ -1,4 +1,4 @@
-// What decided the samples of one pixel, in the driver's words.
+// Shows what decided the samples of one pixel, as the driver explains it.
 #include <imgui.h>
 
 #include <algorithm>

@@ -12,7 +12,7 @@
 namespace emberline {
 namespace {
 
-// What the status line says, from left to right: what is at work, how far, how fast.
+// The parts of the status line, from left to right: the driver, its progress, its speed.
 std::vector<std::string> status(const Workbench& bench) {
   std::vector<std::string> parts;
   if (!bench.picture()) return parts;

@@ -23,7 +23,7 @@ ImVec4 quiet_colour();  // what matters less than the rest
 // ImGuiWindowFlags of a panel that stays where it is, under everything that floats.
 int fixed_panel_flags();
 
-// Of letters that are all as wide, for tables in text: Latin alone.
+// A font of fixed width for tables in text, with Latin letters only.
 ImFont* fixed_font();
 
 }  // namespace emberline

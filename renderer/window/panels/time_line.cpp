@@ -7,7 +7,7 @@
 namespace emberline {
 namespace {
 
-// Of times that are whole frames but for their rounding.
+// Tolerance for times that are whole frames except for rounding.
 constexpr double kSlack = 1e-6;
 
 }  // namespace

@@ -8,23 +8,23 @@
 
 namespace emberline {
 
-// What an edit means to a file's animations. Without a time and a name the scene is at rest.
+// The meaning of an edit for a file's animations. Without time and name the scene is at rest.
 inline bool is_at_rest(const AnimationEdit& edit) { return !edit.time && edit.name.empty(); }
-// Their place in the list; -1 for all of them, or at rest. The first, where the edit names none.
+// The animation's index in the list: -1 for all, or at rest; 0 if the edit names none.
 int animation_index(const AnimationEdit& edit, const std::vector<AnimationDescription>& list);
-// What an edit calls one: its name, or its index where another has that name, or it has none.
+// An animation's name in edits: its own, or its index if that is not unique or missing.
 std::string animation_name(size_t index, const std::vector<AnimationDescription>& list);
-// Seconds until the last key frame of what is chosen; of the first, at rest.
+// Seconds until the last key frame of the chosen animation; of the first one, at rest.
 double duration_of(const AnimationEdit& edit, const std::vector<AnimationDescription>& list);
 
 inline constexpr double kOrdinaryFps = 24.0;
 inline double fps_of(const AnimationEdit& edit) { return edit.fps.value_or(kOrdinaryFps); }
-// The last whole frame that begins at or before a time; and where so many frames on from there is
-// within the duration.
+// frame_at(): the last whole frame that begins at or before a time. stepped(): the time this number
+// of frames later, within the duration.
 double frame_at(double time, double fps);
 double stepped(double time, double frames, double fps, double duration);
 
-// What plays. `now`: seconds of a clock that goes on evenly.
+// Plays animations. `now`: seconds of a steady clock.
 class Playback {
  public:
   void start(double time, double now);

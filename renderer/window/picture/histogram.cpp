@@ -6,7 +6,7 @@ namespace emberline {
 namespace {
 
 constexpr double kPause_s = 0.2;
-// Of a larger picture every n-th pixel: shares to a tenth of a percent.
+// A larger picture is sampled at every n-th pixel: shares are right to a tenth of a percent.
 constexpr size_t kMostPixels = 300000;
 
 }  // namespace

@@ -15,8 +15,8 @@ class Histogram {
   // Counts anew for a newer picture, at most a few times a second: under a millisecond.
   void update(const std::shared_ptr<const ShownPicture>& picture, double now_s);
 
-  // Of a bar, in [0, 1]; channel 0 to 2. The largest bar between black and white fills the height,
-  // so that a black ground does not flatten all else.
+  // Height of a bar, in [0, 1]; channel 0 to 2. The largest bar between black and white fills the
+  // height, so that a black ground does not flatten all else.
   float height(size_t channel, int bin) const;
   // Shares of the pixels: with every channel at 0, with some channel at 255.
   double black() const { return black_; }

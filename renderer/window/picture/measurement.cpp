@@ -15,15 +15,15 @@ namespace {
 
 using Json = nlohmann::json;
 
-// Of the built-in script: so many edits of each kind, one after the other like a hand that looks at
-// what it did.
+// The built-in script: the number of edits of each kind, and the time between them, as an artist
+// who looks at the result would make them.
 constexpr int kEditsOfEachKind = 25;
 constexpr double kBetweenEdits_s = 0.25;
 constexpr double kWarmUp_s = 1.0;
 // After the last edit: until its picture has settled, and how long the pace is then taken, longer
 // where no picture comes meanwhile.
 constexpr double kSettling_s = 2.0, kIdle_s = 6.0, kIdleAtMost_s = 60.0;
-// Of a script: a day.
+// The longest script: a day.
 constexpr double kLongest_s = 86400.0;
 
 Json milliseconds(std::vector<double> seconds) {

@@ -1,6 +1,5 @@
-// `--measure F`: plays edits as a hand would make them against the real window, and writes how long
-// each took to be on the screen, how long the window was busy at most, and what it renders while
-// nobody touches it.
+// `--measure F`: replays edits in the real window, and writes how long each took to appear on the
+// screen, how long the window was busy at most, and how fast it renders between edits.
 //
 // A script is a JSON list of steps, each with the second after the first picture at which it is due
 // and one edit:

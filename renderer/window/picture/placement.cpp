@@ -6,7 +6,7 @@
 namespace emberline {
 namespace {
 
-// What of a picture that was dragged away stays in sight, in pixels of the screen.
+// A picture that is dragged away stays visible by this many pixels of the screen.
 constexpr double kLeastInSight = 32.0;
 
 }  // namespace

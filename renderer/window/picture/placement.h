@@ -1,5 +1,5 @@
-// Where the picture lies in the window: fitted, or at a chosen zoom, one picture pixel as so many
-// pixels of the screen. No window library, so that its arithmetic is tested alone.
+// Where the picture lies in the window: fitted, or at a chosen zoom in screen pixels per picture
+// pixel. No window library, so that its arithmetic is tested alone.
 //
 // Screen coordinates are pixels of the window's frame buffer from its upper left corner, y down;
 // picture coordinates are pixels of the frame, (0, 0) its upper left corner, pixel (x, y) covering

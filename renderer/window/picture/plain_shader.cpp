@@ -28,7 +28,7 @@ out vec4 colour;
 void main() { colour = texture(Texture, place); }
 )";
 
-// Of OpenGL 2.0, which not every system's library hands out by name.
+// Looks up a function of OpenGL 2.0, which not every system's library exports.
 template <typename Function>
 Function find(const char* name) {
   return reinterpret_cast<Function>(glfwGetProcAddress(name));

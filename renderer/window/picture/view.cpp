@@ -95,7 +95,7 @@ void draw_label(ImDrawList& list, const ImVec2& at, const std::string& text) {
   list.AddText(at, ImGui::GetColorU32(ImGuiCol_Text), text.c_str());
 }
 
-// What the colours of an overlay mean, over the upper edge of the picture.
+// Draws the legend of an overlay over the upper edge of the picture.
 void draw_legend(const Workbench& bench, ImDrawList& list, const ShownPicture& picture) {
   const ViewOverlay overlay = bench.session.settings().overlay;
   if (overlay == ViewOverlay::kNone || picture.overlay_legend.empty()) return;

@@ -1,4 +1,4 @@
-// What each action does.
+// Carries out actions.
 #include <array>
 #include <numbers>
 

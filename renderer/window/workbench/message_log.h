@@ -1,4 +1,4 @@
-// What the window tells its user in words. The window's thread only.
+// Messages of the window to its user. The window's thread only.
 #pragma once
 
 #include <cstdint>

@@ -32,7 +32,7 @@ class Navigator {
   void look_at(const Vec3d& point);
 
   bool orthographic() const;
-  // What is orbited keeps its size. Perspective comes back with the angle that it last had here.
+  // Objects at the pivot keep their size. Perspective returns with its last angle.
   void set_orthographic(bool orthographic);
   void set_mirrored(bool mirrored);
   // The distance that the lens is focused at, in metres; if none is set, the distance to the point

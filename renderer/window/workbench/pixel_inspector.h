@@ -1,5 +1,5 @@
 // Single pixels of the picture: the one under the cursor, and the one that was clicked, whose
-// samples are explained. What the session does not know at once comes with update().
+// samples are explained. Values that the session has to wait for arrive with update().
 //
 // The window's thread only; nothing here blocks it.
 #pragma once

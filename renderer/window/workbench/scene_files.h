@@ -1,5 +1,5 @@
-// Files that the window reads and writes at its user's wish: scenes, edits, environments, pictures.
-// What fails becomes a message.
+// Reads and writes files for the user: scenes, edits, environments, pictures. A failure becomes a
+// message.
 //
 // The window's thread only. Nothing here waits for a picture or a scene: those are read and written
 // in the background. Edits are read at once.

@@ -28,7 +28,7 @@
 
 namespace emberline {
 
-// What is open of the interface, and what it was asked for and has not done yet. Plain state.
+// Open parts of the interface, and requests that are not carried out yet. Plain state.
 struct InterfaceState {
   bool show_shortcuts = false, show_messages = false;
   bool ask_for_scene = false, ask_for_picture_file = false,
