@@ -65,26 +65,6 @@ Vec2f sphere_to_square(const Vec3f& w) {
   return {(1.0f - w.z) / 2, phi / (2 * kPi)};
 }
 
-float one_minus_cos_from_sin2(float sin2) { return sin2 / (1.0f + safe_sqrt(1.0f - sin2)); }
-
-Vec3f square_to_cone(const Vec2f& u, float one_minus_cos) {
-  const float h = u.x * one_minus_cos;  // 1 - cos(theta)
-  const float r = safe_sqrt(h * (2.0f - h));
-  const float phi = 2.0f * kPi * u.y;
-  return {r * std::cos(phi), r * std::sin(phi), 1.0f - h};
-}
-
-float square_to_cone_pdf(float one_minus_cos) { return 1.0f / (2.0f * kPi * one_minus_cos); }
-
-Vec2f cone_to_square(const Vec3f& w, float one_minus_cos) {
-  const float sin2 = w.x * w.x + w.y * w.y;
-  // Each form where it keeps its digits: 1 - z near the axis loses them, the sine near the plane.
-  const float h = w.z > 0.5f ? one_minus_cos_from_sin2(sin2) : 1.0f - w.z;
-  float phi = std::atan2(w.y, w.x);
-  if (phi < 0) phi += 2 * kPi;
-  return {h / one_minus_cos, phi / (2 * kPi)};
-}
-
 Vec2f triangle_to_square(const Vec2f& b) {
   if (b.y > b.x) return {2 * b.x, b.y + b.x};
   return {b.x + b.y, 2 * b.y};

@@ -25,14 +25,6 @@ Vec3f square_to_sphere(const Vec2f& u);
 float square_to_sphere_pdf(const Vec3f& w);
 Vec2f sphere_to_square(const Vec3f& w);
 
-// Uniform cone around +Z; `one_minus_cos` is 1 - cos(half angle), passed as such because the
-// difference loses every digit for a sun-sized cone when it is formed from the cosine.
-Vec3f square_to_cone(const Vec2f& u, float one_minus_cos);
-float square_to_cone_pdf(float one_minus_cos);
-Vec2f cone_to_square(const Vec3f& w, float one_minus_cos);
-// 1 - cos(a) from sin(a)^2 without cancellation, a in [0, pi/2].
-float one_minus_cos_from_sin2(float sin2);
-
 // Barycentric (b1, b2), uniform in area; b0 = 1 - b1 - b2. Heitz 2019, "A Low-Distortion Map
 // Between Triangle and Square".
 [[gnu::always_inline]] inline Vec2f square_to_triangle(const Vec2f& u) {

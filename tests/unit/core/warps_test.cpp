@@ -90,51 +90,6 @@ TEST(Warps, SphereInverts) {
   }
 }
 
-// Bins of one cone are laid over (1 - cos, phi), scaled: a sun-sized cone gets its own.
-void check_cone(float one_minus_cos, uint64_t seed) {
-  EXPECT_TRUE(test::chi_square_test(
-      [&](TestRandom& r) -> std::optional<ChiSquarePoint> {
-        const Vec3f w = square_to_cone(r.vec2(), one_minus_cos);
-        const double sin2 = double(w.x) * w.x + double(w.y) * w.y;
-        const double h = w.z > 0 ? sin2 / (1 + std::sqrt(1 - sin2)) : 1.0 - w.z;
-        double phi = std::atan2(double(w.y), double(w.x));
-        if (phi < 0) phi += 2 * kPiD;
-        return ChiSquarePoint{std::min(1.0, h / one_minus_cos), phi, 1};
-      },
-      [&](double, double) { return double(square_to_cone_pdf(one_minus_cos)) * one_minus_cos; },
-      ChiSquareDomain{0, 1, 0, 2 * kPiD}, settings(seed)))
-      << "1 - cos = " << one_minus_cos;
-}
-
-TEST(Warps, ConeHasItsDensity) {
-  check_cone(0.7f, 4);
-  check_cone(2.0f, 5);      // the whole sphere
-  check_cone(1.08e-5f, 6);  // the sun, half angle 0.266 degrees
-  check_cone(5e-9f, 7);     // half angle 1e-4: 1 - cos(1e-4f) is 0 in float
-}
-
-TEST(Warps, ConeInverts) {
-  for (const float h : {0.7f, 1.0f, 1.5f, 1.08e-5f, 5e-9f})
-    for (const Vec2f& u : probes()) {
-      const Vec3f w = square_to_cone(u, h);
-      const Vec2f back = cone_to_square(w, h);
-      ASSERT_NEAR(back.x, u.x, 3e-6f) << u << " in a cone of " << h;
-      if (u.x == 0) continue;
-      ASSERT_LT(wrapped(back.y, u.y), 1e-6f) << u << " in a cone of " << h;
-    }
-}
-
-TEST(Warps, OneMinusCosKeepsItsDigits) {
-  // Towards pi/2 the sine itself says little about the angle; below 1 rad it says all.
-  for (double a = 1e-6; a < 1; a *= 1.3) {
-    const double exact = 2 * std::sin(a / 2) * std::sin(a / 2);
-    const float sin2 = float(std::sin(a) * std::sin(a));
-    EXPECT_NEAR(one_minus_cos_from_sin2(sin2) / exact, 1, 5e-7) << a;
-  }
-  EXPECT_EQ(one_minus_cos_from_sin2(0), 0);
-  EXPECT_EQ(one_minus_cos_from_sin2(1), 1);
-}
-
 TEST(Warps, TriangleIsUniform) {
   EXPECT_TRUE(test::chi_square_test(
       [](TestRandom& r) -> std::optional<ChiSquarePoint> {
