@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "support/chi_square.h"
+#include "support/warp_inverses.h"
 
 namespace emberline {
 namespace {
@@ -41,7 +42,7 @@ TEST(Warps, DiskHasItsDensity) {
         const Vec2f p = square_to_disk(r.vec2());
         return ChiSquarePoint{p.x, p.y, 1};
       },
-      [](double x, double y) { return square_to_disk_pdf(Vec2f(float(x), float(y))); },
+      [](double x, double y) { return test::square_to_disk_pdf(Vec2f(float(x), float(y))); },
       ChiSquareDomain{-1, 1, -1, 1}, settings(1)));
 }
 
@@ -49,7 +50,7 @@ TEST(Warps, DiskInverts) {
   for (const Vec2f& u : probes()) {
     const Vec2f p = square_to_disk(u);
     ASSERT_LE(p.dot(p), 1 + 1e-6f);
-    const Vec2f back = disk_to_square(p);
+    const Vec2f back = test::disk_to_square(p);
     ASSERT_NEAR(back.x, u.x, 2e-6f) << u;
     ASSERT_NEAR(back.y, u.y, 2e-6f) << u;
   }
@@ -58,16 +59,17 @@ TEST(Warps, DiskInverts) {
 TEST(Warps, CosineHemisphereHasItsDensity) {
   EXPECT_TRUE(test::chi_square_directions(
       [](TestRandom& r) { return std::optional(square_to_cosine_hemisphere(r.vec2())); },
-      [](const Vec3f& w) { return double(square_to_cosine_hemisphere_pdf(w)); }, settings(2)));
+      [](const Vec3f& w) { return double(test::square_to_cosine_hemisphere_pdf(w)); },
+      settings(2)));
 }
 
 TEST(Warps, CosineHemisphereInvertsAndStaysAbovePlane) {
   for (const Vec2f& u : probes()) {
     const Vec3f w = square_to_cosine_hemisphere(u);
     ASSERT_GT(w.z, 0) << u;
-    ASSERT_GT(square_to_cosine_hemisphere_pdf(w), 0) << u;
+    ASSERT_GT(test::square_to_cosine_hemisphere_pdf(w), 0) << u;
     ASSERT_NEAR(dot(w, w), 1, 1e-6f) << u;
-    const Vec2f back = cosine_hemisphere_to_square(w);
+    const Vec2f back = test::cosine_hemisphere_to_square(w);
     ASSERT_NEAR(back.x, u.x, 2e-6f) << u;
     ASSERT_NEAR(back.y, u.y, 2e-6f) << u;
   }
@@ -83,7 +85,7 @@ TEST(Warps, SphereInverts) {
   for (const Vec2f& u : probes()) {
     const Vec3f w = square_to_sphere(u);
     ASSERT_NEAR(dot(w, w), 1, 1e-6f) << u;
-    const Vec2f back = sphere_to_square(w);
+    const Vec2f back = test::sphere_to_square(w);
     ASSERT_NEAR(back.x, u.x, 1e-6f) << u;
     if (u.x == 0) continue;  // at the pole phi has no meaning
     ASSERT_LT(wrapped(back.y, u.y), 1e-6f) << u;
@@ -105,7 +107,7 @@ TEST(Warps, TriangleInvertsAndStaysInside) {
     ASSERT_GE(b.x, 0) << u;
     ASSERT_GE(b.y, 0) << u;
     ASSERT_LE(b.x + b.y, 1) << u;
-    const Vec2f back = triangle_to_square(b);
+    const Vec2f back = test::triangle_to_square(b);
     ASSERT_NEAR(back.x, u.x, 2e-7f) << u;
     ASSERT_NEAR(back.y, u.y, 2e-7f) << u;
   }
