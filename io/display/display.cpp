@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <cstdlib>
 #include <mutex>
@@ -16,6 +15,7 @@
 #include "io/display/working_space.h"
 #include "io/files/input_file.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/file_suffix.h"
 #include "renderer/core/log.h"
 #include "renderer/core/readable.h"
 #include "renderer/core/shortened.h"
@@ -41,11 +41,6 @@ constexpr std::array kLinearRec709Names = {"Linear Rec.709 (sRGB)",
                                            "Utility - Linear - Rec.709",
                                            "lin_srgb",
                                            "Linear - sRGB"};
-
-std::string lower(std::string text) {
-  std::ranges::transform(text, text.begin(), [](unsigned char c) { return char(std::tolower(c)); });
-  return text;
-}
 
 std::string one_line(std::string text) {
   std::ranges::replace(text, '\n', ' ');
@@ -127,7 +122,7 @@ ocio::ConstConfigRcPtr built_in_config() {
 std::string find_name(const std::string& kind, const std::string& owner, const std::string& chosen,
                       const std::vector<std::string>& names, const std::string& fallback) {
   if (chosen.empty()) return fallback;
-  const auto found = std::ranges::find(names, lower(chosen), lower);
+  const auto found = std::ranges::find(names, lower_case(chosen), lower_case);
   if (found != names.end()) return *found;
   throw UsageError("`{0}`: unknown {0} \"{1}\" of {2}; valid names are: {3}", kind,
                    shortened(chosen), owner,
@@ -199,27 +194,24 @@ void put_first(std::vector<std::string>& names, const std::string& first) {
   if (found != names.end()) std::rotate(names.begin(), found, found + 1);
 }
 
+std::vector<std::string> list_of(int count, const auto& name_of) {
+  std::vector<std::string> names;
+  for (int i = 0; i < count; ++i) names.emplace_back(name_of(i));
+  return names;
+}
+
 std::vector<std::string> views_of(const ocio::ConstConfigRcPtr& config,
                                   const std::string& display) {
-  std::vector<std::string> views;
-  for (int i = 0; i < config->getNumViews(display.c_str()); ++i) {
-    views.emplace_back(config->getView(display.c_str(), i));
-  }
-  return views;
+  const char* const of = display.c_str();
+  return list_of(config->getNumViews(of), [&](int i) { return config->getView(of, i); });
 }
 
 std::vector<std::string> displays_of(const ocio::ConstConfigRcPtr& config) {
-  std::vector<std::string> displays;
-  for (int i = 0; i < config->getNumDisplays(); ++i) displays.emplace_back(config->getDisplay(i));
-  return displays;
+  return list_of(config->getNumDisplays(), [&](int i) { return config->getDisplay(i); });
 }
 
 std::vector<std::string> looks_of(const ocio::ConstConfigRcPtr& config) {
-  std::vector<std::string> looks;
-  for (int i = 0; i < config->getNumLooks(); ++i) {
-    looks.emplace_back(config->getLookNameByIndex(i));
-  }
-  return looks;
+  return list_of(config->getNumLooks(), [&](int i) { return config->getLookNameByIndex(i); });
 }
 
 float bounded(float value) {
@@ -304,7 +296,7 @@ DisplayTransform::DisplayTransform(const DisplaySettings& settings, WorkingSpace
       impl->to_aces = config->getProcessor(rec709_to_aces())
                           ->getOptimizedCPUProcessor(ocio::OPTIMIZATION_LOSSLESS);
     }
-    impl->srgb = !raw && lower(display).find("srgb") != std::string::npos;
+    impl->srgb = !raw && lower_case(display).find("srgb") != std::string::npos;
     impl->description =
         (built_in ? std::string("built-in") : place) + ": " + display + " / " + view;
     if (!look.empty()) impl->description += " / look " + look;

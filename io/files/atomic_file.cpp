@@ -65,9 +65,9 @@ void forget_unfinished(int slot) noexcept {
 }
 
 std::optional<std::string> real_path(const std::string& path) {
-  const std::unique_ptr<char, decltype(&std::free)> resolved(::realpath(path.c_str(), nullptr),
-                                                             &std::free);
-  return resolved ? std::optional<std::string>(resolved.get()) : std::nullopt;
+  std::error_code error;
+  const std::filesystem::path resolved = std::filesystem::canonical(path, error);
+  return error ? std::nullopt : std::optional(resolved.string());
 }
 
 std::string folder_of(const std::string& path) {
@@ -139,12 +139,12 @@ bool is_name_of(const std::string& path, int descriptor) {
 
 // Opens and locks a new file beside `target`. The lock tells other runs that it is in use. The
 // process's id keeps two renders into one folder apart; a number follows where it does not.
-int open_beside(const std::string& target, mode_t mode, std::string* temporary) {
+Descriptor open_beside(const std::string& target, mode_t mode, std::string* temporary) {
   const std::string stem = temporary_stem(target) + std::to_string(getpid());
   for (int attempt = 0; attempt < 1000; ++attempt) {
     *temporary = attempt == 0 ? stem : stem + "-" + std::to_string(attempt);
-    const int descriptor =
-        ::open(temporary->c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
+    Descriptor descriptor(
+        ::open(temporary->c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode));
     if (descriptor < 0 && errno == EEXIST) continue;
     if (descriptor < 0) return descriptor;
     // Before it was locked another run may have taken it for a stale one. A file system without
@@ -153,16 +153,15 @@ int open_beside(const std::string& target, mode_t mode, std::string* temporary) 
     struct stat status = {};
     const bool removed = ::fstat(descriptor, &status) == 0 && status.st_nlink == 0;
     if (!taken && !removed) return descriptor;
-    ::close(descriptor);
   }
   errno = EEXIST;
-  return -1;
+  return Descriptor();
 }
 
 // Removes the file if no run has it in use, and if it is one that a run of this user can have left
 // behind: regular, without other names. What cannot be locked stays.
 void remove_if_stale(const std::string& path) {
-  const int descriptor = ::open(path.c_str(), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+  const Descriptor descriptor(::open(path.c_str(), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
   if (descriptor < 0) return;
   struct stat status = {};
   if (::fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode) && status.st_nlink == 1 &&
@@ -170,7 +169,6 @@ void remove_if_stale(const std::string& path) {
       is_name_of(path, descriptor)) {
     ::unlink(path.c_str());
   }
-  ::close(descriptor);
 }
 
 // What killed runs have left of `target`.
@@ -191,21 +189,6 @@ void remove_stale_files(const std::string& target) {
       remove_if_stale(entry->path().string());
     }
   }
-}
-
-// 0, or the errno.
-int write_all(int descriptor, const void* bytes, size_t count, uint64_t offset) noexcept {
-  const char* next = static_cast<const char*>(bytes);
-  while (count > 0) {
-    const ssize_t written = ::pwrite(descriptor, next, count, off_t(offset));
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) return errno;
-    if (written == 0) return ENOSPC;
-    next += written;
-    count -= size_t(written);
-    offset += uint64_t(written);
-  }
-  return 0;
 }
 
 constexpr int kNoDescriptor = -1, kDescriptorOfAnother = -2;
@@ -236,12 +219,12 @@ int descriptor_of(const std::string& path) {
   return kNoDescriptor;
 }
 
-bool is_pipe_or_device(const std::string& path) {
+}  // namespace
+
+bool is_pipe_or_device(const std::filesystem::path& path) {
   struct stat status = {};
   return ::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode);
 }
-
-}  // namespace
 
 std::filesystem::path without_links(std::filesystem::path path) {
   constexpr int kMostLinks = 40;  // as the system follows
@@ -299,26 +282,24 @@ void AtomicFile::discard() noexcept {
     forget_unfinished(unfinished_slot_);
     temporary_.clear();
   }
-  if (descriptor_ >= 0) ::close(descriptor_);
-  descriptor_ = -1;
+  descriptor_ = Descriptor();
 }
 
 int AtomicFile::try_write_at(const void* bytes, size_t count, uint64_t offset) noexcept {
-  return write_all(descriptor_, bytes, count, offset);
+  return descriptor_.write_at(bytes, count, offset);
 }
 
 void AtomicFile::write_at(const void* bytes, size_t count, uint64_t offset) {
   if (const int error = try_write_at(bytes, count, offset)) fail(path_, "writing failed", error);
 }
 
-int AtomicFile::commit_locked(bool fresh) {
+Descriptor AtomicFile::commit_locked(bool fresh) {
   // EINVAL: a file system that cannot flush says so; that is not a loss of data.
   int error = ::fsync(descriptor_) != 0 && errno != EINVAL ? errno : 0;
   // Some network file systems report a full disk only when a descriptor is closed. The other one
   // holds the lock until the file has its name.
-  const int locked = ::fcntl(descriptor_, F_DUPFD_CLOEXEC, 0);
-  if (::close(descriptor_) != 0 && error == 0) error = errno;
-  descriptor_ = locked;
+  Descriptor locked(::fcntl(descriptor_, F_DUPFD_CLOEXEC, 0));
+  if (::close(descriptor_.release()) != 0 && error == 0) error = errno;
   bool linked = false;
   if (error == 0 && fresh) {
     linked = ::link(temporary_.c_str(), target_.c_str()) == 0;
@@ -331,24 +312,17 @@ int AtomicFile::commit_locked(bool fresh) {
     discard();
     fail(path_, "finishing the file failed", error);
   }
-  descriptor_ = -1;
   forget_unfinished(unfinished_slot_);
   temporary_.clear();
 
   // The new name survives a power cut only once the folder is flushed too. The file is whole
   // either way, so a file system that cannot do this is left alone.
-  const int folder = ::open(folder_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (folder >= 0) {
-    ::fsync(folder);
-    ::close(folder);
-  }
+  const Descriptor folder(::open(folder_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (folder >= 0) ::fsync(folder);
   return locked;
 }
 
-void AtomicFile::commit() {
-  const int locked = commit_locked();
-  if (locked >= 0) ::close(locked);
-}
+void AtomicFile::commit() { commit_locked(); }
 
 void remove_unfinished_files() noexcept {
   constexpr timespec kPause = {0, 100'000};
@@ -378,12 +352,8 @@ void write_file_atomically(const std::string& path, std::string_view bytes) {
   file.commit();
 }
 
-FolderLock::~FolderLock() {
-  if (descriptor_ >= 0) ::close(descriptor_);
-}
-
 bool FolderLock::take(const std::string& folder) {
-  descriptor_ = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  descriptor_ = Descriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   return ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
 }
 
@@ -395,8 +365,10 @@ LockedFile::LockedFile(const std::string& path, std::string_view bytes)
   size_ = bytes.size();
 }
 
-LockedFile::LockedFile(const std::string& path) : path_(path), target_(resolve_links(path)) {
-  descriptor_ = ::open(target_.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK | O_NOFOLLOW);
+LockedFile::LockedFile(const std::string& path)
+    : path_(path),
+      target_(resolve_links(path)),
+      descriptor_(::open(target_.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK | O_NOFOLLOW)) {
   if (descriptor_ < 0) fail(path_, "cannot open it", errno);
   struct stat status = {};
   const bool regular = ::fstat(descriptor_, &status) == 0 && S_ISREG(status.st_mode);
@@ -404,15 +376,10 @@ LockedFile::LockedFile(const std::string& path) : path_(path), target_(resolve_l
   // Another run may have replaced it since it was opened, and be done.
   const bool named = is_named();
   if (!regular || taken || !named) {
-    ::close(descriptor_);
     fail(path_, regular ? "another run has it" : "it is not a regular file", 0);
   }
   size_ = uint64_t(status.st_size);
   remove_stale_files(target_);
-}
-
-LockedFile::~LockedFile() {
-  if (descriptor_ >= 0) ::close(descriptor_);
 }
 
 void LockedFile::cut(uint64_t size) {
@@ -421,7 +388,7 @@ void LockedFile::cut(uint64_t size) {
 }
 
 void LockedFile::append(std::string_view bytes) {
-  if (const int error = write_all(descriptor_, bytes.data(), bytes.size(), size_)) {
+  if (const int error = descriptor_.write_at(bytes.data(), bytes.size(), size_)) {
     if (::ftruncate(descriptor_, off_t(size_)) != 0) {
     }  // the next one is written over the rest
     fail(path_, "writing failed", error);
@@ -439,9 +406,7 @@ void LockedFile::replace(const std::function<void(AtomicFile& file)>& write) {
   struct stat status = {};
   const bool there = ::lstat(target_.c_str(), &status) == 0;
   if (there && !is_named()) fail(path_, "another file has taken its place", 0);
-  const int descriptor = file.commit_locked(!there);
-  ::close(descriptor_);
-  descriptor_ = descriptor;
+  descriptor_ = file.commit_locked(!there);
   if (::fstat(descriptor_, &status) == 0) size_ = uint64_t(status.st_size);
 }
 
@@ -472,22 +437,15 @@ ScratchFile ScratchFile::temporary(const std::string& purpose) {
 }
 
 ScratchFile::ScratchFile(const std::string& folder, std::string failure)
-    : failure_(std::move(failure)) {
-  descriptor_ = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+    : failure_(std::move(failure)),
+      descriptor_(::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600)) {
   if (descriptor_ >= 0) return;
   // Not every file system has files without a name: one that loses its name at once.
   if (errno != EOPNOTSUPP && errno != EISDIR) fail(errno);
   std::string name = folder + "/emberline.XXXXXX";
-  descriptor_ = ::mkostemp(name.data(), O_CLOEXEC);
+  descriptor_ = Descriptor(::mkostemp(name.data(), O_CLOEXEC));
   if (descriptor_ < 0) fail(errno);
   ::unlink(name.c_str());
-}
-
-ScratchFile::ScratchFile(ScratchFile&& other) noexcept
-    : failure_(std::move(other.failure_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
-
-ScratchFile::~ScratchFile() {
-  if (descriptor_ >= 0) ::close(descriptor_);
 }
 
 void ScratchFile::fail(int error) const {
@@ -495,21 +453,13 @@ void ScratchFile::fail(int error) const {
 }
 
 void ScratchFile::write_at(const void* bytes, size_t count, uint64_t offset) {
-  if (const int error = write_all(descriptor_, bytes, count, offset)) fail(error);
+  if (const int error = descriptor_.write_at(bytes, count, offset)) fail(error);
 }
 
 void ScratchFile::read_at(void* bytes, size_t count, uint64_t offset) const {
-  char* next = static_cast<char*>(bytes);
-  while (count > 0) {
-    const ssize_t got = ::pread(descriptor_, next, count, off_t(offset));
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) fail(errno);
-    if (got == 0) break;
-    next += got;
-    count -= size_t(got);
-    offset += uint64_t(got);
-  }
-  std::memset(next, 0, count);
+  const int64_t got = descriptor_.read_at(bytes, count, offset);
+  if (got < 0) fail(errno);
+  std::memset(static_cast<char*>(bytes) + got, 0, count - size_t(got));
 }
 
 std::shared_ptr<const std::byte> ScratchFile::map(uint64_t offset, uint64_t count) const {
@@ -526,12 +476,11 @@ GrowingFile::GrowingFile(const std::string& path) : path_(path) {
     fail(path_, "another process has it open; name a file", 0);
   }
   constexpr int kFlags = O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC | O_NONBLOCK;
-  descriptor_ = own >= 0 ? ::fcntl(own, F_DUPFD_CLOEXEC, 0) : ::open(path.c_str(), kFlags, 0666);
+  descriptor_ =
+      Descriptor(own >= 0 ? ::fcntl(own, F_DUPFD_CLOEXEC, 0) : ::open(path.c_str(), kFlags, 0666));
   if (descriptor_ < 0 && errno == ENXIO) fail(path_, "it is a pipe that nobody reads", 0);
   if (descriptor_ < 0) fail(path_, "cannot open it", errno);
 }
-
-GrowingFile::~GrowingFile() { ::close(descriptor_); }
 
 void GrowingFile::append(std::string_view bytes) {
   while (!bytes.empty()) {

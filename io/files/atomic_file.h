@@ -9,6 +9,8 @@
 #include <string>
 #include <string_view>
 
+#include "io/files/descriptor.h"
+
 namespace emberline {
 
 // A file under a temporary name in its target's folder ("out.exr.emberline.part-<pid>"), which
@@ -27,8 +29,6 @@ class AtomicFile {
   // Throws when the target is a folder, a device or write-protected, or its folder is not writable.
   explicit AtomicFile(const std::string& path);
   ~AtomicFile();
-  AtomicFile(const AtomicFile&) = delete;
-  AtomicFile& operator=(const AtomicFile&) = delete;
 
   // Thread-safe for disjoint ranges. Throws (disk full, I/O error).
   void write_at(const void* bytes, size_t count, uint64_t offset);
@@ -40,7 +40,7 @@ class AtomicFile {
   void commit();
   // The same; the lock goes on until the descriptor that is returned is closed. A `fresh` file
   // takes no other's place: throws where there is one.
-  int commit_locked(bool fresh = false);
+  Descriptor commit_locked(bool fresh = false);
 
   const std::string& path() const { return path_; }  // as the caller gave it
 
@@ -54,8 +54,11 @@ class AtomicFile {
   std::string target_;        // path_ with symbolic links resolved
   std::string temporary_;     // empty once renamed or removed
   int unfinished_slot_ = -1;  // see remove_unfinished_files
-  int descriptor_ = -1;
+  Descriptor descriptor_;
 };
+
+// Whether something stands there that cannot be replaced, as files are.
+bool is_pipe_or_device(const std::filesystem::path& path);
 
 // Where a chain of symbolic links leads, to what is not there yet, too.
 std::filesystem::path without_links(std::filesystem::path path);
@@ -76,16 +79,11 @@ void write_file_atomically(const std::string& path, std::string_view bytes);
 // Tells other runs that a folder is in use, until it is destroyed or the process ends (flock).
 class FolderLock {
  public:
-  FolderLock() = default;
-  ~FolderLock();
-  FolderLock(const FolderLock&) = delete;
-  FolderLock& operator=(const FolderLock&) = delete;
-
   // False where another run has told so. A file system without locks keeps nobody out. Once.
   bool take(const std::string& folder);
 
  private:
-  int descriptor_ = -1;
+  Descriptor descriptor_;
 };
 
 // A file that one run at a time has: appended to, or replaced as a whole. All errors are
@@ -96,9 +94,6 @@ class LockedFile {
   LockedFile(const std::string& path, std::string_view bytes);
   // One that is there. What killed runs have left beside it is removed.
   explicit LockedFile(const std::string& path);
-  ~LockedFile();
-  LockedFile(const LockedFile&) = delete;
-  LockedFile& operator=(const LockedFile&) = delete;
 
   // Cuts off what is behind the first `size` bytes.
   void cut(uint64_t size);
@@ -121,7 +116,7 @@ class LockedFile {
  private:
   std::string path_;    // as the caller gave it, for messages
   std::string target_;  // path_ with symbolic links resolved, as they were at the beginning
-  int descriptor_ = -1;
+  Descriptor descriptor_;
   uint64_t size_ = 0;
 };
 
@@ -134,8 +129,6 @@ class ScratchFile {
   static ScratchFile beside(const std::string& path);
   // In the folder for temporary files ($TMPDIR, else /tmp); `purpose` is what it cannot do without.
   static ScratchFile temporary(const std::string& purpose);
-  ScratchFile(ScratchFile&& other) noexcept;
-  ~ScratchFile();
 
   // Both thread-safe; writing for disjoint ranges. What was never written reads as zeros.
   void write_at(const void* bytes, size_t count, uint64_t offset);
@@ -149,7 +142,7 @@ class ScratchFile {
   [[noreturn]] void fail(int error) const;
 
   std::string failure_;  // a line, but for the reason
-  int descriptor_ = -1;
+  Descriptor descriptor_;
 };
 
 // A file that others follow while it grows: empty at first, and what is appended is there at once.
@@ -157,15 +150,12 @@ class ScratchFile {
 class GrowingFile {
  public:
   explicit GrowingFile(const std::string& path);
-  ~GrowingFile();
-  GrowingFile(const GrowingFile&) = delete;
-  GrowingFile& operator=(const GrowingFile&) = delete;
 
   void append(std::string_view bytes);
 
  private:
   std::string path_;
-  int descriptor_ = -1;
+  Descriptor descriptor_;
 };
 
 }  // namespace emberline

@@ -2,12 +2,11 @@
 
 #include <fcntl.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <sstream>
 #include <system_error>
-#include <utility>
 
 #include "renderer/core/errors.h"
 #include "renderer/core/shortened.h"
@@ -21,12 +20,12 @@ constexpr uint64_t kPart = uint64_t(8) << 20;
 std::string system_message(int error) { return std::generic_category().message(error); }
 
 // O_NONBLOCK: opening a pipe must not wait for its other end. It changes nothing for regular files.
-int open_to_read(const std::filesystem::path& path) {
+Descriptor open_to_read(const std::filesystem::path& path) {
   int descriptor = -1;
   do {
     descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
   } while (descriptor < 0 && errno == EINTR);
-  return descriptor;
+  return Descriptor(descriptor);
 }
 
 const char* kind_of(mode_t mode) {
@@ -39,7 +38,7 @@ const char* kind_of(mode_t mode) {
 }  // namespace
 
 InputFile::InputFile(const std::filesystem::path& path, const std::string& place)
-    : InputFile(-1, path, place) {
+    : name_(path.string()), place_(place) {
   // Looked at before it is opened: a device may do things when it is.
   struct stat status = {};
   if (::stat(path.c_str(), &status) != 0) {
@@ -59,48 +58,15 @@ InputFile::InputFile(const std::filesystem::path& path, const std::string& place
   identity_ = {uint64_t(status.st_dev), uint64_t(status.st_ino)};
 }
 
-InputFile::InputFile(int descriptor, const std::filesystem::path& path, const std::string& place)
-    : descriptor_(descriptor), name_(path.string()), place_(place) {}
-
 std::optional<InputFile> InputFile::open_if_there(const std::filesystem::path& path) {
   if (!file_identity(path)) return std::nullopt;
   return InputFile(path);
 }
 
-InputFile::InputFile(InputFile&& other) noexcept
-    : descriptor_(std::exchange(other.descriptor_, -1)),
-      name_(std::move(other.name_)),
-      place_(std::move(other.place_)),
-      size_(other.size_),
-      identity_(other.identity_) {}
-
-InputFile& InputFile::operator=(InputFile&& other) noexcept {
-  std::swap(descriptor_, other.descriptor_);
-  std::swap(name_, other.name_);
-  std::swap(place_, other.place_);
-  std::swap(size_, other.size_);
-  std::swap(identity_, other.identity_);
-  return *this;
-}
-
-InputFile::~InputFile() {
-  if (descriptor_ >= 0) ::close(descriptor_);
-}
-
 std::string InputFile::about() const { return name_ == place_ ? "" : ": " + shortened(name_); }
 
 int64_t InputFile::try_read(uint64_t offset, uint64_t count, void* bytes) const noexcept {
-  auto* next = static_cast<uint8_t*>(bytes);
-  uint64_t done = 0;
-  while (done < count) {
-    const ssize_t got =
-        ::pread(descriptor_, next + done, size_t(count - done), off_t(offset + done));
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) return -1;
-    if (got == 0) break;
-    done += uint64_t(got);
-  }
-  return int64_t(done);
+  return descriptor_.read_at(bytes, count, offset);
 }
 
 void InputFile::read(uint64_t offset, uint64_t count, void* bytes,
@@ -140,20 +106,17 @@ std::optional<FileIdentity> file_identity(const std::filesystem::path& path) {
 }
 
 std::string read_kernel_text(const char* path) {
-  std::string text;
-  const int descriptor = open_to_read(path);
-  if (descriptor < 0) return text;
-  text.resize(size_t(64) << 10);
-  size_t size = 0;
-  while (size < text.size()) {
-    const ssize_t got = ::read(descriptor, text.data() + size, text.size() - size);
-    if (got < 0 && errno == EINTR) continue;
-    if (got <= 0) break;
-    size += size_t(got);
-  }
-  ::close(descriptor);
-  text.resize(size);
+  const Descriptor descriptor = open_to_read(path);
+  std::string text(size_t(64) << 10, '\0');
+  text.resize(size_t(std::max<int64_t>(0, descriptor.read_at(text.data(), text.size(), 0))));
   return text;
+}
+
+uint64_t statm_bytes(StatmField field) {
+  std::istringstream text(read_kernel_text("/proc/self/statm"));
+  uint64_t pages = 0;
+  for (int i = 0; i <= int(field); ++i) text >> pages;
+  return text ? pages * uint64_t(::sysconf(_SC_PAGESIZE)) : 0;
 }
 
 }  // namespace emberline

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "io/files/descriptor.h"
 #include "renderer/core/file_identity.h"
 #include "renderer/core/load_progress.h"
 
@@ -25,9 +26,6 @@ class InputFile {
   InputFile(const std::filesystem::path& path, const std::string& place);
   // Nothing where there is no file of that name; throws for all else.
   static std::optional<InputFile> open_if_there(const std::filesystem::path& path);
-  InputFile(InputFile&& other) noexcept;
-  InputFile& operator=(InputFile&& other) noexcept;
-  ~InputFile();
 
   uint64_t size() const { return size_; }  // in bytes, when it was opened
   const FileIdentity& identity() const { return identity_; }
@@ -45,10 +43,9 @@ class InputFile {
   std::string read_text() const;
 
  private:
-  InputFile(int descriptor, const std::filesystem::path& path, const std::string& place);
   std::string about() const;  // ": name", where the place does not name the file
 
-  int descriptor_ = -1;
+  Descriptor descriptor_;
   std::string name_, place_;
   uint64_t size_ = 0;
   FileIdentity identity_;
@@ -60,5 +57,9 @@ std::optional<FileIdentity> file_identity(const std::filesystem::path& path);
 // A text that the kernel makes up when it is asked ("/proc/self/status"), which has no size; empty
 // if there is none. The first 64 KiB.
 std::string read_kernel_text(const char* path);
+
+// A field of /proc/self/statm, proc_pid_statm(5), in bytes; 0 if there is none.
+enum class StatmField : int { kResident = 1, kShared = 2 };
+uint64_t statm_bytes(StatmField field);
 
 }  // namespace emberline

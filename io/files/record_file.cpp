@@ -99,8 +99,7 @@ RecordFile::RecordFile(const std::string& path) : file_(path) {
   }
   head_.resize(start.head_bytes);
   file_.read(sizeof start, head_.size(), head_.data());
-  if (fingerprint(head_) != start.head_checksum)
-    throw InputError(path, "the checkpoint is damaged");
+  if (fingerprint(head_) != start.head_checksum) throw damaged(path);
   end_ = sizeof start + head_.size();
   while (file_.size() - end_ >= sizeof(RecordStart)) {
     RecordStart record;

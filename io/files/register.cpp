@@ -1,29 +1,18 @@
 #include "io/files/register.h"
 
 #include <algorithm>
-#include <cctype>
 #include <system_error>
 #include <utility>
 
 #include "io/files/atomic_file.h"
 #include "io/files/input_file.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/file_suffix.h"
 
 namespace emberline {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string without_case(std::string name) {
-  std::ranges::transform(name, name.begin(), [](unsigned char c) { return char(std::tolower(c)); });
-  return name;
-}
-
-bool is_pipe_or_device(const fs::path& path) {
-  std::error_code error;
-  const fs::file_status status = fs::status(path, error);
-  return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
-}
 
 std::string key_of(const FileIdentity& file) {
   return std::to_string(file.device) + ":" + std::to_string(file.inode);
@@ -37,7 +26,7 @@ std::string key_of(const FileIdentity& file) {
 }  // namespace
 
 std::string FileRegister::Place::key() const {
-  return file ? key_of(*file) : folder_key() + "/" + without_case(path.filename().string());
+  return file ? key_of(*file) : folder_key() + "/" + lower_case(path.filename().string());
 }
 
 std::string FileRegister::Place::folder_key() const {

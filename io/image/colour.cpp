@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "renderer/core/errors.h"
+#include "renderer/core/file_suffix.h"
 
 namespace emberline {
 namespace {
@@ -27,14 +28,6 @@ std::string list_of(const Names& names) {
   return text;
 }
 
-std::string lower(std::string_view text) {
-  std::string result(text);
-  for (char& c : result) {
-    if (c >= 'A' && c <= 'Z') c = char(c - 'A' + 'a');
-  }
-  return result;
-}
-
 // "sky." of "sky.R".
 std::string_view layer_prefix(const std::string& channel) {
   const size_t stop = channel.rfind('.');
@@ -44,7 +37,7 @@ std::string_view layer_prefix(const std::string& channel) {
 // Whether a channel without its layer has this name or its initial, in either case: OpenEXR's files
 // say R where Nuke's say red.
 bool is_named(std::string_view leaf, std::string_view name) {
-  const std::string text = lower(leaf);
+  const std::string text = lower_case(std::string(leaf));
   return text == name || text == name.substr(0, 1);
 }
 
@@ -65,7 +58,7 @@ struct Layer {
 
 // Cryptomatte's channels are ids and coverage, "CryptoObject00.R" or "crypto_asset01.r".
 bool is_cryptomatte(const std::string& prefix) {
-  const std::string name = lower(prefix);
+  const std::string name = lower_case(prefix);
   return name.find("crypto") != std::string::npos && name.size() >= 3 && name.back() == '.' &&
          name[name.size() - 2] >= '0' && name[name.size() - 2] <= '9' &&
          name[name.size() - 3] >= '0' && name[name.size() - 3] <= '9';
@@ -106,7 +99,8 @@ std::string repeated_in_cases(const Layer& layer) {
   for (const int c : {layer.rgba[0], layer.rgba[1], layer.rgba[2]}) {
     for (const std::string& other : channels) {
       const std::string& name = channels[size_t(c)];
-      if (other != name && lower(other) == lower(name)) found.insert(found.end(), {name, other});
+      if (other != name && lower_case(other) == lower_case(name))
+        found.insert(found.end(), {name, other});
     }
   }
   return list_of(found);
@@ -131,7 +125,7 @@ ColourChannels channels_of(const Layer& layer, const std::string& place) {
 
 bool is_luminance_chroma(const Names& channels) {
   return std::ranges::any_of(channels, [](const std::string& channel) {
-    const std::string leaf = lower(std::string_view(channel).substr(layer_prefix(channel).size()));
+    const std::string leaf = lower_case(channel.substr(layer_prefix(channel).size()));
     return leaf == "ry" || leaf == "by";
   });
 }
@@ -140,7 +134,7 @@ bool is_luminance_chroma(const Names& channels) {
 int find_grey(const Names& channels) {
   int y = -1;
   for (size_t c = 0; c < channels.size(); ++c) {
-    const std::string name = lower(channels[c]);
+    const std::string name = lower_case(channels[c]);
     if (name == "x") return -1;
     if (name == "y" || (channels.size() == 1 && is_named(name, "red"))) y = int(c);
   }

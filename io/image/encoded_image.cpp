@@ -6,6 +6,7 @@
 #include <cstring>
 #include <optional>
 
+#include "io/files/byte_order.h"
 #include "io/image/encoded_checks.h"
 #include "renderer/core/errors.h"
 
@@ -24,18 +25,6 @@ constexpr int64_t kMostScannedBlocks = int64_t(1) << 26;
 bool starts_with(Bytes bytes, std::string_view magic, size_t offset = 0) {
   return bytes.size() >= offset + magic.size() &&
          std::memcmp(bytes.data() + offset, magic.data(), magic.size()) == 0;
-}
-
-uint32_t big_endian(Bytes bytes, size_t offset, size_t count) {
-  uint32_t value = 0;
-  for (size_t i = 0; i < count; ++i) value = value << 8 | bytes[offset + i];
-  return value;
-}
-
-uint32_t little_endian(Bytes bytes, size_t offset, size_t count) {
-  uint32_t value = 0;
-  for (size_t i = count; i-- > 0;) value = value << 8 | bytes[offset + i];
-  return value;
 }
 
 void append(std::vector<uint8_t>& out, Bytes bytes) {
@@ -224,14 +213,6 @@ CleanImage clean_webp(Bytes bytes, const std::string& place) {
   return clean;
 }
 
-struct TagWidths {
-  bool big_endian;
-  uint32_t read(Bytes bytes, size_t offset, size_t count) const {
-    return big_endian ? emberline::big_endian(bytes, offset, count)
-                      : little_endian(bytes, offset, count);
-  }
-};
-
 }  // namespace
 
 ImageFormat sniff_image_format(Bytes bytes) {
@@ -273,10 +254,14 @@ void clean_tiff(std::span<uint8_t> bytes, const std::string& place) {
   };
   constexpr size_t kEntry = 12;
   if (bytes.size() < 8) throw_truncated("TIFF", place);
-  const TagWidths tags{bytes[0] == 'M'};
-  const size_t directory = tags.read(bytes, 4, 4);
+  const bool is_big_endian = bytes[0] == 'M';
+  const auto read = [&](size_t offset, size_t number_bytes) {
+    return is_big_endian ? big_endian(bytes, offset, number_bytes)
+                         : little_endian(bytes, offset, number_bytes);
+  };
+  const size_t directory = read(4, 4);
   if (directory > bytes.size() - 2) throw_truncated("TIFF", place);
-  const size_t count = tags.read(bytes, directory, 2);
+  const size_t count = read(directory, 2);
   if ((bytes.size() - directory - 2) / kEntry < count) throw_truncated("TIFF", place);
   uint8_t* const entries = &bytes[directory + 2];
   ImageHeader header;
@@ -284,8 +269,8 @@ void clean_tiff(std::span<uint8_t> bytes, const std::string& place) {
   size_t kept = 0;
   for (size_t i = 0; i < count; ++i) {
     const size_t entry = directory + 2 + i * kEntry;
-    const uint32_t tag = tags.read(bytes, entry, 2);
-    const int64_t value = tags.read(bytes, entry + 8, tags.read(bytes, entry + 2, 2) == 3 ? 2 : 4);
+    const uint32_t tag = read(entry, 2);
+    const int64_t value = read(entry + 8, read(entry + 2, 2) == 3 ? 2 : 4);
     if (tag == 256) header.width = value;
     if (tag == 257) header.height = value;
     if (tag == 322) tile_width = value;
@@ -298,8 +283,8 @@ void clean_tiff(std::span<uint8_t> bytes, const std::string& place) {
   // No directory follows: other pages are not read.
   const size_t end = directory + 2 + kept * kEntry;
   std::memset(&bytes[end], 0, std::min<size_t>(4, bytes.size() - end));
-  bytes[directory] = uint8_t(tags.big_endian ? kept >> 8 : kept);
-  bytes[directory + 1] = uint8_t(tags.big_endian ? kept : kept >> 8);
+  bytes[directory] = uint8_t(is_big_endian ? kept >> 8 : kept);
+  bytes[directory + 1] = uint8_t(is_big_endian ? kept : kept >> 8);
 }
 
 }  // namespace emberline

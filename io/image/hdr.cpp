@@ -18,22 +18,12 @@ class HdrDecoder final : public ImageDecoder {
  public:
   HdrDecoder(const ByteSource& source, const ImageHeader& header)
       : source_(source), next_(header.pixels_at), row_(4 * size_t(header.width)) {
-    layout_.width = layout_.full_width = int(header.width);
-    layout_.height = layout_.full_height = int(header.height);
-    layout_.depth = 1;
-    layout_.channel_names = {"R", "G", "B"};
-    layout_.channel_types.assign(3, SampleType::kFloat);
-    layout_.type = SampleType::kFloat;
-    layout_.type_name = "float";
+    set_layout(int(header.width), int(header.height), {"R", "G", "B"}, SampleType::kFloat);
   }
 
-  const ImageLayout& layout() const override { return layout_; }
-  std::string attribute(const char*) const override { return ""; }
-
-  std::string read(const Rect& pixels, int first, int last, SampleType type, std::byte* out,
-                   size_t row) override {
+  std::string read(const Rect& pixels, int first, int last, [[maybe_unused]] SampleType type,
+                   std::byte* out, size_t row) override {
     assert(type == SampleType::kFloat && pixels.width() == layout_.width);
-    static_cast<void>(type);
     for (int y = pixels.y0; y < pixels.y1; ++y, out += row) {
       if (const char* error = read_row()) return error;
       std::byte* to = out;
@@ -99,7 +89,6 @@ class HdrDecoder final : public ImageDecoder {
   std::vector<uint8_t> buffer_;
   std::span<const uint8_t> unread_;
   std::vector<uint8_t> row_;  // four bytes for each pixel
-  ImageLayout layout_;
 };
 
 }  // namespace

@@ -60,24 +60,15 @@ ImageFormat expect_format(Bytes bytes, Formats allowed, const std::string& place
                               names);
 }
 
+constexpr std::array kSampleTypes = {SampleType::kUint8, SampleType::kUint16, SampleType::kHalf,
+                                     SampleType::kFloat};  // by TexelType
+
 TexelType texel_type(SampleType type) {
-  switch (type) {
-    case SampleType::kUint8:
-      return TexelType::kUint8;
-    case SampleType::kUint16:
-      return TexelType::kUint16;
-    case SampleType::kHalf:
-      return TexelType::kHalf;
-    default:
-      return TexelType::kFloat;
-  }
+  const auto* found = std::ranges::find(kSampleTypes, type);
+  return found == kSampleTypes.end() ? TexelType::kFloat : TexelType(found - kSampleTypes.begin());
 }
 
-SampleType sample_type(TexelType type) {
-  constexpr std::array kTypes = {SampleType::kUint8, SampleType::kUint16, SampleType::kHalf,
-                                 SampleType::kFloat};
-  return kTypes[size_t(type)];
-}
+bool is_float(SampleType type) { return type == SampleType::kHalf || type == SampleType::kFloat; }
 
 size_t bytes_of(SampleType type) {
   if (type == SampleType::kUint8) return 1;
@@ -217,13 +208,11 @@ class OpenImage {
     } else if (format == ImageFormat::kKtx2) {
       bytes_.assign(bytes.begin(), bytes.end());
       header_ = read_ktx2_header(bytes_, place_);
-      check_sides(header_.width, header_.height, place_);
     } else {
       CleanImage clean = clean_image(format, bytes, place_);
       bytes_ = std::move(clean.bytes);
       header_ = clean.header;
       cut_short_ = clean.cut_short;
-      check_sides(header_.width, header_.height, place_);
     }
     source_ = source_of(Bytes(bytes_));
     open(format);
@@ -233,7 +222,6 @@ class OpenImage {
     source_ = std::move(source);
     header_ = format == ImageFormat::kExr ? read_exr_header(source_, place_)
                                           : read_hdr_header(source_, place_);
-    check_sides(header_.width, header_.height, place_);
     if (header_.orientation > 4) {
       throw InputError(place_, "the image is stored by columns; save it by rows");
     }
@@ -241,6 +229,8 @@ class OpenImage {
   }
 
   void open(ImageFormat format) {
+    // Only the decoder knows a TIFF's.
+    if (format != ImageFormat::kTiff) check_sides(header_.width, header_.height, place_);
     decoding_.add(uint64_t(header_.width) * uint64_t(header_.height) *
                           uint64_t(header_.decoder_bytes_per_pixel) +
                       header_.tile_bytes,
@@ -308,7 +298,7 @@ class OpenImage {
 // out.
 void read_frame(OpenImage& input, int first, Image& image) {
   const ImageLayout& layout = input.layout();
-  const SampleType type = sample_type(image.type);
+  const SampleType type = kSampleTypes[size_t(image.type)];
   const Rect data = input.data_window(), frame{0, 0, layout.full_width, layout.full_height};
   if (data.intersect(frame) != frame) {
     throw InputError(input.place(),
@@ -366,9 +356,6 @@ std::shared_ptr<const Image> read_environment(const std::string& path, uint64_t*
     throw InputError(path, "an environment is in latitude and longitude, this is a cube map");
   }
   const bool is_half = layout.type == SampleType::kHalf;
-  const auto is_float = [](SampleType type) {
-    return type == SampleType::kHalf || type == SampleType::kFloat;
-  };
   const auto types = std::span(layout.channel_types);
   if (!is_float(layout.type) &&
       !std::ranges::all_of(types.subspan(size_t(colour.first), size_t(colour.count)), is_float)) {
@@ -398,10 +385,8 @@ std::shared_ptr<const Image> read_environment(const std::string& path, uint64_t*
 }
 
 int FloatImage::find_channel(const std::string& name) const {
-  for (size_t i = 0; i < channel_names.size(); ++i) {
-    if (channel_names[i] == name) return int(i);
-  }
-  return -1;
+  const auto found = std::ranges::find(channel_names, name);
+  return found == channel_names.end() ? -1 : int(found - channel_names.begin());
 }
 
 namespace {
@@ -430,10 +415,9 @@ void convert_stored(const ImageLayout& layout, std::vector<float>& values) {
   const size_t channels = size_t(layout.channels());
   for (size_t c = 0; c < channels; ++c) {
     const SampleType type = layout.channel_types[c];
-    const bool is_float = type == SampleType::kHalf || type == SampleType::kFloat;
     // A counter channel of an EXR (UINT) comes scaled to [0, 1]; undone exactly up to 2^24.
     const bool is_counter = type == SampleType::kUint32;
-    if (is_float || (int(c) == layout.alpha_channel && !is_counter)) continue;
+    if (is_float(type) || (int(c) == layout.alpha_channel && !is_counter)) continue;
     for (size_t i = c; i < values.size(); i += channels) {
       values[i] =
           is_counter ? float(std::round(double(values[i]) * 0x1p32)) : srgb_to_linear(values[i]);

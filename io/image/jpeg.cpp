@@ -48,27 +48,16 @@ class JpegDecoder final : public ImageDecoder {
     if (stored != 1 && stored != 3 && !is_cmyk()) {
       return "it has " + std::to_string(stored) + " components";
     }
-    layout_.width = layout_.full_width = int(info_.output_width);
-    layout_.height = layout_.full_height = int(info_.output_height);
-    if (stored == 1) {
-      layout_.channel_names = {"Y"};
-    } else {
-      layout_.channel_names = {"R", "G", "B"};
-    }
-    layout_.type = SampleType::kUint8;
-    layout_.channel_types.assign(layout_.channel_names.size(), layout_.type);
-    layout_.type_name = "uint8";
+    const std::vector<std::string> names = {"R", "G", "B"};
+    set_layout(int(info_.output_width), int(info_.output_height),
+               stored == 1 ? std::vector<std::string>{"Y"} : names, SampleType::kUint8);
     line_.resize(size_t(layout_.width) * size_t(stored));
     return "";
   }
 
-  const ImageLayout& layout() const override { return layout_; }
-  std::string attribute(const char*) const override { return ""; }
-
-  std::string read(const Rect& pixels, int first, int last, SampleType type, std::byte* out,
-                   size_t row) override {
+  std::string read(const Rect& pixels, [[maybe_unused]] int first, int last, SampleType type,
+                   std::byte* out, size_t row) override {
     assert(first == 0 && last == layout_.channels());
-    static_cast<void>(first);
     const size_t width = size_t(layout_.width), samples = width * size_t(last);
     for (int y = pixels.y0; y < pixels.y1; ++y, out += row) {
       if (!read_row()) return failure_.message;
@@ -115,7 +104,6 @@ class JpegDecoder final : public ImageDecoder {
 
   JpegFailure failure_;
   jpeg_decompress_struct info_ = {};
-  ImageLayout layout_;
   std::vector<uint8_t> line_;
 };
 

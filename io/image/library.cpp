@@ -3,14 +3,13 @@
 #include <dlfcn.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <atomic>
-#include <cstdlib>
 #include <filesystem>
 #include <system_error>
 #include <vector>
 
+#include "io/files/byte_order.h"
 #include "io/files/input_file.h"
 #include "renderer/core/errors.h"
 
@@ -29,24 +28,13 @@ constexpr const char* kName = "libemberline_images.so";
 
 std::atomic<uint64_t> g_bytes{0};
 
-// Resident memory, proc(5).
-uint64_t resident_bytes() {
-  const std::string text = read_kernel_text("/proc/self/statm");
-  const size_t space = text.find(' ');
-  return space == std::string::npos
-             ? 0
-             : std::strtoull(text.c_str() + space, nullptr, 10) * uint64_t(::sysconf(_SC_PAGESIZE));
-}
-
 // A library that ends early would end the program where it is mapped: its section headers, which
 // stand last (ELF-64), are in it.
 void check_whole(const std::string& path) {
   const InputFile file(path);
   uint8_t header[64] = {};
   const auto number = [&](size_t offset, size_t count) {
-    uint64_t value = 0;
-    for (size_t i = 0; i < count; ++i) value |= uint64_t(header[offset + i]) << (8 * i);
-    return value;
+    return little_endian<uint64_t>(header, offset, count);
   };
   const bool read = file.try_read(0, sizeof header, header) == int64_t(sizeof header);
   const uint64_t sections = number(0x28, 8), size = number(0x3a, 2), count = number(0x3c, 2);
@@ -102,14 +90,14 @@ void* load() {
 }
 
 const ImageLibrary& find() {
-  const uint64_t before = resident_bytes();
+  const uint64_t before = statm_bytes(StatmField::kResident);
   void* const library = load();
   if (!library) throw RenderError(std::string("no images can be read or written: ") + ::dlerror());
   const auto entry = reinterpret_cast<decltype(&emberline_image_library)>(
       ::dlsym(library, "emberline_image_library"));
   const ImageLibrary* const found = entry ? entry(EMBERLINE_VERSION) : nullptr;
   if (!found) throw RenderError("libemberline_images.so is of another version than this program");
-  const uint64_t after = resident_bytes();
+  const uint64_t after = statm_bytes(StatmField::kResident);
   g_bytes = after > before ? after - before : 0;
   return *found;
 }

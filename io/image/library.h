@@ -56,13 +56,28 @@ struct EncodedPlane {
 class ImageDecoder {
  public:
   virtual ~ImageDecoder() = default;
-  virtual const ImageLayout& layout() const = 0;
-  virtual std::string attribute(const char* name) const = 0;  // a text, else empty
+  const ImageLayout& layout() const { return layout_; }
+  virtual std::string attribute(const char* /*name*/) const { return ""; }  // a text, else empty
   // Channels [first, last) of some pixels, counted from the data window's corner, interleaved,
   // converted; rows of `out` are `row` bytes apart. Pixels are whole tiles or, of an image in rows,
   // whole rows. Nothing, or why it failed.
   virtual std::string read(const Rect& pixels, int first, int last, SampleType type, std::byte* out,
                            size_t row) = 0;
+
+ protected:
+  // Of a picture without layers: kUint8, kUint16 or kFloat in all channels.
+  void set_layout(int width, int height, std::vector<std::string> channels, SampleType type) {
+    layout_.width = layout_.full_width = width;
+    layout_.height = layout_.full_height = height;
+    layout_.channel_names = std::move(channels);
+    layout_.channel_types.assign(layout_.channel_names.size(), type);
+    layout_.type = type;
+    layout_.type_name = type == SampleType::kUint8    ? "uint8"
+                        : type == SampleType::kUint16 ? "uint16"
+                                                      : "float";
+  }
+
+  ImageLayout layout_;
 };
 
 // A Decoder, unless its open(arguments...) has something to say: then null, and that.

@@ -28,6 +28,18 @@ std::string one_line(std::string text) {
   return text.empty() ? "unknown reason" : text.substr(0, 200);
 }
 
+// An exception's words, but for a lack of memory.
+template <typename Work>
+std::string caught(const Work& work) {
+  try {
+    return work();
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& error) {
+    return one_line(error.what());
+  }
+}
+
 constexpr std::pair<SampleType, oiio::TypeDesc::BASETYPE> kTypes[] = {
     {SampleType::kUint8, oiio::TypeDesc::UINT8},
     {SampleType::kUint16, oiio::TypeDesc::UINT16},
@@ -150,7 +162,6 @@ class Decoder final : public ImageDecoder {
     if (input_) input_->close();
   }
 
-  const ImageLayout& layout() const override { return layout_; }
   std::string attribute(const char* name) const override {
     return std::string(parts_.front().spec.get_string_attribute(name));
   }
@@ -160,18 +171,6 @@ class Decoder final : public ImageDecoder {
   }
 
  private:
-  // An exception's words, but for a lack of memory.
-  template <typename Work>
-  static std::string caught(const Work& work) {
-    try {
-      return work();
-    } catch (const std::bad_alloc&) {
-      throw;
-    } catch (const std::exception& error) {
-      return one_line(error.what());
-    }
-  }
-
   // A part of an EXR, or the image.
   struct Part {
     oiio::ImageSpec spec;
@@ -262,7 +261,6 @@ class Decoder final : public ImageDecoder {
 
   static constexpr int kMostChannels = 4096;  // what is read at all (image/input.cpp)
 
-  ImageLayout layout_;
   std::vector<Part> parts_;
   std::unique_ptr<SourceProxy> proxy_;
   std::unique_ptr<oiio::ImageInput> input_;  // after what it reads, so that it goes first
@@ -277,14 +275,10 @@ class OpenImageIo final : public ImageLibrary {
 
   std::string encode_dwa(int width, int height, std::span<const EncodedPlane> planes, bool wide,
                          std::vector<uint8_t>& code) const override {
-    try {
+    return caught([&] {
       encode_dwa_tile(width, height, planes, wide, code);
       return "";
-    } catch (const std::bad_alloc&) {
-      throw;
-    } catch (const std::exception& error) {
-      return one_line(error.what());
-    }
+    });
   }
 
   std::string encode_gif(std::span<const ByteImage> pictures, double picture_s,

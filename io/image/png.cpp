@@ -43,23 +43,16 @@ class PngDecoder final : public ImageDecoder {
     if (!read_header()) return failure_.message;
     constexpr const char* kNames[] = {"Y", "A", "R", "G", "B", "A"};
     const int channels = png_get_channels(png_, info_), first = channels < 3 ? 0 : 2;
-    layout_.width = layout_.full_width = int(png_get_image_width(png_, info_));
-    layout_.height = layout_.full_height = int(png_get_image_height(png_, info_));
-    layout_.channel_names.assign(kNames + first, kNames + first + channels);
+    set_layout(int(png_get_image_width(png_, info_)), int(png_get_image_height(png_, info_)),
+               {kNames + first, kNames + first + channels},
+               png_get_bit_depth(png_, info_) == 16 ? SampleType::kUint16 : SampleType::kUint8);
     layout_.alpha_channel = channels % 2 == 0 ? channels - 1 : -1;
-    layout_.type = png_get_bit_depth(png_, info_) == 16 ? SampleType::kUint16 : SampleType::kUint8;
-    layout_.channel_types.assign(size_t(channels), layout_.type);
-    layout_.type_name = layout_.type == SampleType::kUint16 ? "uint16" : "uint8";
     return "";
   }
 
-  const ImageLayout& layout() const override { return layout_; }
-  std::string attribute(const char*) const override { return ""; }
-
-  std::string read(const Rect& pixels, int first, int last, SampleType type, std::byte* out,
-                   size_t row) override {
+  std::string read(const Rect& pixels, [[maybe_unused]] int first, int last, SampleType type,
+                   std::byte* out, size_t row) override {
     assert(first == 0 && last == layout_.channels());
-    static_cast<void>(first);
     const size_t stored = png_get_rowbytes(png_, info_);
     if (is_interlaced() && whole_.empty()) {
       whole_.resize(stored * size_t(layout_.height));
@@ -133,7 +126,6 @@ class PngDecoder final : public ImageDecoder {
   png_structp png_ = nullptr;
   png_infop info_ = nullptr;
   int passes_ = 1;
-  ImageLayout layout_;
   std::vector<uint8_t> line_, whole_;  // a row to be converted; an interlaced image
   std::vector<png_bytep> rows_;
 };

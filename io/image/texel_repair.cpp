@@ -97,14 +97,9 @@ void unpremultiply(Image& image) {
 }
 
 uint64_t repair_texels(Image& image, TexelRange range) {
-  switch (image.type) {
-    case TexelType::kHalf:
-      return repair_all<uint16_t>(image, range);
-    case TexelType::kFloat:
-      return repair_all<uint32_t>(image, range);
-    default:
-      return 0;
-  }
+  if (image.type == TexelType::kHalf) return repair_all<uint16_t>(image, range);
+  if (image.type == TexelType::kFloat) return repair_all<uint32_t>(image, range);
+  return 0;
 }
 
 void expand_grey(Image& image) {

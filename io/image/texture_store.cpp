@@ -3,9 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <charconv>
 #include <chrono>
-#include <string>
 
 #include "io/files/input_file.h"
 #include "renderer/core/mapped_texels.h"
@@ -17,16 +15,8 @@ namespace {
 // tens of megabytes.
 constexpr std::chrono::milliseconds kBetweenLooks(10);
 
-// Pages of files that this process has mapped and touched (Linux: proc_pid_statm(5), "shared").
-uint64_t mapped_file_bytes() {
-  const std::string text = read_kernel_text("/proc/self/statm");
-  const size_t size = text.find(' ');
-  const size_t resident = size == std::string::npos ? size : text.find(' ', size + 1);
-  uint64_t pages = 0;
-  if (resident == std::string::npos) return 0;
-  std::from_chars(text.data() + resident + 1, text.data() + text.size(), pages);
-  return pages * uint64_t(sysconf(_SC_PAGESIZE));
-}
+// What of files this process has mapped and touched.
+uint64_t mapped_file_bytes() { return statm_bytes(StatmField::kShared); }
 
 }  // namespace
 

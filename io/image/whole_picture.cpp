@@ -5,64 +5,16 @@
 #include <string_view>
 #include <vector>
 
-#include "io/files/input_file.h"
+#include "io/image/byte_cursor.h"
 
 namespace emberline {
 namespace {
 
-// Reads a file from the front. Behind the end of the file there are zeros, and ended() says so.
-class Cursor {
- public:
-  explicit Cursor(const InputFile& file) : file_(file) {}
-
-  uint64_t offset() const { return offset_; }
-  bool ended() const { return offset_ > file_.size(); }
-  void skip(uint64_t count) { offset_ += std::min(count, file_.size() + 1); }
-  void go_to(uint64_t offset) { offset_ = offset; }
-  uint8_t byte() {
-    if (offset_ < begin_ || offset_ >= begin_ + buffer_.size()) {
-      buffer_.resize(kBytesAtOnce);
-      begin_ = offset_;
-      const int64_t count = file_.try_read(begin_, buffer_.size(), buffer_.data());
-      buffer_.resize(size_t(std::max<int64_t>(count, 0)));
-    }
-    const uint64_t at = offset_++ - begin_;
-    return at < buffer_.size() ? buffer_[at] : 0;
-  }
-  uint64_t little_endian(int bytes) {
-    uint64_t number = 0;
-    for (int i = 0; i < bytes; ++i) number |= uint64_t(byte()) << (8 * i);
-    return number;
-  }
-  uint64_t big_endian(int bytes) {
-    uint64_t number = 0;
-    for (int i = 0; i < bytes; ++i) number = number << 8 | byte();
-    return number;
-  }
-  std::string until_zero() {
-    std::string text;
-    for (uint8_t c = byte(); c != 0; c = byte()) text += char(c);
-    return text;
-  }
-
- private:
-  static constexpr size_t kBytesAtOnce = size_t(64) << 10;
-
-  const InputFile& file_;
-  std::vector<uint8_t> buffer_;
-  uint64_t begin_ = 0, offset_ = 0;
-};
-
-bool begins_with(const InputFile& file, std::string_view text) {
-  Cursor cursor(file);
-  return std::ranges::all_of(text, [&](char c) { return cursor.byte() == uint8_t(c); });
-}
-
 bool ends_with(const InputFile& file, std::string_view text) {
   if (file.size() < text.size()) return false;
-  Cursor cursor(file);
+  ByteCursor cursor(file);
   cursor.skip(file.size() - text.size());
-  return std::ranges::all_of(text, [&](char c) { return cursor.byte() == uint8_t(c); });
+  return cursor.take_if(text);
 }
 
 struct ExrPart {
@@ -75,17 +27,17 @@ struct ExrPartList {
 };
 
 // "OpenEXR File Layout": version and flags, then a header of attributes for each part.
-ExrPartList read_exr_parts(Cursor& cursor) {
+ExrPartList read_exr_parts(ByteCursor& cursor) {
   constexpr uint64_t kTiled = 0x200, kDeep = 0x800, kSeveral = 0x1000;
   cursor.go_to(4);
   const uint64_t flags = cursor.little_endian(4);
   ExrPartList parts;
   parts.several = flags & kSeveral;
   if (flags & kDeep) return parts;
-  while (!cursor.ended()) {
+  while (!cursor.is_behind_end()) {
     ExrPart part = {.tiled = (flags & kTiled) != 0};
     bool empty = true;
-    for (std::string name = cursor.until_zero(); !name.empty() && !cursor.ended();
+    for (std::string name = cursor.until_zero(); !name.empty() && !cursor.is_behind_end();
          name = cursor.until_zero(), empty = false) {
       cursor.until_zero();  // its type
       const uint64_t size = cursor.little_endian(4), value = cursor.offset();
@@ -94,7 +46,7 @@ ExrPartList read_exr_parts(Cursor& cursor) {
       cursor.go_to(value);
       cursor.skip(size);
     }
-    parts.readable = !cursor.ended();
+    parts.readable = !cursor.is_behind_end();
     if (empty) break;
     parts.list.push_back(part);
     if (!parts.several) break;
@@ -113,7 +65,7 @@ bool is_packed(uint8_t compression) {
 }
 
 bool ends_with_zeros(const InputFile& file, uint64_t count) {
-  Cursor cursor(file);
+  ByteCursor cursor(file);
   cursor.skip(file.size() - count);
   for (uint64_t i = 0; i < count; ++i) {
     if (cursor.byte() != 0) return false;
@@ -124,13 +76,13 @@ bool ends_with_zeros(const InputFile& file, uint64_t count) {
 // The tables of offsets end where the first chunk begins, and the file does where the last one
 // ends.
 bool exr_is_whole(const InputFile& file) {
-  Cursor cursor(file);
+  ByteCursor cursor(file);
   const ExrPartList parts = read_exr_parts(cursor);
   if (!parts.readable) return false;
   uint64_t first = file.size(), last = 0;
   while (cursor.offset() < first) {
     const uint64_t offset = cursor.little_endian(8);
-    if (cursor.ended() || offset >= file.size()) return false;
+    if (cursor.is_behind_end() || offset >= file.size()) return false;
     first = std::min(first, offset);
     last = std::max(last, offset);
   }
@@ -153,18 +105,18 @@ bool png_is_whole(const InputFile& file) {
 // Behind the header the end's marker stands nowhere else. Before it there may be small pictures,
 // with an end of theirs.
 bool jpeg_is_whole(const InputFile& file) {
-  Cursor cursor(file);
+  ByteCursor cursor(file);
   cursor.skip(2);
   constexpr uint8_t kScan = 0xda;
   for (uint8_t marker = 0; marker != kScan; cursor.skip(cursor.big_endian(2) - 2)) {
-    if (cursor.byte() != 0xff || cursor.ended()) return false;
+    if (cursor.byte() != 0xff || cursor.is_behind_end()) return false;
     for (marker = cursor.byte(); marker == 0xff;) marker = cursor.byte();
   }
-  return !cursor.ended() && ends_with(file, "\xff\xd9");
+  return !cursor.is_behind_end() && ends_with(file, "\xff\xd9");
 }
 
 bool gif_is_whole(const InputFile& file) {
-  Cursor cursor(file);
+  ByteCursor cursor(file);
   const auto skip_colours = [&](uint8_t flags) {
     if (flags & 0x80) cursor.skip(uint64_t(6) << (flags & 7));
   };
@@ -172,7 +124,7 @@ bool gif_is_whole(const InputFile& file) {
   const uint8_t flags = cursor.byte();
   cursor.skip(2);
   skip_colours(flags);
-  while (!cursor.ended()) {
+  while (!cursor.is_behind_end()) {
     const uint8_t kind = cursor.byte();
     if (kind == ';') return cursor.offset() == file.size();
     if (kind == ',') {  // a picture, its colours, the width of its codes
@@ -193,10 +145,11 @@ bool gif_is_whole(const InputFile& file) {
 
 bool is_whole_picture(const std::string& path) {
   const InputFile file(path);
-  if (begins_with(file, "\x76\x2f\x31\x01")) return exr_is_whole(file);
-  if (begins_with(file, "\x89PNG\r\n\x1a\n")) return png_is_whole(file);
-  if (begins_with(file, "\xff\xd8\xff")) return jpeg_is_whole(file);
-  if (begins_with(file, "GIF8")) return gif_is_whole(file);
+  ByteCursor cursor(file);
+  if (cursor.take_if("\x76\x2f\x31\x01")) return exr_is_whole(file);
+  if (cursor.take_if("\x89PNG\r\n\x1a\n")) return png_is_whole(file);
+  if (cursor.take_if("\xff\xd8\xff")) return jpeg_is_whole(file);
+  if (cursor.take_if("GIF8")) return gif_is_whole(file);
   return false;
 }
 

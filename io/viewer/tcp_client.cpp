@@ -3,7 +3,6 @@
 #include <netdb.h>
 #include <poll.h>
 #include <sys/socket.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -86,13 +85,10 @@ TcpClient::TcpClient(const std::string& host, uint16_t port, double timeout_s,
   throw RenderError("cannot connect: " + words(last_error_));
 }
 
-TcpClient::~TcpClient() {
-  if (socket_ >= 0) close(socket_);
-}
-
 bool TcpClient::connect_to(const void* address, double until) {
   const auto& a = *static_cast<const addrinfo*>(address);
-  socket_ = socket(a.ai_family, a.ai_socktype | SOCK_NONBLOCK | SOCK_CLOEXEC, a.ai_protocol);
+  socket_ =
+      Descriptor(socket(a.ai_family, a.ai_socktype | SOCK_NONBLOCK | SOCK_CLOEXEC, a.ai_protocol));
   last_error_ = socket_ < 0 ? errno : 0;
   if (socket_ >= 0 && connect(socket_, a.ai_addr, a.ai_addrlen) != 0) last_error_ = errno;
   if (last_error_ == EINPROGRESS) {
@@ -103,9 +99,7 @@ bool TcpClient::connect_to(const void* address, double until) {
       getsockopt(socket_, SOL_SOCKET, SO_ERROR, &last_error_, &size);
     }
   }
-  if (last_error_ == 0) return true;
-  if (socket_ >= 0) close(std::exchange(socket_, -1));
-  return false;
+  return last_error_ == 0;
 }
 
 // What of `events`, or what else, has come; 0 when the wait is over without.

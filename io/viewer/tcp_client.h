@@ -7,6 +7,8 @@
 #include <span>
 #include <string>
 
+#include "io/files/descriptor.h"
+
 namespace emberline {
 
 // One thread at a time. A peer that is gone is an error, never a signal.
@@ -20,9 +22,6 @@ class TcpClient {
   // Throws RenderError that says in a few words what went wrong: "cannot connect:
   // Connection refused".
   TcpClient(const std::string& host, uint16_t port, double timeout_s, KeepWaiting keep_waiting);
-  ~TcpClient();
-  TcpClient(const TcpClient&) = delete;
-  TcpClient& operator=(const TcpClient&) = delete;
 
   // Returns when the system has taken all of it; it goes on sending after the object's end. Throws
   // RenderError when the peer has closed, or the wait was called off: then some of it was sent.
@@ -33,7 +32,7 @@ class TcpClient {
   short wait_for(short events, double until) const;
 
   KeepWaiting keep_waiting_;
-  int socket_ = -1;
+  Descriptor socket_;
   int last_error_ = 0;  // errno of the last address that was tried
 };
 

@@ -1,5 +1,7 @@
 #include "renderer/core/load_progress.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -104,10 +106,7 @@ void LoadProgress::report_share(double share) {
   fraction_ = fraction;
   std::string text = stage.name;
   if (stage.counted && items_ > 0) {
-    text += ' ';
-    text += std::to_string(std::min(done_ + 1, items_));
-    text += " of ";
-    text += std::to_string(items_);
+    text += fmt::format(" {} of {}", std::min(done_ + 1, items_), items_);
   }
   report_(text, fraction);
 }

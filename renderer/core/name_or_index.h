@@ -13,16 +13,20 @@
 
 namespace emberline {
 
-// "the file has 0 'Survey', 1 'Walk'", for messages. A file may have any number of them.
+// "0 'a', 1 'b'", for messages; of a long list its beginning.
 template <class Named>
-std::string list_names(const std::vector<Named>& list) {
+std::string numbered_names(const std::vector<Named>& list) {
   constexpr size_t kMost = 100;
-  if (list.empty()) return "the file has none";
-  std::string text = "the file has ";
+  std::string text;
   for (size_t i = 0; i < std::min(list.size(), kMost); ++i) {
     text += fmt::format("{}{} '{}'", i ? ", " : "", i, shortened(list[i].name));
   }
   return list.size() > kMost ? text + " and more" : text;
+}
+
+template <class Named>
+std::string list_names(const std::vector<Named>& list) {
+  return list.empty() ? "the file has none" : "the file has " + numbered_names(list);
 }
 
 // The index in `list` of what --WHAT calls by name or index. Throws UsageError that lists them.

@@ -30,10 +30,14 @@ void parallel_ranges(size_t count, size_t grain, const Body& body) {
 
 // body(i) for each i below count, in parts that TBB chooses.
 template <typename Body>
-void parallel_each(size_t count, const Body& body) {
-  parallel_ranges(count, 1, [&](size_t begin, size_t end) {
+void parallel_each(size_t count, size_t grain, const Body& body) {
+  parallel_ranges(count, grain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) body(i);
   });
+}
+template <typename Body>
+void parallel_each(size_t count, const Body& body) {
+  parallel_each(count, 1, body);
 }
 
 // body(i) for each i below count, each a task of its own: for few and long ones.

@@ -59,9 +59,9 @@ template <class T>
 inline Vec3d to_double(const Vec3f& v) { return {v.x, v.y, v.z}; }
 inline Vec3f to_float(const Vec3d& v) { return {float(v.x), float(v.y), float(v.z)}; }
 // An affine matrix's image of a point; Imath's own divides by w.
+inline Vec3d row(const Mat44d& m, int i) { return {m[i][0], m[i][1], m[i][2]}; }
 inline Vec3d transform_point(const Mat44d& m, const Vec3d& p) {
-  const auto row = [&m](int i) { return Vec3d(m[i][0], m[i][1], m[i][2]); };
-  return fma(row(0), p.x, fma(row(1), p.y, fma(row(2), p.z, row(3))));
+  return fma(row(m, 0), p.x, fma(row(m, 1), p.y, fma(row(m, 2), p.z, row(m, 3))));
 }
 
 // Rec. 709 luminance (ITU-R BT.709-6, section 3).

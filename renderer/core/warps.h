@@ -1,5 +1,5 @@
-// Maps from the unit square to the shapes that light transport samples, each with its density and
-// its inverse, so that one chi-square harness can test any of them.
+// Maps from the unit square to the shapes that light transport samples. Their inverses, and the
+// densities that only tests need, are in tests/support/warp_inverses.h.
 //
 // u is in [0, 1)^2. Directions are unit; densities are with respect to solid angle unless a name
 // says area. All functions are pure.
@@ -12,26 +12,13 @@ namespace emberline {
 
 // Unit disk, area measure. Shirley & Chiu 1997, "A Low Distortion Map Between Disk and Square".
 Vec2f square_to_disk(const Vec2f& u);
-float square_to_disk_pdf(const Vec2f& p);
-Vec2f disk_to_square(const Vec2f& p);
 
 // Cosine-weighted hemisphere around +Z (Malley's method).
 Vec3f square_to_cosine_hemisphere(const Vec2f& u);
-float square_to_cosine_hemisphere_pdf(const Vec3f& w);
-Vec2f cosine_hemisphere_to_square(const Vec3f& w);
 
 // Uniform sphere.
 Vec3f square_to_sphere(const Vec2f& u);
 float square_to_sphere_pdf(const Vec3f& w);
-Vec2f sphere_to_square(const Vec3f& w);
-
-// Uniform cone around +Z; `one_minus_cos` is 1 - cos(half angle), passed as such because the
-// difference loses every digit for a sun-sized cone when it is formed from the cosine.
-Vec3f square_to_cone(const Vec2f& u, float one_minus_cos);
-float square_to_cone_pdf(float one_minus_cos);
-Vec2f cone_to_square(const Vec3f& w, float one_minus_cos);
-// 1 - cos(a) from sin(a)^2 without cancellation, a in [0, pi/2].
-float one_minus_cos_from_sin2(float sin2);
 
 // Barycentric (b1, b2), uniform in area; b0 = 1 - b1 - b2. Heitz 2019, "A Low-Distortion Map
 // Between Triangle and Square".
@@ -40,6 +27,5 @@ float one_minus_cos_from_sin2(float sin2);
   const float half = (above ? u.x : u.y) / 2, rest = (above ? u.y : u.x) - half;
   return above ? Vec2f(half, rest) : Vec2f(rest, half);
 }
-Vec2f triangle_to_square(const Vec2f& b);
 
 }  // namespace emberline

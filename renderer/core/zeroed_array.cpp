@@ -9,12 +9,9 @@
 #include "renderer/core/parallel.h"
 
 namespace emberline {
-namespace {
 
 // From here on pages are huge.
 constexpr size_t kLarge = size_t(8) << 20;
-
-}  // namespace
 
 void prefer_huge_pages([[maybe_unused]] void* data, [[maybe_unused]] size_t bytes) {
 #if defined(__linux__)

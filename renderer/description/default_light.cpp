@@ -23,10 +23,7 @@ const MaterialDescription* material_of(const SceneDescription& scene,
 }
 
 bool has_light(const SceneDescription& scene) {
-  if (scene.environment) return true;
-  if (std::ranges::any_of(scene.lights, [](const auto& l) { return !is_black(l.intensity); })) {
-    return true;
-  }
+  if (scene.environment || std::ranges::any_of(scene.lights, shines)) return true;
   return std::ranges::any_of(scene.instances, [&](const InstanceDescription& placed) {
     const MaterialDescription* material = material_of(scene, placed);
     const MeshDescription& mesh = scene.meshes[size_t(placed.mesh)];

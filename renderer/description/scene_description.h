@@ -18,6 +18,7 @@
 #include "renderer/core/file_identity.h"
 #include "renderer/core/time_curve.h"
 #include "renderer/core/vector.h"
+#include "renderer/description/mesh_arrays.h"
 
 namespace emberline {
 
@@ -180,31 +181,12 @@ struct VariantMaterial {
   bool operator==(const VariantMaterial&) const = default;
 };
 
-// Where a deforming mesh's vertices are at one time: as many of each as the mesh has.
-struct MeshStep {
-  std::vector<Vec3f> positions;
-  std::vector<Vec3f> normals;
-  std::vector<Vec4f> tangents;
-};
-
 // A triangle mesh with one material (one glTF primitive, strips and fans already unrolled).
-// positions, and every attribute that is present, have one entry per vertex.
-struct MeshDescription {
-  std::string name;  // "mesh name/primitive index", for messages and the id AOV's manifest
-  std::vector<Vec3f> positions;
-  std::vector<std::array<uint32_t, 3>> triangles;  // indices < positions.size(); CCW is the front
-  std::vector<Vec3f> normals;   // empty: flat shading. Unit length or zero (unusable).
-  std::vector<Vec4f> tangents;  // empty: none needed. xyz unit, w = +-1 (MikkTSpace convention).
-  std::vector<std::vector<Vec2f>> uv_sets;  // each empty or full
-  std::vector<Vec4f> colors;                // COLOR_0 linear rgba; empty: white
-  std::vector<MeshStep> motion = {};        // see Motion
-  std::vector<Vec3f> later = {};            // positions; see LaterInstance
-  int material = -1;                        // -1: glTF's default material
+struct MeshDescription : MeshArrays {
+  std::string name;   // "mesh name/primitive index", for messages and the id AOV's manifest
+  int material = -1;  // -1: glTF's default material
   // By growing variant; in those that are absent the mesh wears `material`.
   std::vector<VariantMaterial> variant_materials;
-  // Of a file that can be posed again, one that does not deform: its number, which is the same in
-  // every pose. 0: none.
-  uint64_t key = 0;
   // True: at another time it may stand elsewhere, or be seen more often.
   bool may_move = false;
   // Set: its arrays are left out, since whoever gets the pose has them from one before; its extent.

@@ -9,6 +9,7 @@
 
 #include "renderer/core/constants.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/name_or_index.h"
 #include "renderer/core/shortened.h"
 #include "renderer/description/default_light.h"
 #include "renderer/description/framing.h"
@@ -18,14 +19,9 @@ namespace emberline {
 namespace {
 
 template <class Named>
-std::string list_names(const char* what, const std::vector<Named>& list) {
+std::string list_all(const char* what, const std::vector<Named>& list) {
   if (list.empty()) return fmt::format("the scene has no {}s", what);
-  std::string text = fmt::format("the scene's {}s are ", what);
-  constexpr size_t kMost = 100;
-  for (size_t i = 0; i < std::min(list.size(), kMost); ++i) {
-    text += fmt::format("{}{} '{}'", i ? ", " : "", i, shortened(list[i].name));
-  }
-  return list.size() > kMost ? text + " and more" : text;
+  return fmt::format("the scene's {}s are {}", what, numbered_names(list));
 }
 
 [[noreturn]] void refuse(const std::string& place, const std::string& message) {
@@ -36,7 +32,7 @@ std::string list_names(const char* what, const std::vector<Named>& list) {
 template <class Named>
 size_t find_target(const EditTarget& target, const char* what, const std::vector<Named>& list) {
   if (const std::optional<size_t> found = find_entry(target, list)) return *found;
-  const std::string listed = list_names(what, list);
+  const std::string listed = list_all(what, list);
   if (target.name.empty()) {
     refuse(target.place, fmt::format("no {} {}; {}", what, target.index, listed));
   }
@@ -129,26 +125,22 @@ void EditApplication::check_targets() {
   if (!lit_around && (environment.strength || environment.rotation_degrees)) {
     refuse(environment.place, kNoEnvironment);
   }
-  std::set<size_t> edited, dimmed, shining, around;
+  std::set<size_t> edited, dimmed, shining;
+  bool around = false;
   for (const MaterialEdit& edit : edits_.materials) {
     materials_.push_back(found(edit.target, "material", scene_.materials, edited));
     check_fits(edit, scene_.materials[materials_.back()]);
   }
   for (const LightEdit& edit : edits_.lights) {
-    switch (edit.kind) {
-      case EditedLight::kPunctual:
-        lights_.push_back(found(edit.target, "light", scene_.lights, dimmed));
-        break;
-      case EditedLight::kMaterial:
-        lights_.push_back(found(edit.target, "material", scene_.materials, shining));
-        break;
-      case EditedLight::kEnvironment:
-        if (!lit_around) refuse(edit.target.place, kNoEnvironment);
-        if (!around.insert(0).second) {
-          refuse(edit.target.place, "a second entry for the environment");
-        }
-        lights_.push_back(0);
-        break;
+    if (edit.kind == EditedLight::kPunctual) {
+      lights_.push_back(found(edit.target, "light", scene_.lights, dimmed));
+    } else if (edit.kind == EditedLight::kMaterial) {
+      lights_.push_back(found(edit.target, "material", scene_.materials, shining));
+    } else {
+      if (!lit_around) refuse(edit.target.place, kNoEnvironment);
+      if (around) refuse(edit.target.place, "a second entry for the environment");
+      around = true;
+      lights_.push_back(0);
     }
   }
 }
@@ -205,21 +197,10 @@ void EditApplication::edit_material(size_t i) {
 void EditApplication::edit_light(size_t i) {
   const LightEdit& edit = edits_.lights[i];
   const Rgb factor = edit.on ? scaled(edit.color, Rgb(edit.intensity)) : Rgb(0.0f);
-  switch (edit.kind) {
-    case EditedLight::kPunctual: {
-      PunctualLightDescription& light = scene_.lights[lights_[i]];
-      light.intensity = scaled(light.intensity, factor);
-      break;
-    }
-    case EditedLight::kMaterial: {
-      MaterialDescription& material = scene_.materials[lights_[i]];
-      material.emission = scaled(material.emission, factor);
-      break;
-    }
-    case EditedLight::kEnvironment:
-      scene_.environment->tint = scaled(scene_.environment->tint, factor);
-      break;
-  }
+  Rgb& light = edit.kind == EditedLight::kPunctual   ? scene_.lights[lights_[i]].intensity
+               : edit.kind == EditedLight::kMaterial ? scene_.materials[lights_[i]].emission
+                                                     : scene_.environment->tint;
+  light = scaled(light, factor);
 }
 
 // Frames of any shape take their width from the height, so that the file's ratio means nothing.
@@ -239,6 +220,13 @@ Mat44d view_matrix(const CameraEdit& edit) {
   return m;
 }
 
+void refuse_if_orthographic(const CameraEdit& edit, const CameraDescription& camera,
+                            const char* member) {
+  if (!camera.orthographic) return;
+  refuse(edit.place, fmt::format("camera '{}' is orthographic and has no \"{}\"",
+                                 shortened(camera.name), member));
+}
+
 void edit_lens(const CameraEdit& edit, CameraDescription& camera) {
   if (edit.focus_distance) {
     camera.focus_distance = *edit.focus_distance;
@@ -246,10 +234,7 @@ void edit_lens(const CameraEdit& edit, CameraDescription& camera) {
     camera.focus_distance = (*edit.look_at - *edit.look_from).length();
   }
   if (!edit.f_stop) return;
-  if (camera.orthographic) {
-    refuse(edit.place,
-           "camera '" + shortened(camera.name) + "' is orthographic and has no \"f_stop\"");
-  }
+  refuse_if_orthographic(edit, camera, "f_stop");
   if (!(camera.focus_distance > 0)) {
     refuse(edit.place, "\"f_stop\" needs a \"focus_distance\", or a \"look_at\" to focus on");
   }
@@ -269,13 +254,11 @@ bool need_tangents(const SceneEdits& edits) {
 }
 
 size_t edited_light(const LightEdit& edit, const SceneDescription& description) {
-  switch (edit.kind) {
-    case EditedLight::kPunctual:
-      return find_target(edit.target, "light", description.lights);
-    case EditedLight::kMaterial:
-      return find_target(edit.target, "material", description.materials);
-    case EditedLight::kEnvironment:
-      break;
+  if (edit.kind == EditedLight::kPunctual) {
+    return find_target(edit.target, "light", description.lights);
+  }
+  if (edit.kind == EditedLight::kMaterial) {
+    return find_target(edit.target, "material", description.materials);
   }
   return 0;
 }
@@ -302,10 +285,7 @@ CameraDescription edited_camera(const SceneEdits& edits, const SceneDescription&
   }
   if (edit.orthographic_height) make_orthographic(*edit.orthographic_height, camera);
   if (edit.fov_y_degrees) {
-    if (camera.orthographic) {
-      refuse(edit.place,
-             "camera '" + shortened(camera.name) + "' is orthographic and has no \"fov_y\"");
-    }
+    refuse_if_orthographic(edit, camera, "fov_y");
     camera.fov_y = *edit.fov_y_degrees * kPiD / 180.0;
     camera.zoom.reset();
   }

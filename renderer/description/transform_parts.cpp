@@ -6,9 +6,8 @@ namespace emberline {
 
 // The images of the axes, made orthonormal one after another (Gram-Schmidt): what is taken away is
 // the triangular matrix.
-TransformParts::TransformParts(const Mat44d& m) : translation(m[3][0], m[3][1], m[3][2]) {
-  const auto row = [&](int i) { return Vec3d(m[i][0], m[i][1], m[i][2]); };
-  const Vec3d x = row(0), y = row(1), z = row(2);
+TransformParts::TransformParts(const Mat44d& m) : translation(row(m, 3)) {
+  const Vec3d x = row(m, 0), y = row(m, 1), z = row(m, 2);
   const Vec3d axes[3] = {x.normalized(), (y - x.normalized() * dot(x.normalized(), y)).normalized(),
                          cross(x.normalized(), y).normalized()};
   size = Vec3d(dot(axes[0], x), dot(axes[1], y), dot(axes[2], z));

@@ -84,6 +84,8 @@ double row_weight(int row, int height) {
 // Quantities", 1973).
 constexpr float kLimbDarkening = 0.6f;
 
+constexpr size_t kRowGrain = 16;
+
 }  // namespace
 
 EnvironmentLight::EnvironmentLight(const Rgb& constant, const EnvironmentLightSettings& settings)
@@ -183,16 +185,9 @@ float EnvironmentLight::texel_luminance(size_t row, size_t column) const {
 
 // Each row is summed in order by one thread, and the rows in order by the caller: the tables are
 // the same for any number of threads.
-template <typename Body>
-void EnvironmentLight::for_rows(const Body& body) const {
-  parallel_ranges(size_t(height_), 16, [&](size_t begin, size_t end) {
-    for (size_t row = begin; row < end; ++row) body(row);
-  });
-}
-
 double EnvironmentLight::build_columns(std::vector<double>* row_totals) {
   const size_t width = size_t(width_);
-  for_rows([&](size_t row) {
+  parallel_each(size_t(height_), kRowGrain, [&](size_t row) {
     std::vector<double> weights(width);
     double row_total = 0;
     for (size_t column = 0; column < width; ++column) {
@@ -215,7 +210,7 @@ void EnvironmentLight::build_tables(float mis_compensation) {
   column_guide_words_ = guide_words(width);
 
   std::vector<double> row_sum(height);
-  for_rows([&](size_t row) {
+  parallel_each(size_t(height_), kRowGrain, [&](size_t row) {
     double sum = 0;
     for (size_t column = 0; column < width; ++column) sum += double(texel_luminance(row, column));
     row_sum[row] = sum;

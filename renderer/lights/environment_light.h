@@ -135,8 +135,6 @@ class EnvironmentLight {
     return std::max(0.0f, luminance * weight_scale_ - threshold_);
   }
   float texel_luminance(size_t row, size_t column) const;
-  template <typename Body>
-  void for_rows(const Body& body) const;
   void build_tables(float mis_compensation);
   void find_sun_share();
   void place_sun();

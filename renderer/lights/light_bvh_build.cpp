@@ -1,5 +1,7 @@
 // Construction of the light BVH: top down, by the surface area orientation heuristic of Conty
 // Estevez & Kulla 2018, section 4.1, over 12 buckets along each axis.
+#include <Imath/ImathBox.h>
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -22,21 +24,10 @@ constexpr float kDiagonalShare = 0.01f;
 // arrangement of lights gets a symmetric tree whatever rounding does.
 constexpr float kTieTolerance = 1e-4f;
 
-struct Box {
-  Vec3f lower = Vec3f(std::numeric_limits<float>::max());
-  Vec3f upper = Vec3f(std::numeric_limits<float>::lowest());
-  void add(const Vec3f& low, const Vec3f& high) {
-    for (int i = 0; i < 3; ++i) {
-      lower[i] = std::min(lower[i], low[i]);
-      upper[i] = std::max(upper[i], high[i]);
-    }
-  }
-  // Of surface area, for the heuristic.
-  float measure() const {
-    const Vec3f e = upper - lower;
-    return 2 * (e.x * e.y + e.y * e.z + e.z * e.x) + kDiagonalShare * dot(e, e);
-  }
-};
+float measure_of(const Imath::Box3f& box) {
+  const Vec3f e = box.max - box.min;
+  return 2 * (e.x * e.y + e.y * e.z + e.z * e.x) + kDiagonalShare * dot(e, e);
+}
 
 struct BuildEmitter {
   Vec3f lower, upper, axis;
@@ -77,19 +68,19 @@ class OrientationMeasure {
 };
 
 struct Bucket {
-  Box box;
+  Imath::Box3f box;
   Vec3f axis_sum = Vec3f(0.0f);
   float intensity = 0;
   uint32_t count = 0;
 
   void add(const BuildEmitter& e) {
-    box.add(e.lower, e.upper);
+    box.extendBy({e.lower, e.upper});
     if (e.cos_o > -1) axis_sum += e.two_sided ? canonical(e.axis) : e.axis;
     intensity += e.intensity;
     ++count;
   }
   void add(const Bucket& b) {
-    box.add(b.box.lower, b.box.upper);
+    box.extendBy(b.box);
     axis_sum += b.axis_sum;
     intensity += b.intensity;
     count += b.count;
@@ -98,7 +89,7 @@ struct Bucket {
   // mean resultant length (1 + cos theta_o) / 2, and this inverts it.
   float cost(const OrientationMeasure& measure) const {
     const float resultant = std::sqrt(dot(axis_sum, axis_sum)) / float(count);
-    return intensity * measure(2 * resultant - 1) * box.measure();
+    return intensity * measure(2 * resultant - 1) * measure_of(box);
   }
 };
 
@@ -121,15 +112,15 @@ struct Builder {
   LightBvhChild bound(size_t begin, size_t end) const;
   float reach2(size_t begin, size_t end, const LightBvhChild& bounds) const;
   size_t split(size_t begin, size_t end, int level);
-  Split best_split(size_t begin, size_t end, const Box& centers) const;
+  Split best_split(size_t begin, size_t end, const Imath::Box3f& centers) const;
 };
 
 int bucket_of(float x, float low, float inverse_extent) {
   return std::clamp(int((x - low) * inverse_extent), 0, kBuckets - 1);
 }
 
-Split Builder::best_split(size_t begin, size_t end, const Box& centers) const {
-  const Vec3f extent = centers.upper - centers.lower;
+Split Builder::best_split(size_t begin, size_t end, const Imath::Box3f& centers) const {
+  const Vec3f extent = centers.max - centers.min;
   const float largest = max_component(extent);
   Split best;
   for (int axis = 0; axis < 3; ++axis) {
@@ -138,7 +129,7 @@ Split Builder::best_split(size_t begin, size_t end, const Box& centers) const {
     if (!std::isfinite(inverse)) continue;
     std::array<Bucket, kBuckets> buckets;
     for (size_t i = begin; i < end; ++i)
-      buckets[size_t(bucket_of(emitters[i].center()[axis], centers.lower[axis], inverse))].add(
+      buckets[size_t(bucket_of(emitters[i].center()[axis], centers.min[axis], inverse))].add(
           emitters[i]);
     std::array<float, kBuckets> right_cost;
     std::array<uint32_t, kBuckets> right_count;
@@ -170,18 +161,17 @@ Split Builder::best_split(size_t begin, size_t end, const Box& centers) const {
 // Reorders the range and returns where its second part begins.
 size_t Builder::split(size_t begin, size_t end, int level) {
   if (end - begin == 2) return begin + 1;
-  Box centers;
+  Imath::Box3f centers;
   for (size_t i = begin; i < end; ++i) {
-    const Vec3f c = emitters[i].center();
-    centers.add(c, c);
+    centers.extendBy(emitters[i].center());
   }
   const auto first = emitters.begin() + std::ptrdiff_t(begin);
   const auto last = emitters.begin() + std::ptrdiff_t(end);
   if (level < kLightBvhCostDepth) {
     const Split best = best_split(begin, end, centers);
     if (best.axis >= 0) {
-      const float low = centers.lower[best.axis];
-      const float inverse = float(kBuckets) / (centers.upper[best.axis] - low);
+      const float low = centers.min[best.axis];
+      const float inverse = float(kBuckets) / (centers.max[best.axis] - low);
       const auto middle = std::partition(first, last, [&](const BuildEmitter& e) {
         return bucket_of(e.center()[best.axis], low, inverse) <= best.bucket;
       });
@@ -189,7 +179,7 @@ size_t Builder::split(size_t begin, size_t end, int level) {
     }
   }
   // One place, or too deep: halves along the widest axis, by index where positions are equal.
-  const Vec3f extent = centers.upper - centers.lower;
+  const Vec3f extent = centers.max - centers.min;
   const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
   const size_t middle = begin + (end - begin) / 2;
   std::nth_element(first, emitters.begin() + std::ptrdiff_t(middle), last,
@@ -202,14 +192,14 @@ size_t Builder::split(size_t begin, size_t end, int level) {
 
 // What importance() needs of a range; every rounding errs to the larger side.
 LightBvhChild Builder::bound(size_t begin, size_t end) const {
-  Box box;
+  Imath::Box3f box;
   Vec3d sum(0.0), canonical_sum(0.0);
   double intensity = 0;
   float cos_e = 1;
   bool two_sided = false;
   for (size_t i = begin; i < end; ++i) {
     const BuildEmitter& e = emitters[i];
-    box.add(e.lower, e.upper);
+    box.extendBy({e.lower, e.upper});
     sum += Vec3d(e.axis);
     canonical_sum += Vec3d(canonical(e.axis));
     intensity += e.intensity;
@@ -221,9 +211,9 @@ LightBvhChild Builder::bound(size_t begin, size_t end) const {
   LightBvhChild child{};
   double radius2 = 0;
   for (int i = 0; i < 3; ++i) {
-    child.center[i] = float((double(box.lower[i]) + box.upper[i]) / 2);
+    child.center[i] = float((double(box.min[i]) + box.max[i]) / 2);
     const double half =
-        std::max(double(box.upper[i]) - child.center[i], double(child.center[i]) - box.lower[i]);
+        std::max(double(box.max[i]) - child.center[i], double(child.center[i]) - box.min[i]);
     radius2 += half * half;
   }
   const float radius = float(std::sqrt(radius2) * (1 + 1e-6));

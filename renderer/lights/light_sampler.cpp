@@ -1,5 +1,7 @@
 #include "renderer/lights/light_sampler.h"
 
+#include <Imath/ImathBox.h>
+
 #include <algorithm>
 #include <bit>
 #include <cassert>
@@ -133,20 +135,17 @@ LightSampler::LightSampler(std::vector<EmissiveTriangle> triangles, std::vector<
 
 // Where the finite lights are and how strong, all in all.
 void LightSampler::measure_finite_lights(std::span<const EmitterBounds> bounds) {
-  Vec3f lower = bounds.front().lower, upper = bounds.front().upper;
+  Imath::Box3f box;
   double intensity = 0;
-  for (const EmitterBounds& b : bounds) {
-    for (int c = 0; c < 3; ++c) {
-      lower[c] = std::min(lower[c], b.lower[c]);
-      upper[c] = std::max(upper[c], b.upper[c]);
-    }
-    intensity += b.intensity;
-  }
-  finite_centre_ = lower * 0.5f + upper * 0.5f;
-  finite_radius2_ = (upper * 0.5f - lower * 0.5f).length2();
-  finite_intensity_ = float(std::min(intensity, double(std::numeric_limits<float>::max())));
   float reach = 0.0f;
-  for (const EmitterBounds& b : bounds) reach = std::max(reach, b.reach);
+  for (const EmitterBounds& b : bounds) {
+    box.extendBy({b.lower, b.upper});
+    intensity += b.intensity;
+    reach = std::max(reach, b.reach);
+  }
+  finite_centre_ = box.min * 0.5f + box.max * 0.5f;
+  finite_radius2_ = (box.max * 0.5f - box.min * 0.5f).length2();
+  finite_intensity_ = float(std::min(intensity, double(std::numeric_limits<float>::max())));
   finite_reach2_ = square((reach + std::sqrt(finite_radius2_)) * 1.00001f);
 }
 

@@ -204,8 +204,7 @@ Choice choose_shares(const Halves& h, const Terms& own, const Terms& own_dark) {
   Choice choice;
   choice.shares.fill(BorderedPlane(h.width, h.height));
   choice.in_the_dark = BorderedPlane(h.width, h.height);
-  parallel_each(size_t(h.height), [&](size_t row) {
-    const int y = int(row);
+  for_each_row(h.height, [&](int y) {
     for (int x = 0; x < h.width; ++x) {
       const Shares a = least_error(wide, x, y);
       const Change change = change_at(near, a, x, y);
@@ -224,8 +223,7 @@ Choice choose_shares(const Halves& h, const Terms& own, const Terms& own_dark) {
 
 // A pixel counts as dark in full at half of kDark.
 void keep_dark(const Halves& h, const Candidates& candidates, Choice& choice) {
-  parallel_each(size_t(h.height), [&](size_t row) {
-    const int y = int(row);
+  for_each_row(h.height, [&](int y) {
     for (int x = 0; x < h.width; ++x) {
       float raw = 0.0f, filtered = 0.0f;
       for (size_t c = 0; c < 3; ++c) {
@@ -244,8 +242,7 @@ ColourPlanes mix(const Halves& h, const Candidates& candidates,
                  const std::array<BorderedPlane, kBandwidths>& shares) {
   ColourPlanes mixed = h.raw;
   for (size_t c = 0; c < 3; ++c) {
-    parallel_each(size_t(h.height), [&](size_t row) {
-      const int y = int(row);
+    for_each_row(h.height, [&](int y) {
       const float* raw = h.raw[c].row(y);
       float* to = mixed[c].row(y);
       for (size_t k = 0; k < kBandwidths; ++k) {
@@ -293,8 +290,7 @@ constexpr float pixel_weight() {
 // How rare a pixel's light is: 1 where one half saw all of it, 0 where both saw the same.
 BorderedPlane rarity(const Halves& h) {
   BorderedPlane rare(h.width, h.height);
-  parallel_each(size_t(h.height), [&](size_t row) {
-    const int y = int(row);
+  for_each_row(h.height, [&](int y) {
     for (int x = 0; x < h.width; ++x) {
       float a = 0.0f, b = 0.0f;
       for (size_t c = 0; c < 3; ++c) {
@@ -314,8 +310,7 @@ BorderedPlane rarity(const Halves& h) {
 void add_unseen(const BorderedPlane& own, const BorderedPlane& rare, BorderedPlane& pool) {
   constexpr float kMost = 1.0f;  // of a displayed pixel
   BorderedPlane errors = own, squares = own;
-  parallel_each(size_t(own.height()), [&](size_t row) {
-    const int y = int(row);
+  for_each_row(own.height(), [&](int y) {
     for (int x = 0; x < own.width(); ++x) {
       const float e = std::min(std::abs(own.row(y)[x]), kMost);
       errors.row(y)[x] = e;
@@ -324,8 +319,7 @@ void add_unseen(const BorderedPlane& own, const BorderedPlane& rare, BorderedPla
   });
   errors = pool_smoothly(errors);
   squares = pool_smoothly(squares);
-  parallel_each(size_t(own.height()), [&](size_t row) {
-    const int y = int(row);
+  for_each_row(own.height(), [&](int y) {
     for (int x = 0; x < own.width(); ++x) {
       const float all = std::max(errors.row(y)[x], kDivisor);
       pool.row(y)[x] += pixel_weight() * squares.row(y)[x] / all;
@@ -338,8 +332,7 @@ BorderedPlane pooled_error(const Halves& h, const BorderedPlane& own, const Bord
   BorderedPlane error = pool_smoothly(own);
   if (rare != nullptr) add_unseen(own, *rare, error);
   const BorderedPlane told = pool_smoothly(h.told);
-  parallel_each(size_t(h.height), [&](size_t row) {
-    const int y = int(row);
+  for_each_row(h.height, [&](int y) {
     for (int x = 0; x < h.width; ++x) {
       float& e = error.row(y)[x];
       const float n = told.row(y)[x];
@@ -368,8 +361,7 @@ float light_error_weight(float mean, float deviation) {
 // the blended halves differ by still tells its variance.
 void estimate_errors(const Halves& h, const Candidates& candidates, const Terms& own, Blend& out) {
   BorderedPlane before(h.width, h.height), after(h.width, h.height), variance(h.width, h.height);
-  parallel_each(size_t(h.height), [&](size_t row) {
-    const int y = int(row);
+  for_each_row(h.height, [&](int y) {
     for (int x = 0; x < h.width; ++x) {
       Shares a;
       for (size_t k = 0; k < kBandwidths; ++k) a[k] = out.shares[k].row(y)[x];
@@ -408,8 +400,7 @@ void estimate_errors(const Halves& h, const Candidates& candidates, const Terms&
   out.error_before = pooled_error(h, before, nullptr);
   out.error = pooled_error(h, after, &rare);
   variance = pooled_error(h, variance, &rare);
-  parallel_each(size_t(h.height), [&](size_t row) {
-    const int y = int(row);
+  for_each_row(h.height, [&](int y) {
     for (int x = 0; x < h.width; ++x) {
       out.error.row(y)[x] = std::max(out.error.row(y)[x], variance.row(y)[x]);
     }

@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "renderer/core/parallel.h"
+
 namespace emberline {
 
 // Loops that do the same for all pixels of a row go by runs of so many: the compiler unrolls and
@@ -48,5 +50,11 @@ class BorderedPlane {
   size_t stride_ = 0, offset_ = 0;
   std::vector<float> values_;
 };
+
+// Calls body(y) for each row of a picture, in parallel.
+template <typename Body>
+void for_each_row(int height, const Body& body) {
+  parallel_each(size_t(height), [&](size_t y) { body(int(y)); });
+}
 
 }  // namespace emberline

@@ -30,8 +30,8 @@ BorderedPlane box_mean(const BorderedPlane& in, int radius) {
   const auto inside = [radius](int at, int size) {
     return std::min(at + radius, size - 1) - std::max(at - radius, 0) + 1;
   };
-  parallel_each(size_t(in.height()), [&](size_t row) {
-    const int y = int(row), rows = inside(y, in.height());
+  for_each_row(in.height(), [&](int y) {
+    const int rows = inside(y, in.height());
     for (int x = 0; x < in.width(); ++x) {
       mean.row(y)[x] /= float(rows * inside(x, in.width()));
     }

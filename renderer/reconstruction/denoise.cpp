@@ -65,8 +65,7 @@ constexpr float kOwnWeight = 0.02f;
 constexpr float kLeastWeight = 1e-30f;  // divisor
 
 void mean_of_fits(const Halves& h, Candidate& to) {
-  parallel_each(size_t(h.height), [&](size_t row) {
-    const int y = int(row);
+  for_each_row(h.height, [&](int y) {
     const float *share_a = h.share[0].row(y), *share_b = h.share[1].row(y);
     float *weight_a = to.weight[0].row(y), *weight_b = to.weight[1].row(y);
     for (size_t s = 0; s < 2; ++s) {
@@ -140,8 +139,7 @@ Factors factors_of(const Halves& h, const Candidates& candidates, const Blend& s
   for (size_t k = 0; k < kBandwidths; ++k) {
     for (size_t s = 0; s < 2; ++s) {
       factors[k][s] = BorderedPlane(h.width, h.height);
-      parallel_each(size_t(h.height), [&](size_t row) {
-        const int y = int(row);
+      for_each_row(h.height, [&](int y) {
         const float *a = shares.shares[k].row(y), *share = h.share[s].row(y);
         const float* weight = candidates[k].weight[s].row(y);
         float* to = factors[k][s].row(y);
@@ -154,8 +152,7 @@ Factors factors_of(const Halves& h, const Candidates& candidates, const Blend& s
 
 // What is left of a part unfiltered.
 void keep_own(const Halves& h, const Factors& factors, const Blend& shares, Part& part) {
-  parallel_each(size_t(h.height), [&](size_t row) {
-    const int y = int(row);
+  for_each_row(h.height, [&](int y) {
     for (size_t c = 0; c < 3; ++c) {
       float* to = part.filtered[c].row(y);
       const float* raw = part.channels[c].raw.row(y);

@@ -180,9 +180,7 @@ void FastFilter::Planes::filter(int width, int height, std::span<const float> rg
                                 const ReadRow& read, int levels, std::span<float> filtered) {
   resize(width, height);
   const auto each_row = [&](const auto& body) {
-    parallel_ranges(size_t(height), kRows, [&](size_t begin, size_t end) {
-      for (size_t y = begin; y < end; ++y) body(int(y));
-    });
+    parallel_each(size_t(height), kRows, [&](size_t y) { body(int(y)); });
   };
   prepare(rgba, read);
   each_row([&](int y) {

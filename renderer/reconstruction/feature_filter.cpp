@@ -56,8 +56,7 @@ Feature filter_feature(const Halves& h, const BorderedPlane& a, const BorderedPl
   std::array<BorderedPlane, 2> noise;
   for (size_t s = 0; s < 2; ++s) {
     noise[s] = BorderedPlane(h.width, h.height);
-    parallel_each(size_t(h.height), [&](size_t row) {
-      const int y = int(row);
+    for_each_row(h.height, [&](int y) {
       const float *v = variance.row(y), *n = h.half[s].count.row(y);
       for (int x = 0; x < h.width; ++x) noise[s].row(y)[x] = v[x] / std::max(n[x], 1.0f);
       noise[s].extend_row(y);

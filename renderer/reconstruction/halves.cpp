@@ -18,9 +18,8 @@ float finite(float value) {
 
 BorderedPlane padded_plane(std::span<const float> values, int width, int height) {
   BorderedPlane plane(width, height);
-  parallel_each(size_t(height), [&](size_t row) {
-    const int y = int(row);
-    const float* from = values.data() + row * size_t(width);
+  for_each_row(height, [&](int y) {
+    const float* from = values.data() + size_t(y) * size_t(width);
     for (int x = 0; x < width; ++x) plane.row(y)[x] = finite(from[x]);
     plane.extend_row(y);
   });
@@ -39,16 +38,14 @@ template <typename Difference>
 BorderedPlane pooled_variance(const Halves& h, const BorderedPlane& told,
                               const Difference& difference) {
   BorderedPlane single(h.width, h.height);
-  parallel_each(size_t(h.height), [&](size_t row) {
-    const int y = int(row);
+  for_each_row(h.height, [&](int y) {
     const float *n_a = h.half[0].count.row(y), *n_b = h.half[1].count.row(y);
     for (int x = 0; x < h.width; ++x) {
       single.row(y)[x] = difference(x, y, n_a[x], n_b[x]);
     }
   });
   BorderedPlane pooled = box_sum(single, kNoiseRadius);
-  parallel_each(size_t(h.height), [&](size_t row) {
-    const int y = int(row);
+  for_each_row(h.height, [&](int y) {
     for (int x = 0; x < h.width; ++x) pooled.row(y)[x] /= std::max(told.row(y)[x], 1.0f);
     pooled.extend_row(y);
   });
@@ -60,8 +57,7 @@ void read_counts(const DenoiseInput& input, Halves& h) {
   h.half[1].count = padded_plane(input.samples.b, h.width, h.height);
   for (size_t s = 0; s < 2; ++s) h.half[s].known = h.share[s] = BorderedPlane(h.width, h.height);
   h.told = BorderedPlane(h.width, h.height);
-  parallel_each(size_t(h.height), [&](size_t row) {
-    const int y = int(row);
+  for_each_row(h.height, [&](int y) {
     float *n_a = h.half[0].count.row(y), *n_b = h.half[1].count.row(y);
     for (int x = 0; x < h.width; ++x) {
       n_a[x] = std::max(n_a[x], 0.0f);
@@ -106,8 +102,7 @@ void find_outliers(const HalfColour& colour, Halves& h) {
                                          extremes_of(colour, 1, h.width, h.height)};
   for (size_t s = 0; s < 2; ++s) {
     h.half[s].within = BorderedPlane(h.width, h.height);
-    parallel_each(size_t(h.height), [&](size_t row) {
-      const int y = int(row);
+    for_each_row(h.height, [&](int y) {
       const int first = std::max(y - kOutlierRadius, 0);
       const int last = std::min(y + kOutlierRadius, h.height - 1);
       std::vector<float> others(size_t(h.width), 0.0f);
@@ -135,8 +130,7 @@ void find_outliers(const HalfColour& colour, Halves& h) {
 // Of a pixel's mean, as two halves tell it.
 void add_noise(const Halves& h, const BorderedPlane& first, const BorderedPlane& second,
                BorderedPlane& noise) {
-  parallel_each(size_t(h.height), [&](size_t row) {
-    const int y = int(row);
+  for_each_row(h.height, [&](int y) {
     const float *n_a = h.half[0].count.row(y), *n_b = h.half[1].count.row(y);
     const float *a = first.row(y), *b = second.row(y);
     for (int x = 0; x < h.width; ++x) {
@@ -173,8 +167,7 @@ void measure_noise(Halves& h, const BorderedPlane& told) {
   });
   for (Half& half : h.half) {
     half.noise = BorderedPlane(h.width, h.height);
-    parallel_each(size_t(h.height), [&](size_t row) {
-      const int y = int(row);
+    for_each_row(h.height, [&](int y) {
       for (int x = 0; x < h.width; ++x) {
         half.noise.row(y)[x] = variance.row(y)[x] / std::max(half.count.row(y)[x], 1.0f);
       }
@@ -198,8 +191,7 @@ Channel read_channel(const Halves& h, const HalfPlanes& planes) {
   Channel out;
   out.half = {padded_plane(planes.a, h.width, h.height), padded_plane(planes.b, h.width, h.height)};
   out.raw = out.excess = BorderedPlane(h.width, h.height);
-  parallel_each(size_t(h.height), [&](size_t row) {
-    const int y = int(row);
+  for_each_row(h.height, [&](int y) {
     for (size_t s = 0; s < 2; ++s) {
       const float *share = h.share[s].row(y), *within = h.half[s].within.row(y);
       float *value = out.half[s].row(y), *raw = out.raw.row(y), *excess = out.excess.row(y);

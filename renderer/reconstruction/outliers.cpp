@@ -16,8 +16,7 @@ constexpr float kNormal = 1.5707963f * 3;  // pi / 2
 
 BorderedPlane lost(const BorderedPlane& raw, const BorderedPlane& filtered) {
   BorderedPlane out(raw.width(), raw.height());
-  parallel_each(size_t(raw.height()), [&](size_t row) {
-    const int y = int(row);
+  for_each_row(raw.height(), [&](int y) {
     const float *r = raw.row(y), *f = filtered.row(y);
     for (int x = 0; x < raw.width(); ++x) out.row(y)[x] = r[x] - f[x];
   });
@@ -42,8 +41,7 @@ LostLight::LostLight(const Halves& h, const ColourPlanes& raw, const ColourPlane
   deviation = box_sum(deviation, kLostLightRadius);
   const BorderedPlane noise = box_sum(h.own_noise, kLostLightRadius);
   constexpr float kArea = (2 * kLostLightRadius + 1) * (2 * kLostLightRadius + 1);
-  parallel_each(size_t(h.height), [&](size_t row) {
-    const int y = int(row);
+  for_each_row(h.height, [&](int y) {
     for (int x = 0; x < h.width; ++x) {
       const float loss = light.row(y)[x], v = noise.row(y)[x], d = deviation.row(y)[x];
       const float explained = kSurprise * kNormal / kArea * d * d;
@@ -52,8 +50,7 @@ LostLight::LostLight(const Halves& h, const ColourPlanes& raw, const ColourPlane
     }
   });
   own_share_ = box_sum(share_, kLostLightRadius);
-  parallel_each(size_t(h.height), [&](size_t row) {
-    const int y = int(row);
+  for_each_row(h.height, [&](int y) {
     for (int x = 0; x < h.width; ++x) {
       own_share_.row(y)[x] = std::min(own_share_.row(y)[x] * h.own_noise.row(y)[x], 1.0f);
     }
@@ -62,13 +59,11 @@ LostLight::LostLight(const Halves& h, const ColourPlanes& raw, const ColourPlane
 
 void LostLight::give_back(const BorderedPlane& raw, BorderedPlane& filtered) const {
   BorderedPlane light = box_sum(lost(raw, filtered), kLostLightRadius);
-  parallel_each(size_t(raw.height()), [&](size_t row) {
-    const int y = int(row);
+  for_each_row(raw.height(), [&](int y) {
     for (int x = 0; x < raw.width(); ++x) light.row(y)[x] *= share_.row(y)[x];
   });
   light = box_sum(light, kLostLightRadius);
-  parallel_each(size_t(raw.height()), [&](size_t row) {
-    const int y = int(row);
+  for_each_row(raw.height(), [&](int y) {
     const float* noise = halves_.own_noise.row(y);
     for (int x = 0; x < raw.width(); ++x) filtered.row(y)[x] += noise[x] * light.row(y)[x];
   });

@@ -6,7 +6,6 @@
 #include "renderer/reconstruction/patches.h"
 
 namespace emberline {
-namespace {
 
 constexpr int offset_x(int offset) { return offset % kWindow - kWindowRadius; }
 constexpr int offset_y(int offset) { return offset / kWindow - kWindowRadius; }
@@ -25,8 +24,6 @@ constexpr float kLeastPivot = 1e-5f;
 constexpr float kSame = 4e-6f;
 constexpr float kLeast = 1e-30f;        // divisor
 constexpr float kLargestWeight = 1e6f;  // of a pixel; a mean of as many as a window has needs less
-
-}  // namespace
 
 WindowWeights::WindowWeights() : weights_(new Rows[2 * kOffsets]) {}
 

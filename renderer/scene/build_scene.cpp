@@ -28,14 +28,10 @@ Vec3d transform_vector(const Mat44d& m, const Vec3d& v) {
           v.x * m[0][2] + v.y * m[1][2] + v.z * m[2][2]};
 }
 
-double determinant3(const Mat44d& m) {
-  return Vec3d(m[0][0], m[0][1], m[0][2])
-      .dot(Vec3d(m[1][0], m[1][1], m[1][2]).cross(Vec3d(m[2][0], m[2][1], m[2][2])));
-}
+double determinant3(const Mat44d& m) { return row(m, 0).dot(row(m, 1).cross(row(m, 2))); }
 
 std::array<Vec3d, 3> cofactors(const Mat44d& m) {
-  const Vec3d x(m[0][0], m[0][1], m[0][2]), y(m[1][0], m[1][1], m[1][2]),
-      z(m[2][0], m[2][1], m[2][2]);
+  const Vec3d x = row(m, 0), y = row(m, 1), z = row(m, 2);
   return {y.cross(z), z.cross(x), x.cross(y)};
 }
 
@@ -263,20 +259,9 @@ void SceneBuilder::adopt(MeshDescription& source, Mesh& mesh) {
     positions.reserve(positions.size() + 1);
     positions.emplace_back(0.0f);
   };
-  mesh.positions = std::move(source.positions);
+  static_cast<MeshArrays&>(mesh) = std::move(source);
   pad(mesh.positions);
-  mesh.later = std::move(source.later);
-  for (MeshStep& step : source.motion) {
-    mesh.motion.push_back(
-        {std::move(step.positions), std::move(step.normals), std::move(step.tangents)});
-    pad(mesh.motion.back().positions);
-  }
-  mesh.triangles = std::move(source.triangles);
-  mesh.normals = std::move(source.normals);
-  mesh.tangents = std::move(source.tangents);
-  mesh.uv_sets = std::move(source.uv_sets);
-  mesh.colors = std::move(source.colors);
-  mesh.key = source.key;
+  for (MeshStep& step : mesh.motion) pad(step.positions);
 }
 
 void SceneBuilder::bake(MeshDescription& source, const InstanceDescription& placed, Mesh& mesh) {
@@ -286,11 +271,9 @@ void SceneBuilder::bake(MeshDescription& source, const InstanceDescription& plac
   const bool mirrored = determinant3(m) < 0;
   constexpr size_t kGrain = size_t(1) << 14;  // some 100 microseconds
   const auto for_each = [&](size_t count, const auto& change) {
-    parallel_ranges(count, kGrain, [&](size_t begin, size_t end) {
-      for (size_t i = begin; i < end; ++i) {
-        if (i % 65536 == 0) progress_.check();
-        change(i);
-      }
+    parallel_each(count, kGrain, [&](size_t i) {
+      if (i % 65536 == 0) progress_.check();
+      change(i);
     });
   };
   const std::array<Vec3d, 3> rows = normal_rows(m);
@@ -313,7 +296,7 @@ void SceneBuilder::bake(MeshDescription& source, const InstanceDescription& plac
     });
   };
   bake_vertices(mesh);
-  for (scene_detail::MeshStep& step : mesh.motion) bake_vertices(step);
+  for (MeshStep& step : mesh.motion) bake_vertices(step);
   if (mirrored) {
     for (auto& t : mesh.triangles) std::swap(t[1], t[2]);
   }
@@ -322,7 +305,7 @@ void SceneBuilder::bake(MeshDescription& source, const InstanceDescription& plac
 // In an instance's own space origins must be such as Embree takes, too.
 void SceneBuilder::limit_origins(const Mat44d& m, const std::string& mesh) {
   const double growth = inverse_growth(m) / scene_->scale_;
-  const Vec3d at = (Vec3d(m[3][0], m[3][1], m[3][2]) - scene_->origin_) * scene_->scale_;
+  const Vec3d at = (row(m, 3) - scene_->origin_) * scene_->scale_;
   const double away = std::max({std::abs(at.x), std::abs(at.y), std::abs(at.z)});
   scene_->farthest_ = std::min(scene_->farthest_, kFarthestOrigin / growth - away);
   // Rays within the scene must be possible, from any side of it; and Embree must be able to invert
@@ -337,8 +320,8 @@ void SceneBuilder::place(const InstanceDescription& placed, Instance& instance) 
   instance.transformed = true;
   instance.mirrored = determinant3(placed.to_world) < 0;
   const Mat44d m = to_internal(placed.to_world);
-  const auto row = [&](int i) { return to_float(Vec3d(m[i][0], m[i][1], m[i][2])); };
-  instance.to_internal = {row(0), row(1), row(2), row(3)};
+  instance.to_internal = {to_float(row(m, 0)), to_float(row(m, 1)), to_float(row(m, 2)),
+                          to_float(row(m, 3))};
   const std::array<Vec3d, 3> rows = normal_rows(placed.to_world);
   instance.normal_transform = {to_float(rows[0]), to_float(rows[1]), to_float(rows[2]),
                                Vec3f(0.0f)};
@@ -409,7 +392,7 @@ void SceneBuilder::drop_unread_attributes() {
     if (!mesh.material->needs_tangents()) {
       // {} alone would keep the memory.
       mesh.tangents = std::vector<Vec4f>();
-      for (scene_detail::MeshStep& step : mesh.motion) step.tangents = std::vector<Vec4f>();
+      for (MeshStep& step : mesh.motion) step.tangents = std::vector<Vec4f>();
     }
     if (options_.unread_uv) continue;
     const uint32_t read = mesh.material->uv_mask();

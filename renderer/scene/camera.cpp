@@ -15,8 +15,6 @@
 namespace emberline {
 namespace {
 
-Vec3d row(const Mat44d& m, int i) { return {m[i][0], m[i][1], m[i][2]}; }
-
 double largest(const Vec3d& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
 
 Imath::Quatd rotation_of(const auto& pose) {

@@ -39,72 +39,58 @@ std::vector<Named> tell_apart(const std::vector<std::string>& wanted) {
 
 // Things by number.
 struct Things {
-  std::vector<Named> named;         // the last is the environment
-  std::vector<size_t> of_instance;  // into `named`
+  std::vector<std::string> names;   // as the file has them
+  std::vector<size_t> of_instance;  // into `names`
 };
 
 Things things_by_name(const SceneDescription& scene) {
   Things things;
-  std::vector<std::string> names;
   std::map<std::string, size_t> known;
   for (const InstanceDescription& instance : scene.instances) {
-    const auto [at, added] = known.emplace(instance.name, names.size());
-    if (added) names.push_back(instance.name);
+    const auto [at, added] = known.emplace(instance.name, things.names.size());
+    if (added) things.names.push_back(instance.name);
     things.of_instance.push_back(at->second);
   }
-  names.push_back("environment");
-  things.named = tell_apart(names);
   return things;
 }
 
-// `thing_of` says of each node which node is the thing that it belongs to.
-Things things_by_node(const SceneDescription& scene, const std::vector<int>& thing_of) {
+// Objects, or assets: whole hierarchies.
+Things things_by_node(const SceneDescription& scene, bool assets) {
   Things things;
-  std::vector<std::string> names;
+  const auto thing_of = [&](size_t node) { return assets ? size_t(scene.nodes[node].root) : node; };
   std::vector<char> is_thing(scene.nodes.size(), 0);
   for (size_t node = 0; node < scene.nodes.size(); ++node) {
-    if (scene.nodes[node].has_mesh) is_thing[size_t(thing_of[node])] = 1;
+    if (scene.nodes[node].has_mesh) is_thing[thing_of(node)] = 1;
   }
   std::vector<size_t> place(scene.nodes.size());
   for (size_t node = 0; node < scene.nodes.size(); ++node) {
-    place[node] = names.size();
-    if (is_thing[node]) names.push_back(scene.nodes[node].name);
+    place[node] = things.names.size();
+    if (is_thing[node]) things.names.push_back(scene.nodes[node].name);
   }
   for (const InstanceDescription& instance : scene.instances) {
-    things.of_instance.push_back(place[size_t(thing_of[size_t(instance.node)])]);
+    things.of_instance.push_back(place[thing_of(size_t(instance.node))]);
   }
-  names.push_back("environment");
-  things.named = tell_apart(names);
   return things;
 }
 
 Things materials_of(const SceneDescription& scene) {
   Things things;
-  std::vector<std::string> names;
   for (size_t i = 0; i < scene.materials.size(); ++i) {
     const std::string& name = scene.materials[i].name;
-    names.push_back(name.empty() ? fmt::format("material {}", i) : name);
+    things.names.push_back(name.empty() ? fmt::format("material {}", i) : name);
   }
-  names.push_back("default");
+  things.names.push_back("default");
   for (const InstanceDescription& instance : scene.instances) {
     const int material = scene.meshes[size_t(instance.mesh)].material;
     things.of_instance.push_back(material < 0 ? scene.materials.size() : size_t(material));
   }
-  names.push_back("environment");
-  things.named = tell_apart(names);
   return things;
 }
 
 Things things_of(const SceneDescription& scene, CryptomatteKind kind) {
   if (kind == CryptomatteKind::kMaterial) return materials_of(scene);
   if (scene.nodes.empty()) return things_by_name(scene);
-  std::vector<int> thing_of(scene.nodes.size());
-  for (size_t node = 0; node < thing_of.size(); ++node) {
-    int top = int(node);
-    if (kind == CryptomatteKind::kAsset) top = scene.nodes[node].root;
-    thing_of[node] = top;
-  }
-  return things_by_node(scene, thing_of);
+  return things_by_node(scene, kind == CryptomatteKind::kAsset);
 }
 
 }  // namespace
@@ -118,15 +104,17 @@ CryptomatteIds::CryptomatteIds(const SceneDescription& scene,
                                std::span<const CryptomatteKind> kinds) {
   ids_.resize((scene.instances.size() + 1) * kinds.size());
   for (size_t k = 0; k < kinds.size(); ++k) {
-    const Things things = things_of(scene, kinds[k]);
+    Things things = things_of(scene, kinds[k]);
+    things.names.push_back("environment");
+    const std::vector<Named> all = tell_apart(things.names);
     CryptomatteNames& names = names_.emplace_back();
     names.kind = kinds[k];
-    std::vector<char> seen(things.named.size(), 0);
-    const Named& environment = things.named.back();
+    std::vector<char> seen(all.size(), 0);
+    const Named& environment = all.back();
     ids_[k] = environment.id;
     for (size_t i = 0; i < things.of_instance.size(); ++i) {
       const size_t thing = things.of_instance[i];
-      const Named& named = things.named[thing];
+      const Named& named = all[thing];
       ids_[(i + 1) * kinds.size() + k] = named.id;
       if (seen[thing]++ == 0) names.ids.emplace_back(named.name, named.id);
     }

@@ -3,11 +3,8 @@
 #include <algorithm>
 
 namespace emberline::scene_detail {
-namespace {
 
 constexpr uint32_t kLeaf = 8;  // points at most; chosen by us
-
-}  // namespace
 
 EmitterPoints::EmitterPoints(std::vector<EmitterPoint> points) : points_(std::move(points)) {
   nodes_.reserve(points_.size() / kLeaf * 4 + 1);

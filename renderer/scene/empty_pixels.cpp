@@ -201,13 +201,11 @@ bool EmptyPixels::mark_all(const Scene& scene, const Projection& projection) {
     }
     marks.fetch_add(found, std::memory_order_relaxed);
   };
-  parallel_ranges(scene.instances_.size(), 64, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) {
-      const scene_detail::Instance& instance = scene.instances_[i];
-      const size_t triangles = scene.meshes_[instance.mesh].triangles.size();
-      parallel_ranges(triangles, 4096,
-                      [&](size_t first, size_t last) { mark_range(instance, first, last); });
-    }
+  parallel_each(scene.instances_.size(), 64, [&](size_t i) {
+    const scene_detail::Instance& instance = scene.instances_[i];
+    const size_t triangles = scene.meshes_[instance.mesh].triangles.size();
+    parallel_ranges(triangles, 4096,
+                    [&](size_t first, size_t last) { mark_range(instance, first, last); });
   });
   return told && marks <= limit;
 }

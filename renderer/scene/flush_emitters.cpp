@@ -9,9 +9,7 @@ namespace {
 
 Vec3f unit_normal(const EmissiveTriangle& t) {  // or 0
   const Vec3d p0 = to_double(t.p0);
-  const Vec3d n = (to_double(t.p1) - p0).cross(to_double(t.p2) - p0);
-  const double length = n.length();
-  return length > 0 ? to_float(n / length) : Vec3f(0.0f);
+  return to_float((to_double(t.p1) - p0).cross(to_double(t.p2) - p0).normalized());
 }
 
 struct FlushContext {

@@ -4,7 +4,6 @@
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <mutex>
 
@@ -29,9 +28,7 @@ constexpr uint64_t kMostVisits = uint64_t(1) << 24, kVisitsOfEach = 32, kMostOfR
 using Corners = std::array<Vec3d, 3>;
 
 Vec3d unit_normal(const Corners& c) {  // or 0
-  const Vec3d n = (c[1] - c[0]).cross(c[2] - c[0]);
-  const double length = n.length();
-  return length > 0 ? n / length : Vec3d(0.0);
+  return (c[1] - c[0]).cross(c[2] - c[0]).normalized();
 }
 
 Corners corners_of(const EmissiveTriangle& t) {
@@ -90,36 +87,8 @@ class Surface {
   double scale_;
 };
 
-struct Box {
-  Vec3f lower = Vec3f(std::numeric_limits<float>::max());
-  Vec3f upper = Vec3f(std::numeric_limits<float>::lowest());
-  void add(const Vec3d& p) {
-    for (int c = 0; c < 3; ++c) {
-      lower[c] = std::min(lower[c], float(p[c]));
-      upper[c] = std::max(upper[c], float(p[c]));
-    }
-  }
-  float largest_coordinate() const {
-    return std::max(max_abs_component(lower), max_abs_component(upper));
-  }
-};
-
-Box bounds_of(const Mesh& mesh) {
-  Box box;
-  // The last entry of positions is padding.
-  for (size_t i = 0; i + 1 < mesh.positions.size(); ++i) box.add(to_double(mesh.positions[i]));
-  return box;
-}
-
-Box placed_bounds(const Box& mesh, const Instance& instance) {
-  if (!instance.transformed) return mesh;
-  Box box;
-  for (int corner = 0; corner < 8; ++corner) {
-    box.add(transform_point(instance.to_internal, Vec3d(corner & 1 ? mesh.upper.x : mesh.lower.x,
-                                                        corner & 2 ? mesh.upper.y : mesh.lower.y,
-                                                        corner & 4 ? mesh.upper.z : mesh.lower.z)));
-  }
-  return box;
+float largest_coordinate(const Imath::Box3f& box) {
+  return std::max(max_abs_component(box.min), max_abs_component(box.max));
 }
 
 class FlushSearch {
@@ -198,10 +167,10 @@ EmitterPoints FlushSearch::emitter_points() const {
 }
 
 std::vector<FlushSearch::TriangleRange> FlushSearch::ranges_near_emitters() const {
-  std::vector<Box> bounds(meshes_.size());
+  std::vector<Imath::Box3f> bounds(meshes_.size());
   parallel_each(meshes_.size(), [&](size_t i) {
     progress_.check();
-    bounds[i] = bounds_of(meshes_[i]);
+    bounds[i] = bounds_of(meshes_[i].positions);
   });
   std::vector<TriangleRange> ranges;
   uint64_t triangles = 0;
@@ -210,10 +179,11 @@ std::vector<FlushSearch::TriangleRange> FlushSearch::ranges_near_emitters() cons
     const Instance& instance = instances_[i];
     const size_t count = meshes_[instance.mesh].triangles.size();
     if (count == 0 || moves(meshes_[instance.mesh], instance)) continue;
-    const Box box = placed_bounds(bounds[instance.mesh], instance);
-    const float error = plane_error(bounds[instance.mesh].largest_coordinate(), instance);
+    const Imath::Box3f& own = bounds[instance.mesh];
+    const Imath::Box3f box = instance.transformed ? transformed(own, instance.to_internal) : own;
+    const float error = plane_error(largest_coordinate(own), instance);
     const auto end_at_first = [](const EmitterPoint&) { return false; };
-    if (points_.visit({box.lower, box.upper, Vec3d(0.0), Vec3d(0.0), 2.0f * error}, end_at_first)) {
+    if (points_.visit({box.min, box.max, Vec3d(0.0), Vec3d(0.0), 2.0f * error}, end_at_first)) {
       continue;
     }
     triangles += count;
@@ -238,10 +208,10 @@ void FlushSearch::visit_points(const TriangleRange& range, const Visit& visit) c
     const Surface surface(corners);
     if (!(surface.plane().normal.length2() > 0)) continue;
     const float error = plane_error(mesh, instance, t);
-    Box box;
-    for (const Vec3d& p : corners) box.add(p);
+    Imath::Box3f box;
+    for (const Vec3d& p : corners) box.extendBy(to_float(p));
     const bool all = points_.visit(
-        {box.lower, box.upper, surface.plane().point, surface.plane().normal, 2.0f * error},
+        {box.min, box.max, surface.plane().point, surface.plane().normal, 2.0f * error},
         [&](const EmitterPoint& point) { return visit(t, surface, error, point); });
     if (!all) return;
   }

@@ -98,29 +98,14 @@ void filter_shown(const RTCFilterFunctionNArguments* arguments) {
   filter<Answer::kAsked, Answer::kAsked>(arguments);
 }
 
-template <Answer kCovers>
-RTCFilterFunctionN filter_for(Answer culls) {
-  switch (culls) {
-    case Answer::kNever:
-      return filter<Answer::kNever, kCovers>;
-    case Answer::kAlways:
-      return filter<Answer::kAlways, kCovers>;
-    case Answer::kAsked:
-      return filter<Answer::kAsked, kCovers>;
-  }
-  return nullptr;
-}
-
 RTCFilterFunctionN choose_filter(Answer culls, Answer covers) {
-  switch (covers) {
-    case Answer::kNever:
-      return filter_for<Answer::kNever>(culls);
-    case Answer::kAlways:
-      return filter_for<Answer::kAlways>(culls);
-    case Answer::kAsked:
-      return filter_for<Answer::kAsked>(culls);
-  }
-  return nullptr;
+  using enum Answer;
+  constexpr RTCFilterFunctionN kFilters[3][3] = {
+      // by culls, then covers
+      {filter<kNever, kNever>, filter<kNever, kAlways>, filter<kNever, kAsked>},
+      {filter<kAlways, kNever>, filter<kAlways, kAlways>, filter<kAlways, kAsked>},
+      {filter<kAsked, kNever>, filter<kAsked, kAlways>, filter<kAsked, kAsked>}};
+  return kFilters[size_t(culls)][size_t(covers)];
 }
 
 // What Embree is given to call while it builds.
@@ -170,6 +155,23 @@ SurfaceAttributes interpolate_attributes(const Mesh& mesh, uint32_t primitive, f
     attributes.color = interpolate_vertices(mesh.colors, index, u, v);
   }
   return attributes;
+}
+
+Imath::Box3f transformed(const Imath::Box3f& box, const Affine& m) {
+  Imath::Box3f out;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3d p((corner & 1 ? box.max : box.min).x, (corner & 2 ? box.max : box.min).y,
+                  (corner & 4 ? box.max : box.min).z);
+    out.extendBy(to_float(transform_point(m, p)));
+  }
+  return out;
+}
+
+Imath::Box3f bounds_of(const std::vector<Vec3f>& positions) {
+  Imath::Box3f box;
+  // The last entry is padding.
+  for (size_t v = 0; v + 1 < positions.size(); ++v) box.extendBy(positions[v]);
+  return box;
 }
 
 RTCDevice new_device(EmbreeIsa isa) {

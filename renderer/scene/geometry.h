@@ -147,6 +147,10 @@ inline Vec3d transform_point(const Affine& m, const Vec3d& p) {
              fma(to_double(m.y), p.y, fma(to_double(m.z), p.z, to_double(m.translation))));
 }
 
+// The bounds of a placed box, and of vertices with their padding.
+Imath::Box3f transformed(const Imath::Box3f& box, const Affine& m);
+Imath::Box3f bounds_of(const std::vector<Vec3f>& positions);
+
 // Of a deforming mesh, at one of its time steps.
 inline const std::vector<Vec3f>& positions_at(const Mesh& mesh, size_t step) {
   return step == 0 ? mesh.positions : mesh.motion[step - 1].positions;

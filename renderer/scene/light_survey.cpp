@@ -163,20 +163,19 @@ LightSurvey::Met LightSurvey::next_place(const Ray& from, CoverageKey key, Place
 std::vector<Place> LightSurvey::walk(int bits, int surfaces) const {
   const size_t paths = size_t(1) << bits;
   std::vector<std::vector<Place>> found(paths);
-  parallel_ranges(paths, 64, [&](size_t begin, size_t end) {
-    for (size_t path = begin; path < end && !stop_.stop_requested(); ++path) {
-      Numbers numbers{uint32_t(path)};
-      Ray ray = camera_ray(uint32_t(path), bits, numbers);
-      for (int i = 0; i < surfaces; ++i) {
-        Place place;
-        if (next_place(ray, {numbers.bits(), 0}, &place) != Met::kPlace) break;
-        place.path = uint32_t(path);
-        found[path].push_back(place);
-        const ShadingFrame frame = ShadingFrame::from_normal(place.geometric_normal);
-        ray.direction = frame.to_world(square_to_cosine_hemisphere(numbers.pair()));
-        ray.origin =
-            offset_ray_origin(place.position, place.geometric_normal, place.offset, ray.direction);
-      }
+  parallel_each(paths, 64, [&](size_t path) {
+    if (stop_.stop_requested()) return;
+    Numbers numbers{uint32_t(path)};
+    Ray ray = camera_ray(uint32_t(path), bits, numbers);
+    for (int i = 0; i < surfaces; ++i) {
+      Place place;
+      if (next_place(ray, {numbers.bits(), 0}, &place) != Met::kPlace) break;
+      place.path = uint32_t(path);
+      found[path].push_back(place);
+      const ShadingFrame frame = ShadingFrame::from_normal(place.geometric_normal);
+      ray.direction = frame.to_world(square_to_cosine_hemisphere(numbers.pair()));
+      ray.origin =
+          offset_ray_origin(place.position, place.geometric_normal, place.offset, ray.direction);
     }
   });
   std::vector<Place> places;
@@ -254,13 +253,11 @@ double LightSurvey::environment_light(const Place& place, Numbers& numbers) cons
 bool LightSurvey::guiding_pays(std::span<const Place> places) const {
   std::vector<double> lamps(places.size());
   std::vector<Moments> environment(places.size());
-  parallel_ranges(places.size(), 32, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) {
-      Numbers numbers{~uint32_t(i)};
-      lamps[i] = lamp_light(places[i], numbers);
-      for (int k = 0; k < kPilotSamples; ++k) {
-        environment[i].add(environment_light(places[i], numbers));
-      }
+  parallel_each(places.size(), 32, [&](size_t i) {
+    Numbers numbers{~uint32_t(i)};
+    lamps[i] = lamp_light(places[i], numbers);
+    for (int k = 0; k < kPilotSamples; ++k) {
+      environment[i].add(environment_light(places[i], numbers));
     }
   });
   double of_lamps = 0, of_environment = 0, variance = 0, squares = 0;
@@ -325,10 +322,8 @@ double LightSurvey::noise(std::span<const Place> places, std::span<const KindSqu
 // Those of the least noise.
 KindFactors LightSurvey::factors(std::span<const Place> places, const LightGuide& guide) const {
   std::vector<KindSquares> squares(places.size());
-  parallel_ranges(places.size(), 32, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) {
-      squares[i] = kind_squares(places[i], guide, Numbers{~uint32_t(i)});
-    }
+  parallel_each(places.size(), 32, [&](size_t i) {
+    squares[i] = kind_squares(places[i], guide, Numbers{~uint32_t(i)});
   });
   KindFactors best{.least_share = kLeastKindShare, .least_directional = kLeastKindShare};
   double least = noise(places, squares, best);
@@ -428,10 +423,9 @@ std::optional<SkyRegions> LightSurvey::regions(const EnvironmentGuide& guide) co
     of_region[size_t(region)].push_back(&place);
     regions.places(region)++;
   }
-  parallel_ranges(of_region.size(), 4, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end && !stop_.stop_requested(); ++i) {
-      look(guide, of_region[i], Numbers{uint32_t(i)}, regions.seen(int(i)));
-    }
+  parallel_each(of_region.size(), 4, [&](size_t i) {
+    if (stop_.stop_requested()) return;
+    look(guide, of_region[i], Numbers{uint32_t(i)}, regions.seen(int(i)));
   });
   return regions;
 }

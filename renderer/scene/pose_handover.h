@@ -52,7 +52,7 @@ class PoseHandover {
     uint32_t salt;  // the record's
   };
   static void exchange(Mesh& from, Mesh& to) {
-    std::swap<MeshArrays>(from, to);
+    std::swap<KeptMesh>(from, to);
     if (to.record) to.record->mesh = &to;
   }
 

@@ -18,6 +18,7 @@
 
 #include "renderer/core/ray.h"
 #include "renderer/core/vector.h"
+#include "renderer/description/mesh_arrays.h"
 #include "renderer/lights/light_sampler.h"
 #include "renderer/shading/material.h"
 #include "samplers/coverage_key.h"
@@ -78,14 +79,6 @@ class Solids;
 
 namespace scene_detail {
 
-// A deforming mesh's vertices at a later time, evenly spaced up to the shutter's closing. As in
-// Mesh.
-struct MeshStep {
-  std::vector<Vec3f> positions;
-  std::vector<Vec3f> normals;
-  std::vector<Vec4f> tangents;
-};
-
 // Per instance, when it is there; null: always. Empty if all always are.
 using ShownInstances = std::vector<std::shared_ptr<const ShownTimes>>;
 
@@ -100,24 +93,17 @@ struct GeometryRecord;  // what the BVH's filter knows of a mesh
 struct OwnedScene;      // an Embree scene
 
 // A mesh's arrays, in object space if it is instanced, else in internal space; and what Embree made
-// of them. Where the scene is posed anew they go over to the next one as they are.
-struct MeshArrays {
-  std::vector<Vec3f> positions;  // one spare entry at the end: Embree reads 16 bytes per vertex
-  std::vector<std::array<uint32_t, 3>> triangles;
-  std::vector<Vec3f> normals;
-  std::vector<Vec4f> tangents;
-  std::vector<std::vector<Vec2f>> uv_sets;
-  std::vector<Vec4f> colors;
-  std::vector<MeshStep> motion;     // empty: it does not deform
-  std::vector<Vec3f> later;         // object space, as LaterPlace has it; empty: as `positions`
+// of them. Where the scene is posed anew they go over to the next one as they are. `positions` has
+// a spare entry at the end: Embree reads 16 bytes per vertex. `later` is in object space, as
+// LaterPlace has it; empty: as `positions`.
+struct KeptMesh : MeshArrays {
   std::optional<SolidShape> solid;  // once it has been asked for
-  uint64_t key = 0;                 // MeshDescription's
   bool is_baked = false;
   std::shared_ptr<GeometryRecord> record;  // null without a filter
   std::shared_ptr<const OwnedScene> bvh;   // of an instanced mesh
 };
 
-struct Mesh : MeshArrays {
+struct Mesh : KeptMesh {
   const Material* material = nullptr;
   uint32_t material_index = 0;
   bool cull_backfaces = false;
@@ -192,8 +178,6 @@ class Scene : private EmitterMotion {
   bool has_coverage() const { return has_coverage_; }
   // Whether some material lets light pass.
   bool passes_light() const { return passes_light_; }
-  // Whether some of that bends colours apart.
-  bool has_dispersion() const { return has_dispersion_; }
   // Whether some of that may be smooth thin walls (Material::is_smooth_wall).
   bool has_smooth_walls() const { return has_smooth_walls_; }
   bool has_smooth_solids() const { return has_smooth_solids_; }  // Material::is_smooth_solid
@@ -301,7 +285,6 @@ class Scene : private EmitterMotion {
   bool has_coverage_ = false;
   bool passes_light_ = false;
   bool has_smooth_walls_ = false, has_smooth_solids_ = false;
-  bool has_dispersion_ = false;
   bool moves_ = false;
   Vec3d origin_ = Vec3d(0.0);
   double scale_ = 1.0;

@@ -78,7 +78,7 @@ void SceneUpdater::assign_materials() {
   previous_ = std::exchange(scene_.materials_, std::move(materials));
   emission_changed_.assign(scene_.meshes_.size(), false);
   scene_.has_coverage_ = false;
-  scene_.passes_light_ = scene_.has_dispersion_ = false;
+  scene_.passes_light_ = false;
   scene_.has_smooth_walls_ = scene_.has_smooth_solids_ = false;
   for (const Instance& instance : scene_.instances_) {
     Mesh& mesh = scene_.meshes_[instance.mesh];
@@ -99,7 +99,6 @@ void SceneUpdater::assign_materials() {
     if (material.passes_light()) scene_.passes_light_ = true;
     if (material.is_smooth_wall()) scene_.has_smooth_walls_ = true;
     if (material.is_smooth_solid()) scene_.has_smooth_solids_ = true;
-    if (material.dispersion() > 0.0f) scene_.has_dispersion_ = true;
   }
 }
 
@@ -195,10 +194,8 @@ PointLight SceneUpdater::place_light(const PunctualLightDescription& source) con
   PointLight light;
   const bool directional = source.type == PunctualType::kDirectional;
   const auto place = [&](const Mat44d& m) -> PointLightPlace {
-    const Vec3d position(m[3][0], m[3][1], m[3][2]);
-    PointLightPlace placed{
-        to_float((position - scene_.origin_) * scene_.scale_),
-        normalize_or(to_float(-Vec3d(m[2][0], m[2][1], m[2][2])), Vec3f(0, 0, -1))};
+    PointLightPlace placed{to_float((row(m, 3) - scene_.origin_) * scene_.scale_),
+                           normalize_or(to_float(-row(m, 2)), Vec3f(0, 0, -1))};
     if (!directional && !(double(max_abs_component(placed.position)) <= scene_.farthest_)) {
       throw InputError(description_.file, "light '" + source.name +
                                               "' is too far from the scene for rays to be traced "
@@ -292,16 +289,8 @@ void SceneUpdater::update_memory_and_features() {
   bool culls = false, masks = false, blends = false;
   memory.geometry_bytes += vector_bytes(scene_.meshes_);
   for (const Mesh& mesh : scene_.meshes_) {
-    memory.geometry_bytes += vector_bytes(mesh.positions) + vector_bytes(mesh.triangles) +
-                             vector_bytes(mesh.normals) + vector_bytes(mesh.tangents) +
-                             vector_bytes(mesh.colors) + vector_bytes(mesh.uv_sets);
-    for (const auto& set : mesh.uv_sets) memory.geometry_bytes += vector_bytes(set);
-    memory.geometry_bytes += vector_bytes(mesh.motion) + vector_bytes(mesh.later);
+    memory.geometry_bytes += held_bytes(mesh);
     if (mesh.record) memory.geometry_bytes += sizeof(scene_detail::GeometryRecord);
-    for (const scene_detail::MeshStep& step : mesh.motion) {
-      memory.geometry_bytes +=
-          vector_bytes(step.positions) + vector_bytes(step.normals) + vector_bytes(step.tangents);
-    }
     if (mesh.triangles.empty()) continue;
     culls = culls || mesh.cull_backfaces;
     if (!mesh.has_coverage) continue;

@@ -89,9 +89,7 @@ SolidShape shape_of(std::span<const Mesh* const> meshes, const std::string* name
           dot(to_double(p[0]) - origin, cross(to_double(p[1]) - origin, to_double(p[2]) - origin));
     }
     for (size_t step = 0; step <= mesh->motion.size(); ++step) {
-      const std::vector<Vec3f>& positions = positions_at(*mesh, step);
-      // The last entry is padding.
-      for (size_t v = 0; v + 1 < positions.size(); ++v) shape.bounds.extendBy(positions[v]);
+      shape.bounds.extendBy(bounds_of(positions_at(*mesh, step)));
     }
   }
   shape.closed = is_closed(meshes, bounds, progress);

@@ -23,14 +23,6 @@ using scene_detail::SolidShape;
 
 namespace {
 
-void extend_by_corners(const Imath::Box3f& box, const Affine& m, Imath::Box3f* out) {
-  for (int corner = 0; corner < 8; ++corner) {
-    const Vec3d p((corner & 1 ? box.max : box.min).x, (corner & 2 ? box.max : box.min).y,
-                  (corner & 4 ? box.max : box.min).z);
-    out->extendBy(to_float(scene_detail::transform_point(m, p)));
-  }
-}
-
 double determinant(const Affine& m) {
   return dot(to_double(m.x), cross(to_double(m.y), to_double(m.z)));
 }
@@ -87,8 +79,7 @@ void Solids::set_shape(const Scene& scene, uint32_t i, const SolidShape& shape) 
   solid.of_mesh = solid.bounds = shape.bounds;
   solid.volume = shape.volume;
   if (!instance.transformed) return;
-  solid.bounds.makeEmpty();
-  extend_by_corners(shape.bounds, instance.to_internal, &solid.bounds);
+  solid.bounds = scene_detail::transformed(shape.bounds, instance.to_internal);
   solid.volume *= std::abs(determinant(instance.to_internal));
 }
 
@@ -108,7 +99,7 @@ Imath::Box3f Solids::bounds_over_shutter(const Scene& scene, uint32_t i) const {
   constexpr int kTimes = 64;
   for (int k = 1; k <= kTimes; ++k) {
     const Affine m = scene.geometry_->transform_at(instance.moving, float(k) / kTimes);
-    extend_by_corners(list_[i].of_mesh, m, &box);
+    box.extendBy(scene_detail::transformed(list_[i].of_mesh, m));
   }
   // More than what a corner strays from these places on its way.
   const Vec3f margin(0.05f * box.size().length());
@@ -177,14 +168,15 @@ struct Solids::FaceList {
   const std::string& file;
 };
 
-std::array<Vec3d, 3> Solids::corners_of(const Scene& scene, const Face& face) {
-  const Instance& placed = scene.instances_[face.instance];
-  return scene_detail::placed_corners(scene.meshes_[placed.mesh], placed, face.primitive);
+std::array<Vec3d, 3> Solids::corners_of(const Scene& scene, uint32_t instance, uint32_t primitive) {
+  const Instance& placed = scene.instances_[instance];
+  return scene_detail::placed_corners(scene.meshes_[placed.mesh], placed, primitive);
 }
 
 // Whether one of them lies in the other's plane.
 bool Solids::share_a_plane(const Scene& scene, const Face& a, const Face& b) {
-  const std::array<Vec3d, 3> p = corners_of(scene, a), q = corners_of(scene, b);
+  const auto p = corners_of(scene, a.instance, a.primitive);
+  const auto q = corners_of(scene, b.instance, b.primitive);
   const auto holds = [&](const std::array<Vec3d, 3>& plane, const std::array<Vec3d, 3>& face) {
     const Vec3d normal = (plane[1] - plane[0]).cross(plane[2] - plane[0]).normalized();
     return std::ranges::all_of(face, [&](const Vec3d& corner) {
@@ -198,7 +190,7 @@ Solids::Face Solids::face_of(const Scene& scene, uint32_t instance, uint32_t pri
   const Instance& placed = scene.instances_[instance];
   const Mesh& mesh = scene.meshes_[placed.mesh];
   Imath::Box3f box;
-  for (const Vec3d& corner : scene_detail::placed_corners(mesh, placed, primitive)) {
+  for (const Vec3d& corner : corners_of(scene, instance, primitive)) {
     box.extendBy(to_float(corner));
   }
   return {box.min,  box.max,   scene_detail::plane_error(mesh, placed, primitive),
@@ -223,14 +215,10 @@ void Solids::find_flat(const Scene& scene) {
         return p == count;
       });
     };
-    const auto corners = [&](uint32_t i, uint32_t p) {
-      const Instance& placed = scene.instances_[i];
-      return scene_detail::placed_corners(scene.meshes_[placed.mesh], placed, p);
-    };
     Vec3d normal(0.0), place(0.0);
     double reach = 0.0;
     all_faces([&](uint32_t i, uint32_t p) {
-      const std::array<Vec3d, 3> c = corners(i, p);
+      const std::array<Vec3d, 3> c = corners_of(scene, i, p);
       const Vec3d here = (c[1] - c[0]).cross(c[2] - c[0]);
       if (here.length2() <= normal.length2()) return true;
       normal = here;
@@ -243,7 +231,7 @@ void Solids::find_flat(const Scene& scene) {
     });
     normal.normalize();
     const bool flat = all_faces([&](uint32_t i, uint32_t p) {
-      return std::ranges::all_of(corners(i, p), [&](const Vec3d& corner) {
+      return std::ranges::all_of(corners_of(scene, i, p), [&](const Vec3d& corner) {
         return std::abs(dot(corner - place, normal)) <= reach;
       });
     });
@@ -272,15 +260,9 @@ bool Solids::add_surfaces(const Scene& scene, LoadProgress& progress, FaceList* 
     if (mesh.triangles.empty() || mesh.material->is_solid() || mesh.material->is_emissive())
       continue;
     Imath::Box3f& own = of_mesh[placed.mesh];
-    if (own.isEmpty()) {
-      // The last entry is padding.
-      for (size_t v = 0; v + 1 < mesh.positions.size(); ++v) own.extendBy(mesh.positions[v]);
-    }
-    Imath::Box3f box = own;
-    if (placed.transformed) {
-      box.makeEmpty();
-      extend_by_corners(own, placed.to_internal, &box);
-    }
+    if (own.isEmpty()) own = scene_detail::bounds_of(mesh.positions);
+    const Imath::Box3f box =
+        placed.transformed ? scene_detail::transformed(own, placed.to_internal) : own;
     std::vector<size_t> near;
     for (size_t k = 0; k < boxes.size(); ++k) {
       if (boxes[k].intersects(box)) near.push_back(k);

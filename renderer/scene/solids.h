@@ -96,7 +96,7 @@ class Solids {
   Face face_of(const Scene& scene, uint32_t instance, uint32_t primitive) const;
   void add_faces(const Scene& scene, uint32_t instance, FaceList* faces) const;
   bool add_surfaces(const Scene& scene, LoadProgress& progress, FaceList* faces) const;
-  static std::array<Vec3d, 3> corners_of(const Scene& scene, const Face& face);
+  static std::array<Vec3d, 3> corners_of(const Scene& scene, uint32_t instance, uint32_t primitive);
   static bool share_a_plane(const Scene& scene, const Face& a, const Face& b);
   void mark(const Scene& scene, const Face& face);
   void mark_all(const Scene& scene, uint32_t instance);

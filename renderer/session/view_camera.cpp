@@ -14,8 +14,6 @@ constexpr double kLeastDistance = 1e-5, kMostDistance = 1e5;
 // A cosine of the elevation below this says nothing of the azimuth.
 constexpr double kPole = 1e-9;
 
-Vec3d row(const Mat44d& m, int i) { return {m[i][0], m[i][1], m[i][2]}; }
-
 // The picture's right edge without roll.
 Vec3d level_right(double azimuth) { return {std::cos(azimuth), 0.0, -std::sin(azimuth)}; }
 

@@ -407,15 +407,14 @@ MaterialSet::MaterialSet(const SceneDescription& scene, const std::vector<bool>&
   for (const Image* image : images) {
     (image->mapped ? texture_file_bytes_ : texture_bytes_) += image->byte_count();
   }
-  image_count_ = images.size();
 
   const auto any = [&](auto has) { return std::any_of(materials_.begin(), materials_.end(), has); };
   const auto note = [&](bool used, const char* name) {
     if (used) features_.emplace_back(name);
   };
   if (!textures_.empty()) {
-    features_.push_back("textures (" + std::to_string(image_count_) +
-                        (image_count_ == 1 ? " image" : " images") +
+    features_.push_back("textures (" + std::to_string(images.size()) +
+                        (images.size() == 1 ? " image" : " images") +
                         (texture_file_bytes_ > 0 ? ", in a temporary file)" : ")"));
   }
   note(any([](const Material& m) { return m.has_normal_map(); }), "normal maps");

@@ -115,7 +115,6 @@ class Material {
   bool is_emissive() const { return is_emissive_; }  // belongs among the lights; never if unlit
   // Whether the lights made of the two are the same: their mean_emission() and their sides.
   bool emits_like(const Material& other) const;
-  bool has_emission_texture() const { return bool(emission_texture_); }
   bool has_normal_map() const { return bool(normal_map_); }
   // Something of it is in the tangent space of the mesh.
   bool needs_tangents() const {
@@ -269,7 +268,6 @@ class MaterialSet {
   uint64_t texture_bytes() const { return texture_bytes_; }  // resident texels, each image once
   uint64_t texture_file_bytes() const { return texture_file_bytes_; }  // of the images in a file
   uint64_t bytes() const;  // texels, tables and materials
-  size_t image_count() const { return image_count_; }
   // What the scene's materials need, in words: "textures (2 images)", "normal maps", "emission",
   // "transmission", "absorption", "dispersion", "diffuse transmission", "anisotropy",
   // "iridescence", "sheen", "clear coat", "unlit", "double-sided". Empty for a plain scene.
@@ -281,7 +279,6 @@ class MaterialSet {
   std::vector<Material> materials_;
   std::vector<std::string> features_;
   uint64_t texture_bytes_ = 0, texture_file_bytes_ = 0;
-  size_t image_count_ = 0;
 };
 
 }  // namespace emberline

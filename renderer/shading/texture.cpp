@@ -225,18 +225,7 @@ Vec4f Texture::read(const TexelCorners& c) const {
 
 float Texture::alpha_texel(int x, int y) const {
   const size_t i = (place(x, y) + 1) * size_t(channels_) - 1;
-  switch (format_) {
-    case Format::kByte:
-      return LoadByte{texels_, nullptr}.alpha(i);
-    case Format::kWord:
-    case Format::kWordSrgb:
-      return LoadWord{texels_}.alpha(i);
-    case Format::kHalf:
-      return LoadHalf{texels_}.alpha(i);
-    case Format::kFloat:
-      break;
-  }
-  return LoadFloat{texels_}.alpha(i);
+  return decoded([&](const auto& load) { return load.alpha(i); });
 }
 
 bool Texture::is_opaque() const {

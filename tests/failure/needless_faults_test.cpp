@@ -60,6 +60,11 @@ TEST_F(NeedlessFault, CyclesOutsideTheScene) {
   add_outside({{"children", {2}}});
   add_outside({{"children", {1}}});
   warned({"#/nodes/", "a cycle of nodes"});
+  // Listing all nodes ends, too.
+  const SceneDescription scene = warned({"a cycle of nodes"}, {.nodes = true});
+  ASSERT_EQ(scene.nodes.size(), 3u);
+  EXPECT_EQ(scene.nodes[1].root, 1);
+  EXPECT_EQ(scene.nodes[1].parent, -1);
   add_outside({{"children", {3}}});
   warned({"#/nodes/3/children/0: node 3 is its own child", "(and 1 more like it)"});
   node()["children"] = {1};

@@ -4,7 +4,7 @@
 //   EXPECT_TRUE(chi_square_directions(
 //       [&](TestRandom& random) { return std::optional(square_to_cosine_hemisphere(random.vec2()));
 //       },
-//       [](const Vec3f& w) { return double(square_to_cosine_hemisphere_pdf(w)); }));
+//       [](const Vec3f& w) { return double(test::square_to_cosine_hemisphere_pdf(w)); }));
 //
 // The domain is cut into bins; the density is integrated over each adaptively, the map is drawn
 // many times, and Pearson's statistic over bins of at least `min_expected` (smaller ones are

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <tuple>
 
 #include "io/gltf/document/accessor.h"
@@ -200,7 +201,7 @@ std::vector<size_t> choose_animations(const GltfDocument& document, const GltfOp
                    std::ranges::find(list, wanted, &AnimationDescription::name) == list.end();
   if (!all) return {choose_one(document, wanted, list)};
   std::vector<size_t> every(list.size());
-  for (size_t i = 0; i < every.size(); ++i) every[i] = i;
+  std::iota(every.begin(), every.end(), size_t(0));
   return every;
 }
 
@@ -217,32 +218,24 @@ void say_if_outside(const GltfDocument& document, const GltfAnimation& animation
 // ---- at a time
 
 void pose_node(const NodeTrack& track, double time, NodePose& pose) {
-  const auto vector = [&] {
-    std::array<double, 3> v;
-    sample_keys(track.keys, time, v);
-    return Vec3d(v[0], v[1], v[2]);
-  };
-  const auto scalar = [&] {
-    double value = 0.0;
-    sample_keys(track.keys, time, {&value, 1});
-    return value;
-  };
-  switch (track.target.property) {
+  const NodeTarget& target = track.target;
+  if (target.property == NodeProperty::kWeights) return sample_keys(track.keys, time, pose.weights);
+  Quaternion value{};  // no other property has more numbers
+  sample_keys(track.keys, time, std::span(value).first(track.keys.width));
+  switch (target.property) {
     case NodeProperty::kTranslation:
-      pose.translation = vector();
+      pose.translation = Vec3d(value[0], value[1], value[2]);
       return;
     case NodeProperty::kRotation:
-      sample_keys(track.keys, time, pose.rotation.emplace());
+      pose.rotation = value;
       return;
     case NodeProperty::kScale:
-      pose.scale = vector();
-      return;
-    case NodeProperty::kWeights:
-      sample_keys(track.keys, time, pose.weights);
+      pose.scale = Vec3d(value[0], value[1], value[2]);
       return;
     case NodeProperty::kWeight:
-      pose.weights[track.target.weight] = scalar();
+      pose.weights[target.weight] = value[0];
       return;
+    case NodeProperty::kWeights:
     case NodeProperty::kVisible:  // GltfVisibility
       return;
   }

@@ -254,8 +254,7 @@ GltfChanges::Curve<Value> GltfChanges::curve(const std::vector<Source>& sources,
 
 void GltfChanges::keep(uint64_t times, size_t bytes) {
   // Vectors grow by doubling.
-  document_.progress->budget()->reserve(MemoryPart::kLights, bytes_of(2 * times, bytes),
-                                        document_.file);
+  document_.reserve(MemoryPart::kLights, bytes_of(2 * times, bytes));
   times_ += times;
   if (times_ > most_times(document_)) {
     throw LimitError(document_.file,

@@ -159,8 +159,7 @@ void check_gltf_animations(GltfDocument& document) {
 
 std::vector<AnimationDescription> describe_animations(const GltfDocument& document) {
   const size_t count = document.array("animations").size();
-  document.progress->budget()->reserve(
-      MemoryPart::kFile, bytes_of(count, sizeof(AnimationDescription)), document.file);
+  document.reserve(MemoryPart::kFile, bytes_of(count, sizeof(AnimationDescription)));
   std::vector<AnimationDescription> list(count);
   DurationReader durations(document);
   for (size_t i = 0; i < list.size(); ++i) {
@@ -170,8 +169,7 @@ std::vector<AnimationDescription> describe_animations(const GltfDocument& docume
       document.faults->note(animation_pointer(i), error);
       list[i].fault = error.what();
     }
-    document.progress->budget()->reserve(
-        MemoryPart::kFile, list[i].name.capacity() + list[i].fault.capacity(), document.file);
+    document.reserve(MemoryPart::kFile, list[i].name.capacity() + list[i].fault.capacity());
   }
   return list;
 }

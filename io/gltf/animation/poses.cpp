@@ -52,9 +52,8 @@ const SkinPose& GltfPoses::skin(int index) {
   // Joints place the vertices in the world, the node's own transform does not count (section
   // 3.7.3.3).
   const Mat44d& first = shutter_.world()[size_t(source.joints[0])];
-  pose.origin = Vec3d(first[3][0], first[3][1], first[3][2]);
-  Mat44d from_origin;
-  from_origin.setTranslation(-pose.origin);
+  pose.origin = row(first, 3);
+  const Mat44d from_origin = Mat44d().setTranslation(-pose.origin);
   const bool moves = std::ranges::any_of(
       source.joints, [this](int joint) { return shutter_.moves(size_t(joint)); });
   const size_t steps = moves ? shutter_.steps() : 1;

@@ -72,8 +72,7 @@ GltfVisibility::Shown GltfVisibility::both(const Shown& a, const Shown& b) {
 
 GltfVisibility::Shown GltfVisibility::keep(ShownTimes times) {
   if (times.changes.empty()) return times.at_opening ? nullptr : never_;
-  document_.progress->budget()->reserve(
-      MemoryPart::kGeometry, bytes_of(times.changes.capacity(), sizeof(float)), document_.file);
+  document_.reserve(MemoryPart::kGeometry, bytes_of(times.changes.capacity(), sizeof(float)));
   changes_ += times.changes.size();
   // Hierarchies multiply what few key frames say.
   if (changes_ > most_times(document_)) {

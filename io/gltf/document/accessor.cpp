@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 
 #include "renderer/core/errors.h"
 
@@ -15,6 +16,13 @@ T load(const uint8_t* bytes) {
   T value;  // data may be misaligned
   std::memcpy(&value, bytes, sizeof(T));
   return value;
+}
+
+template <class Integer, class Real>
+float read_integer(const uint8_t* bytes, bool normalized) {
+  const Real value = load<Integer>(bytes);
+  if (!normalized) return float(value);
+  return float(std::max(value / Real(std::numeric_limits<Integer>::max()), Real(-1)));
 }
 
 uint32_t read_unsigned(const uint8_t* bytes, int component_type) {
@@ -70,26 +78,16 @@ void check_zeros(const GltfDocument& document, int index, const std::string& pla
 
 float read_component(const uint8_t* bytes, int component_type, bool normalized) {
   switch (component_type) {
-    case 5120: {
-      const float value = load<int8_t>(bytes);
-      return normalized ? std::max(value / 127.0f, -1.0f) : value;
-    }
-    case 5121: {
-      const float value = load<uint8_t>(bytes);
-      return normalized ? value / 255.0f : value;
-    }
-    case 5122: {
-      const float value = load<int16_t>(bytes);
-      return normalized ? std::max(value / 32767.0f, -1.0f) : value;
-    }
-    case 5123: {
-      const float value = load<uint16_t>(bytes);
-      return normalized ? value / 65535.0f : value;
-    }
-    case 5125: {
-      const double value = load<uint32_t>(bytes);
-      return float(normalized ? value / 4294967295.0 : value);
-    }
+    case 5120:
+      return read_integer<int8_t, float>(bytes, normalized);
+    case 5121:
+      return read_integer<uint8_t, float>(bytes, normalized);
+    case 5122:
+      return read_integer<int16_t, float>(bytes, normalized);
+    case 5123:
+      return read_integer<uint16_t, float>(bytes, normalized);
+    case 5125:
+      return read_integer<uint32_t, double>(bytes, normalized);
     default:
       return load<float>(bytes);
   }

@@ -18,14 +18,11 @@ namespace {
 
 using nlohmann::json;
 
-const json* meshopt_extension(const json& object) {
-  const json* extension = find_extension(object, "EXT_meshopt_compression");
-  return extension ? extension : find_extension(object, "KHR_meshopt_compression");
-}
+constexpr const char* kMeshopt[] = {"EXT_meshopt_compression", "KHR_meshopt_compression"};
 
+// The one that the view has, or else the last.
 const char* meshopt_name(const json& view) {
-  return find_extension(view, "EXT_meshopt_compression") ? "EXT_meshopt_compression"
-                                                         : "KHR_meshopt_compression";
+  return find_extension(view, kMeshopt[0]) ? kMeshopt[0] : kMeshopt[1];
 }
 
 // Null for a buffer without bytes: the placeholder that decoders without meshopt would need, with
@@ -97,9 +94,8 @@ GltfView decompressed(const GltfDocument& document, const json& object, const js
 // the fallback buffer take its place, and `fault` says why.
 GltfView read_view(const GltfDocument& document, const json& object, const std::string& pointer,
                    std::optional<InputError>& fault) {
-  const json* compressed = meshopt_extension(object);
   const char* name = meshopt_name(object);
-  if (compressed) {
+  if (const json* compressed = find_extension(object, name)) {
     try {
       return decompressed(document, object, *compressed,
                           document.place(pointer + "/extensions/" + name));
@@ -115,7 +111,7 @@ GltfView read_view(const GltfDocument& document, const json& object, const std::
     GltfFaults::let_limits_pass(error);
     if (fault) throw InputError(*fault);
     // Of an extension that check_schema has left out, that is what there is to say.
-    for (const char* extension : {"EXT_meshopt_compression", "KHR_meshopt_compression"}) {
+    for (const char* extension : kMeshopt) {
       document.faults->require(pointer + "/extensions/" + extension);
     }
     throw;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <ranges>
 #include <utility>
 #include <vector>
 
@@ -18,22 +19,6 @@ namespace {
 
 using nlohmann::json;
 
-int component_size(int component_type) {
-  switch (component_type) {
-    case 5120:
-    case 5121:
-      return 1;
-    case 5122:
-    case 5123:
-      return 2;
-    case 5125:
-    case 5126:
-      return 4;
-    default:
-      return 0;
-  }
-}
-
 int component_count(const std::string& type) {
   static constexpr std::pair<const char*, int> kTypes[] = {
       {"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}, {"MAT2", 4}, {"MAT3", 9}, {"MAT4", 16}};
@@ -44,8 +29,9 @@ int component_count(const std::string& type) {
 }
 
 int checked_component_size(const json& object, const std::string& place) {
+  constexpr int kSizes[] = {1, 1, 2, 2, 0, 4, 4};  // of 5120 BYTE .. 5126 FLOAT
   const int64_t type = object.at("componentType").get<int64_t>();
-  const int size = type < 10000 ? component_size(int(type)) : 0;
+  const int size = type >= 5120 && type <= 5126 ? kSizes[type - 5120] : 0;
   if (size == 0) {
     throw InputError(place + "/componentType", "unknown component type {}", type);
   }
@@ -293,16 +279,14 @@ void check_gltf_cameras_and_lights(GltfDocument& document) {
   using Types = std::initializer_list<std::pair<const char*, bool>>;
   const auto check = [](const json& object, const std::string& place, Types types) {
     const std::string type = object.at("type").get<std::string>();
-    std::vector<const char*> valid;
-    for (const auto& [name, has_parameters] : types) {
-      if (type == name) {
-        if (!has_parameters || object.contains(name)) return;
-        throw InputError(place, "the required member \"{}\" is missing", name);
-      }
-      valid.push_back(name);
+    const auto found = std::ranges::find(types, type, &Types::value_type::first);
+    if (found == types.end()) {
+      throw InputError(place + "/type", "unknown type \"{}\", expected one of {}", shortened(type),
+                       fmt::join(types | std::views::keys, ", "));
     }
-    throw InputError(place + "/type", "unknown type \"{}\", expected one of {}", shortened(type),
-                     fmt::join(valid, ", "));
+    if (found->second && !object.contains(type)) {
+      throw InputError(place, "the required member \"{}\" is missing", type);
+    }
   };
   document.check_each("/cameras", [&](const json& camera, const std::string& place, size_t) {
     check(camera, place, {{"perspective", true}, {"orthographic", true}});

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "io/files/byte_order.h"
 #include "io/files/input_file.h"
 #include "io/gltf/document/extensions.h"
 #include "io/gltf/document/schema.h"
@@ -18,11 +19,6 @@ namespace emberline {
 namespace {
 
 using nlohmann::json;
-
-uint32_t read_u32(ByteSpan bytes, size_t offset) {
-  return uint32_t(bytes[offset]) | uint32_t(bytes[offset + 1]) << 8 |
-         uint32_t(bytes[offset + 2]) << 16 | uint32_t(bytes[offset + 3]) << 24;
-}
 
 constexpr uint32_t kGlbMagic = 0x46546C67;   // "glTF"
 constexpr uint32_t kJsonChunk = 0x4E4F534A;  // "JSON"
@@ -44,11 +40,11 @@ std::vector<uint8_t> read_glb(const InputFile& input, GltfDocument& document,
   }
   std::array<uint8_t, 12> header;
   input.read(0, header.size(), header.data());
-  const uint32_t version = read_u32(header, 4);
+  const uint32_t version = little_endian(header, 4, 4);
   if (version != 2) {
     throw InputError(file, "GLB container version {} is not supported, only 2 is", version);
   }
-  const uint64_t length = read_u32(header, 8);
+  const uint64_t length = little_endian(header, 8, 4);
   if (length > input.size()) {
     throw InputError(file, "truncated GLB: " + sizes(length, input.size()));
   }
@@ -69,8 +65,8 @@ std::vector<uint8_t> read_glb(const InputFile& input, GltfDocument& document,
       throw InputError(file, "the GLB has more than {} chunks", kMostChunks);
     }
     input.read(offset, 8, header.data());
-    const uint64_t chunk_length = read_u32(header, 0);
-    const uint32_t type = read_u32(header, 4);
+    const uint64_t chunk_length = little_endian(header, 0, 4);
+    const uint32_t type = little_endian(header, 4, 4);
     offset += 8;
     if (chunk_length > length - offset) {
       throw InputError(file, "GLB chunk {} does not fit into the file: {}", chunk,
@@ -181,7 +177,7 @@ GltfDocument open_gltf_document(const std::string& path, const std::string& reso
   std::vector<uint8_t> text;
   std::array<uint8_t, 4> magic = {};
   input.try_read(0, magic.size(), magic.data());
-  if (read_u32(magic, 0) == kGlbMagic) {
+  if (little_endian(magic, 0, 4) == kGlbMagic) {
     text = read_glb(input, document, text_memory);
   } else {
     text_memory.add(input.size(), path);

@@ -77,6 +77,11 @@ struct GltfDocument {
   bool requires_extension(std::string_view name) const {
     return required_extensions.contains(name);
   }
+  // Takes memory of the load's budget. Throws LimitError that names the file, or `at`.
+  void reserve(MemoryPart part, uint64_t bytes) const { reserve(part, bytes, file); }
+  void reserve(MemoryPart part, uint64_t bytes, const std::string& at) const {
+    progress->budget()->reserve(part, bytes, at);
+  }
   // check(object, place, i) for each object of the array at `pointer`, if there is one, that is not
   // broken; one for which it throws InputError is so from now on.
   using Check = std::function<void(const nlohmann::json&, const std::string& place, size_t i)>;

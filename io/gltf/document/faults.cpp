@@ -40,14 +40,6 @@ void GltfFaults::add(const std::string& pointer, const InputError& fault, bool l
   found_.emplace(faults_.back().pointer, faults_.size() - 1);
 }
 
-void GltfFaults::note(const std::string& pointer, const InputError& fault) {
-  add(pointer, fault, false);
-}
-
-void GltfFaults::leave_out(const std::string& pointer, const InputError& fault) {
-  add(pointer, fault, true);
-}
-
 bool GltfFaults::has(const std::string& pointer) const {
   const std::lock_guard lock(mutex_);
   return found_.contains(pointer);

@@ -38,9 +38,9 @@ class GltfFaults {
   static void let_limits_pass(const InputError& caught);
 
   // The object at `pointer` ("/cameras/3") cannot be used. Its first fault counts.
-  void note(const std::string& pointer, const InputError& fault);
+  void note(const std::string& pointer, const InputError& fault) { add(pointer, fault, false); }
   // What stands at `pointer` has a default, which takes its place whoever needs it.
-  void leave_out(const std::string& pointer, const InputError& fault);
+  void leave_out(const std::string& pointer, const InputError& fault) { add(pointer, fault, true); }
 
   bool has(const std::string& pointer) const;
   // Throws Known if something of `pointer` was noted or left out.

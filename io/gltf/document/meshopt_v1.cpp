@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "io/files/byte_order.h"
+
 namespace emberline {
 namespace {
 
@@ -99,11 +101,6 @@ uint32_t next_value(uint32_t last, uint32_t delta, uint8_t channel) {
   return value;
 }
 
-uint32_t load_u32(const uint8_t* bytes) {
-  return uint32_t(bytes[0]) | uint32_t(bytes[1]) << 8 | uint32_t(bytes[2]) << 16 |
-         uint32_t(bytes[3]) << 24;
-}
-
 void store_u32(uint32_t value, uint8_t* bytes) {
   for (int i = 0; i < 4; ++i) bytes[i] = uint8_t(value >> (8 * i));
 }
@@ -119,7 +116,7 @@ bool read_block(Stream& stream, const uint8_t* channels, size_t count, size_t st
       const int control = controls[k / 4] >> (2 * b) & 3;
       if (!read_deltas(stream, control, count, deltas.data() + b * kMostElements)) return false;
     }
-    uint32_t value = load_u32(last + k);
+    uint32_t value = little_endian({last + k, 4}, 0, 4);
     for (size_t i = 0; i < count; ++i) {
       uint32_t delta = 0;
       for (size_t b = 0; b < 4; ++b) delta |= uint32_t(deltas[b * kMostElements + i]) << (8 * b);

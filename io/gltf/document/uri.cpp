@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cstring>
 #include <optional>
 
@@ -51,31 +52,44 @@ std::vector<uint8_t> decode_base64(std::string_view text, const std::string& pla
   return bytes;
 }
 
-int hex_digit(char c) {
-  if (c >= '0' && c <= '9') return c - '0';
-  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-  return -1;
-}
-
 // What the escape stands for that begins with the % at text[i]; -1 for none.
 int escaped_byte(std::string_view text, size_t i) {
-  const int high = i + 2 < text.size() ? hex_digit(text[i + 1]) : -1;
-  const int low = i + 2 < text.size() ? hex_digit(text[i + 2]) : -1;
-  return high < 0 || low < 0 ? -1 : high * 16 + low;
+  const std::string_view digits = text.substr(i + 1, 2);
+  unsigned byte = 0;
+  const auto end = std::from_chars(digits.data(), digits.data() + digits.size(), byte, 16).ptr;
+  return digits.size() == 2 && end == digits.data() + 2 ? int(byte) : -1;
+}
+
+struct Unescaped {
+  std::string text;
+  bool sound = true;  // every % begins an escape that was decoded
+};
+
+// Decodes escapes of bytes from `least` on. Other ones stay as they are.
+Unescaped unescape(std::string_view text, int least) {
+  Unescaped result;
+  result.text.reserve(text.size());
+  for (size_t i = 0; i < text.size(); ++i) {
+    const int byte = text[i] == '%' ? escaped_byte(text, i) : -1;
+    result.sound = result.sound && (text[i] != '%' || byte >= least);
+    result.text += byte >= least ? char(byte) : text[i];
+    if (byte >= least) i += 2;
+  }
+  return result;
+}
+
+InputError malformed_escape(std::string_view uri, const std::string& place) {
+  return InputError(place, "malformed % escape in the URI " + shortened(uri));
 }
 
 // RFC 3986 section 3.1: a letter, then letters, digits, "+", "-", ".", then ":".
 bool has_scheme(std::string_view uri) {
   const size_t colon = uri.find(':');
   if (colon == std::string_view::npos || colon == 0) return false;
-  for (size_t i = 0; i < colon; ++i) {
-    const char c = uri[i];
-    const bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
-    const bool later = (c >= '0' && c <= '9') || c == '+' || c == '-' || c == '.';
-    if (!letter && !(i > 0 && later)) return false;
-  }
-  return true;
+  const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
+  return is_letter(uri[0]) && std::ranges::all_of(uri.substr(0, colon), [&](char c) {
+           return is_letter(c) || (c >= '0' && c <= '9') || c == '+' || c == '-' || c == '.';
+         });
 }
 
 std::filesystem::path file_in_root(const std::filesystem::path& relative, std::string_view uri,
@@ -105,12 +119,7 @@ std::filesystem::path file_in_root(const std::filesystem::path& relative, std::s
 // The names of files that a URI may stand for, the likeliest first. Query and fragment are no part
 // of a name, unless they were escaped.
 std::vector<std::string> possible_names(std::string_view uri) {
-  std::string decoded;
-  for (size_t i = 0; i < uri.size(); ++i) {
-    const int byte = uri[i] == '%' ? escaped_byte(uri, i) : -1;
-    decoded.push_back(byte > 0 ? char(byte) : uri[i]);
-    if (byte > 0) i += 2;
-  }
+  const std::string decoded = unescape(uri, 1).text;
   std::vector<std::string> names = {decoded};
   if (decoded != uri) names.emplace_back(uri);
   for (size_t i = 0, count = names.size(); i < count; ++i) {
@@ -122,11 +131,9 @@ std::vector<std::string> possible_names(std::string_view uri) {
 }
 
 bool is_mime_token(std::string_view text) {
-  if (text.empty()) return false;
-  for (const char c : text) {
-    if (c <= ' ' || c > '~' || std::strchr("()<>@,;:\\\"/[]?=", c) != nullptr) return false;
-  }
-  return true;
+  return !text.empty() && std::ranges::all_of(text, [](char c) {
+    return c > ' ' && c <= '~' && !std::strchr("()<>@,;:\\\"/[]?=", c);
+  });
 }
 
 }  // namespace
@@ -168,40 +175,14 @@ std::vector<uint8_t> decode_data_uri(std::string_view uri, const std::string& pl
 
   if (base64) {
     // A few writers percent-encode "+", "/" and "=".
-    if (payload.find('%') != std::string_view::npos) {
-      return decode_base64(decode_percent(payload, place), place);
-    }
-    return decode_base64(payload, place);
+    if (payload.find('%') == std::string_view::npos) return decode_base64(payload, place);
+    const Unescaped text = unescape(payload, 1);
+    if (!text.sound) throw malformed_escape(payload, place);
+    return decode_base64(text.text, place);
   }
-  std::vector<uint8_t> bytes;
-  bytes.reserve(payload.size());
-  for (size_t i = 0; i < payload.size(); ++i) {
-    if (payload[i] != '%') {
-      bytes.push_back(uint8_t(payload[i]));
-      continue;
-    }
-    const int byte = escaped_byte(payload, i);
-    if (byte < 0) throw InputError(place, "data URI with a malformed % escape");
-    bytes.push_back(uint8_t(byte));
-    i += 2;
-  }
-  return bytes;
-}
-
-std::string decode_percent(std::string_view text, const std::string& place) {
-  std::string decoded;
-  decoded.reserve(text.size());
-  for (size_t i = 0; i < text.size(); ++i) {
-    if (text[i] != '%') {
-      decoded.push_back(text[i]);
-      continue;
-    }
-    const int byte = escaped_byte(text, i);
-    if (byte <= 0) throw InputError(place, "malformed % escape in the URI " + shortened(text));
-    decoded.push_back(char(byte));
-    i += 2;
-  }
-  return decoded;
+  const Unescaped bytes = unescape(payload, 0);
+  if (!bytes.sound) throw InputError(place, "data URI with a malformed % escape");
+  return {bytes.text.begin(), bytes.text.end()};
 }
 
 ResolvedUri resolve_uri(std::string_view uri, const ResourceFolder& folder,
@@ -216,11 +197,7 @@ ResolvedUri resolve_uri(std::string_view uri, const ResourceFolder& folder,
   }
   std::optional<InputError> fault;
   std::optional<ResolvedUri> absent;
-  try {
-    decode_percent(uri, place);
-  } catch (const InputError& error) {
-    fault = error;
-  }
+  if (!unescape(uri, 1).sound) fault = malformed_escape(uri, place);
   for (const std::string& name : possible_names(uri)) {
     try {
       ResolvedUri found = {name, file_in_root(name, uri, folder, place)};

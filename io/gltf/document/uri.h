@@ -15,9 +15,6 @@ bool is_data_uri(std::string_view uri);
 // InputError naming `place` for anything malformed.
 std::vector<uint8_t> decode_data_uri(std::string_view uri, const std::string& place);
 
-// "a%20b" -> "a b". Throws InputError for a stray % and for %00.
-std::string decode_percent(std::string_view text, const std::string& place);
-
 // Where the files are that a scene refers to: relative to `directory`, and inside `root`.
 struct ResourceFolder {
   std::filesystem::path directory, root;

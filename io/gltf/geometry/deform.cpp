@@ -25,9 +25,7 @@ void add_scaled(const std::vector<float>& delta, int components, float weight,
 // Cofactors of the upper 3x3: the inverse transpose times the determinant, which exists for
 // singular matrices too. Row vectors: n' = n * result, turned so that normals keep their side.
 Mat44d normal_matrix(const Mat44d& m) {
-  const Vec3d r0(m[0][0], m[0][1], m[0][2]);
-  const Vec3d r1(m[1][0], m[1][1], m[1][2]);
-  const Vec3d r2(m[2][0], m[2][1], m[2][2]);
+  const Vec3d r0 = row(m, 0), r1 = row(m, 1), r2 = row(m, 2);
   const Vec3d c0 = cross(r1, r2), c1 = cross(r2, r0), c2 = cross(r0, r1);
   const double sign = dot(r0, c0) < 0.0 ? -1.0 : 1.0;
   return Mat44d(sign * c0.x, sign * c0.y, sign * c0.z, 0, sign * c1.x, sign * c1.y, sign * c1.z, 0,

@@ -8,6 +8,7 @@
 #include <draco/metadata/metadata_decoder.h>
 
 #include <optional>
+#include <utility>
 
 #include "io/gltf/document/accessor.h"
 #include "renderer/core/errors.h"
@@ -105,23 +106,16 @@ std::unique_ptr<draco::Mesh> decode_mesh(ByteSpan encoded, MemoryReservation& me
                    "the Draco data does not decode: " + shortened(status.error_msg_string()));
 }
 
+constexpr std::pair<draco::DataType, int> kComponentTypes[] = {
+    {draco::DT_INT8, 5120},   {draco::DT_UINT8, 5121},  {draco::DT_INT16, 5122},
+    {draco::DT_UINT16, 5123}, {draco::DT_UINT32, 5125}, {draco::DT_FLOAT32, 5126}};
+
+// glTF's number of the type, or 0.
 int component_type(draco::DataType type) {
-  switch (type) {
-    case draco::DT_INT8:
-      return 5120;
-    case draco::DT_UINT8:
-      return 5121;
-    case draco::DT_INT16:
-      return 5122;
-    case draco::DT_UINT16:
-      return 5123;
-    case draco::DT_UINT32:
-      return 5125;
-    case draco::DT_FLOAT32:
-      return 5126;
-    default:
-      return 0;
+  for (const auto& [theirs, number] : kComponentTypes) {
+    if (theirs == type) return number;
   }
+  return 0;
 }
 
 std::vector<float> read_attribute(const draco::Mesh& mesh, const DracoRequest& request,

@@ -92,10 +92,8 @@ void drop_bad_triangles(MeshDescription& mesh, LoadRepairs& repairs) {
   };
   // Most meshes have none, which all threads find out together.
   std::atomic<bool> any = false;
-  parallel_ranges(mesh.triangles.size(), kMeshGrain, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) {
-      if (fault_of(mesh.triangles[i]) != Fault::kNone) any.store(true, std::memory_order_relaxed);
-    }
+  parallel_each(mesh.triangles.size(), kMeshGrain, [&](size_t i) {
+    if (fault_of(mesh.triangles[i]) != Fault::kNone) any.store(true, std::memory_order_relaxed);
   });
   if (!any) return;
   std::erase_if(mesh.triangles, [&](const Triangle& t) {
@@ -128,17 +126,7 @@ void drop_unused_vertices(MeshDescription& mesh) {
     values.resize(used);
     values.shrink_to_fit();
   };
-  compact(mesh.positions);
-  compact(mesh.later);
-  compact(mesh.normals);
-  compact(mesh.tangents);
-  compact(mesh.colors);
-  for (auto& uv : mesh.uv_sets) compact(uv);
-  for (MeshStep& step : mesh.motion) {
-    compact(step.positions);
-    compact(step.normals);
-    compact(step.tangents);
-  }
+  for_each_vertex_array(mesh, compact);
   for (Triangle& t : mesh.triangles) {
     for (uint32_t& v : t) v = renumbered[v];
   }
@@ -236,18 +224,14 @@ std::optional<TextureRef> find_tangent_layout(const PrimitiveReader& reader, Mat
 
 // Of a mesh or a step of it.
 void normalise_directions(auto& vertices) {
-  parallel_ranges(vertices.normals.size(), kMeshGrain, [&](size_t begin, size_t end) {
-    for (Vec3f& n : std::span(vertices.normals).subspan(begin, end - begin)) {
-      n = normalize_or(n, Vec3f(0.0f));
-    }
+  parallel_each(vertices.normals.size(), kMeshGrain, [&](size_t i) {
+    vertices.normals[i] = normalize_or(vertices.normals[i], Vec3f(0.0f));
   });
-  parallel_ranges(vertices.tangents.size(), kMeshGrain, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) {
-      Vec4f& t = vertices.tangents[i];
-      const Vec3f unit = normalize_or(Vec3f(t.x, t.y, t.z), Vec3f(0.0f));
-      t = is_black(unit) ? arbitrary_tangent(vertices.normals[i])
-                         : Vec4f(unit.x, unit.y, unit.z, t.w < 0.0f ? -1.0f : 1.0f);
-    }
+  parallel_each(vertices.tangents.size(), kMeshGrain, [&](size_t i) {
+    Vec4f& t = vertices.tangents[i];
+    const Vec3f unit = normalize_or(Vec3f(t.x, t.y, t.z), Vec3f(0.0f));
+    t = is_black(unit) ? arbitrary_tangent(vertices.normals[i])
+                       : Vec4f(unit.x, unit.y, unit.z, t.w < 0.0f ? -1.0f : 1.0f);
   });
 }
 
@@ -333,23 +317,6 @@ uint64_t announced_bytes(const GltfDocument& document, const PrimitiveReader& re
   // Flat faces with tangents have vertices of their own.
   if (tangents_made && !reader.has("NORMAL")) per_index += per_vertex;
   return bytes_of(vertices, per_vertex) + bytes_of(indices, per_index);
-}
-
-template <class Vector>
-uint64_t held_bytes(const Vector& vector) {
-  return vector.capacity() * sizeof(vector[0]);
-}
-
-uint64_t held_bytes(const MeshDescription& mesh) {
-  uint64_t bytes = mesh.name.capacity() + held_bytes(mesh.positions) + held_bytes(mesh.triangles) +
-                   held_bytes(mesh.normals) + held_bytes(mesh.tangents) + held_bytes(mesh.colors) +
-                   held_bytes(mesh.later);
-  for (const auto& uv : mesh.uv_sets) bytes += held_bytes(uv);
-  for (const MeshStep& step : mesh.motion) {
-    bytes += sizeof(step) + held_bytes(step.positions) + held_bytes(step.normals) +
-             held_bytes(step.tangents);
-  }
-  return bytes;
 }
 
 // False: `loaded` says why nothing of the primitive can be seen.
@@ -440,9 +407,8 @@ LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_
   if (layout && mesh.tangents.empty()) generate_tangents(mesh, *layout);
   // The rest was for the time of reading.
   memory.release();
-  loaded.bytes = held_bytes(mesh);
-  document.progress->budget()->reserve(MemoryPart::kGeometry, loaded.bytes,
-                                       document.place(pointer));
+  loaded.bytes = mesh.name.capacity() + held_bytes(mesh);
+  document.reserve(MemoryPart::kGeometry, loaded.bytes, document.place(pointer));
   return loaded;
 }
 

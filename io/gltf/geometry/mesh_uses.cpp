@@ -155,12 +155,9 @@ const RestMesh* GltfMeshUses::know(Primitive& task) {
     known.layouts = std::move(task.layouts);
     known.radius = radius_of(mesh);
     for (const Vec3f& p : mesh.positions) known.bounds.add(to_double(p));
-    MeshDescription arrays = std::exchange(mesh, {});
-    mesh.name = arrays.name;
-    mesh.material = arrays.material;
-    mesh.variant_materials = arrays.variant_materials;
+    MeshArrays arrays = std::exchange<MeshArrays>(mesh, {});
     known.loaded = task.result;
-    mesh = std::move(arrays);
+    static_cast<MeshArrays&>(mesh) = std::move(arrays);
     rest_.memory.add(sizeof(RestMesh) + mesh.name.size(), document_.file);
     task.known = &rest_.meshes.insert_or_assign(id, std::move(known)).first->second;
   }

@@ -132,9 +132,9 @@ void read_camera(const GltfDocument& document, const tinygltf::Model& model, siz
                     : model.cameras[size_t(index)].name;
   camera.node = model.nodes[node].name;
   const std::string place = document.place(pointer);
-  document.progress->budget()->reserve(
-      MemoryPart::kGeometry,
-      2 * sizeof(CameraDescription) + camera.name.capacity() + camera.node.capacity(), place);
+  document.reserve(MemoryPart::kGeometry,
+                   2 * sizeof(CameraDescription) + camera.name.capacity() + camera.node.capacity(),
+                   place);
   camera.to_world = *directed;
   try {
     if (!fault) read_lens(document, model.cameras[size_t(index)], pointer, camera);
@@ -160,8 +160,8 @@ void read_punctual_light(const GltfDocument& document, const tinygltf::Model& mo
 
   PunctualLightDescription light;
   light.name = source.name.empty() ? node_name(model, node) : source.name;
-  document.progress->budget()->reserve(
-      MemoryPart::kLights, 2 * sizeof(PunctualLightDescription) + light.name.capacity(), place);
+  document.reserve(MemoryPart::kLights,
+                   2 * sizeof(PunctualLightDescription) + light.name.capacity(), place);
   light.to_world = to_world;
   if (source.type == "spot") {
     light.type = PunctualType::kSpot;

@@ -12,11 +12,7 @@ namespace emberline {
 
 using nlohmann::json;
 
-namespace {
-
 constexpr const char* kDracoExtension = "KHR_draco_mesh_compression";
-
-}  // namespace
 
 PrimitiveReader::PrimitiveReader(const GltfDocument& document, const json& primitive,
                                  std::string pointer)

@@ -33,12 +33,6 @@ struct Placement {
   std::vector<Mat44d> motion;  // at every step of GltfShutter; empty: at rest
 };
 
-Mat44d translation_of(const Vec3d& shift) {
-  Mat44d m;
-  m.setTranslation(shift);
-  return m;
-}
-
 class SceneGraphReader {
  public:
   SceneGraphReader(const GltfDocument& document, const tinygltf::Model& model,
@@ -206,9 +200,8 @@ void SceneGraphReader::add_motion(size_t node, std::vector<Mat44d>& motion) cons
   Mat44d last = aimed(node, 0).value_or(shutter_.world(node, 0));
   for (size_t step = 1; step < shutter_.steps(); ++step) {
     const Mat44d& world = shutter_.world(node, step);
-    const Vec3d place(world[3][0], world[3][1], world[3][2]);
     last = aimed(node, step).value_or(last);
-    for (int c = 0; c < 3; ++c) last[3][c] = place[c];
+    for (int c = 0; c < 3; ++c) last[3][c] = world[3][c];
     motion.push_back(last);
   }
 }
@@ -244,14 +237,13 @@ bool SceneGraphReader::rests(size_t node) const {
 size_t SceneGraphReader::find_use(size_t node, bool flat) {
   const tinygltf::Node& source = model_.nodes[node];
   document_.faults->require("/meshes/" + std::to_string(source.mesh));
-  if (poses_.morphs(size_t(source.mesh)) && at_rest_) {
-    report_approximated(document_.file, "morph targets (evaluated at the file's rest pose)",
+  const auto report_rest = [&](bool is_there, const std::string& what) {
+    if (!is_there || !at_rest_) return;
+    report_approximated(document_.file, what + " (evaluated at the file's rest pose)",
                         scene_.coverage);
-  }
-  if (source.skin >= 0 && at_rest_) {
-    report_approximated(document_.file, "skin (evaluated at the file's rest pose)",
-                        scene_.coverage);
-  }
+  };
+  report_rest(poses_.morphs(size_t(source.mesh)), "morph targets");
+  report_rest(source.skin >= 0, "skin");
   // A skin's joints say where the mesh is, so nodes that share it share the mesh in its pose.
   const bool own_weights = poses_.has_own_weights(node);
   const std::tuple key(source.mesh, source.skin, flat);
@@ -282,8 +274,7 @@ void SceneGraphReader::read_mesh_node(size_t node) {
   document_.faults->require("/meshes/" + std::to_string(model_.nodes[node].mesh));
   Mat44d to_world = world_[node];
   if (const int skin = model_.nodes[node].skin; skin >= 0) {
-    to_world = Mat44d();
-    to_world.setTranslation(poses_.skin(skin).origin);
+    to_world = Mat44d().setTranslation(poses_.skin(skin).origin);
   }
   const json& object = document_.json->at("nodes")[node];
   const std::string place = document_.place("/nodes/" + std::to_string(node));
@@ -363,8 +354,7 @@ void SceneGraphReader::place_meshes() {
   }
   const size_t bytes_each =
       sizeof(InstanceDescription) + (shutter_.is_instant() ? sizeof(LaterInstance) : 0);
-  document_.progress->budget()->reserve(MemoryPart::kGeometry,
-                                        bytes_of(count, bytes_each) + name_bytes, document_.file);
+  document_.reserve(MemoryPart::kGeometry, bytes_of(count, bytes_each) + name_bytes);
   scene_.instances.reserve(count);
   std::vector<double> radii(scene_.meshes.size(), -1.0);  // of those that move
   for (const Placement& placement : placements_) {
@@ -407,7 +397,8 @@ WorldBounds SceneGraphReader::rest_bounds() const {
       // Bound to where the joints are at rest, vertices stand as the mesh has them.
       const auto joint = size_t(model_.skins[size_t(skin)].joints[0]);
       const SkinPose& pose = poses_.known_skin(skin);
-      const Mat44d bind = pose.joints[0][0] * translation_of(pose.origin) * world_[joint].inverse();
+      const Mat44d bind =
+          pose.joints[0][0] * Mat44d().setTranslation(pose.origin) * world_[joint].inverse();
       bounds.add(box, bind * at_rest[joint]);
     } else {
       const Mat44d& world = world_[node];
@@ -494,26 +485,19 @@ std::vector<NodeDescription> read_nodes(const GltfDocument& document,
                                         const tinygltf::Model& model) {
   uint64_t bytes = bytes_of(model.nodes.size(), sizeof(NodeDescription));
   for (const tinygltf::Node& node : model.nodes) bytes += node.name.size();
-  document.progress->budget()->reserve(MemoryPart::kGeometry, bytes, document.file);
+  document.reserve(MemoryPart::kGeometry, bytes);
   std::vector<NodeDescription> nodes(model.nodes.size());
-  std::vector<size_t> path;  // from a node up to one whose root is known
-  std::vector<char> known(nodes.size(), 0);
   for (size_t i = 0; i < nodes.size(); ++i) {
     nodes[i].name = node_name(model, i);
-    nodes[i].parent = document.parents[i];
     nodes[i].has_mesh = model.nodes[i].mesh >= 0;
-    path.clear();
-    size_t top = i;
-    while (!known[top] && document.parents[top] >= 0) {
-      path.push_back(top);
-      top = size_t(document.parents[top]);
-    }
-    if (!known[top]) nodes[top].root = int(top);
-    known[top] = 1;
-    for (const size_t node : path) {
-      nodes[node].root = nodes[top].root;
-      known[node] = 1;
-    }
+    nodes[i].root = int(i);
+  }
+  // Nodes on or below a cycle are outside the scene and keep no parent.
+  for (const int node : document.node_order) {
+    const int parent = document.parents[size_t(node)];
+    if (parent < 0) continue;
+    nodes[size_t(node)].parent = parent;
+    nodes[size_t(node)].root = nodes[size_t(parent)].root;
   }
   return nodes;
 }

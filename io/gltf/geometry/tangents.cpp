@@ -61,11 +61,7 @@ void split_per_face(MeshDescription& mesh) {
     }
     values = std::move(expanded);
   };
-  expand(mesh.positions);
-  expand(mesh.later);
-  for (MeshStep& step : mesh.motion) expand(step.positions);
-  expand(mesh.colors);
-  for (auto& uv : mesh.uv_sets) expand(uv);
+  for_each_vertex_array(mesh, expand);
   uint32_t next = 0;
   for (Triangle& t : mesh.triangles) {
     for (uint32_t& v : t) v = next++;
@@ -153,14 +149,7 @@ uint32_t duplicate_vertex(MeshDescription& mesh, std::vector<Vec3f>& normals,
     values.push_back(value);
   };
   const uint32_t copy = uint32_t(mesh.positions.size());
-  duplicate(mesh.positions);
-  duplicate(mesh.later);
-  duplicate(mesh.colors);
-  for (auto& set : mesh.uv_sets) duplicate(set);
-  for (MeshStep& step : mesh.motion) {
-    duplicate(step.positions);
-    duplicate(step.normals);
-  }
+  for_each_vertex_array(mesh, duplicate);
   duplicate(normals);
   duplicate(uv);
   return copy;
@@ -228,7 +217,6 @@ void generate_tangents(MeshDescription& mesh, const TextureRef& layout) {
           number = vertex;
         } else {
           number = duplicate_vertex(mesh, normals, uv, vertex);
-          mesh.tangents.emplace_back();
         }
         mesh.tangents[number] = groups.tangent(vertex, side, normals[vertex]);
       }

@@ -1,5 +1,6 @@
 #include "io/gltf/geometry/transform.h"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include "io/gltf/document/tiny_gltf_renamed.h"
 
@@ -16,6 +17,12 @@ const NodePose& pose_of(const GltfPose& pose, int node) {
   static const NodePose at_rest;
   const auto found = pose.find(size_t(node));
   return found == pose.end() ? at_rest : found->second;
+}
+
+Quaternion rotation_of(const tinygltf::Node& node, const NodePose& pose) {
+  Quaternion own = {0.0, 0.0, 0.0, 1.0};
+  if (node.rotation.size() == own.size()) std::ranges::copy(node.rotation, own.begin());
+  return pose.rotation.value_or(own);
 }
 
 }  // namespace
@@ -43,9 +50,7 @@ Mat44d compose_transform(const Vec3d& translation, const Quaternion& rotation, c
 }
 
 bool is_singular(const Mat44d& m) {
-  const Vec3d r0(m[0][0], m[0][1], m[0][2]);
-  const Vec3d r1(m[1][0], m[1][1], m[1][2]);
-  const Vec3d r2(m[2][0], m[2][1], m[2][2]);
+  const Vec3d r0 = row(m, 0), r1 = row(m, 1), r2 = row(m, 2);
   const double l0 = std::sqrt(dot(r0, r0)), l1 = std::sqrt(dot(r1, r1)),
                l2 = std::sqrt(dot(r2, r2));
   // An axis that float would round to nothing, or axes that span no volume to the last digits.
@@ -58,11 +63,11 @@ std::optional<Vec3d> flattened_axis(const Mat44d& m) {
   Vec3d rows[3];
   double largest = 0.0;
   for (int r = 0; r < 3; ++r) {
-    rows[r] = Vec3d(m[r][0], m[r][1], m[r][2]);
+    rows[r] = row(m, r);
     largest = std::max(largest, rows[r].length());
   }
   if (!(largest > 1e-30)) return {};
-  for (Vec3d& row : rows) row /= largest;
+  for (Vec3d& r : rows) r /= largest;
   const Vec3d crosses[3] = {cross(rows[1], rows[2]), cross(rows[2], rows[0]),
                             cross(rows[0], rows[1])};
   const Vec3d* normal = &crosses[0];
@@ -77,9 +82,7 @@ std::optional<Vec3d> flattened_axis(const Mat44d& m) {
 
 Mat44d thickened(const Mat44d& flat, const Vec3d& axis, double thickness, const Vec3d& center,
                  bool mirrored) {
-  const Vec3d r0(flat[0][0], flat[0][1], flat[0][2]);
-  const Vec3d r1(flat[1][0], flat[1][1], flat[1][2]);
-  const Vec3d r2(flat[2][0], flat[2][1], flat[2][2]);
+  const Vec3d r0 = row(flat, 0), r1 = row(flat, 1), r2 = row(flat, 2);
   // The areas of the plane that its three faces become, as one.
   const Vec3d area = cross(r1, r2) * axis.x + cross(r2, r0) * axis.y + cross(r0, r1) * axis.z;
   const double size = std::sqrt(area.length());
@@ -140,11 +143,8 @@ Mat44d local_transform(const GltfDocument& document, const tinygltf::Model& mode
   const auto vector = [](const std::vector<double>& v, double fallback) {
     return v.size() == 3 ? Vec3d(v[0], v[1], v[2]) : Vec3d(fallback);
   };
-  Quaternion rotation = {0.0, 0.0, 0.0, 1.0};
-  for (size_t i = 0; i < 4 && node.rotation.size() == 4; ++i) rotation[i] = node.rotation[i];
   return compose_transform(pose.translation.value_or(vector(node.translation, 0.0)),
-                           pose.rotation.value_or(rotation),
-                           pose.scale.value_or(vector(node.scale, 1.0)));
+                           rotation_of(node, pose), pose.scale.value_or(vector(node.scale, 1.0)));
 }
 
 std::optional<Mat44d> aimed_transform(const GltfDocument& document, const tinygltf::Model& model,
@@ -153,11 +153,8 @@ std::optional<Mat44d> aimed_transform(const GltfDocument& document, const tinygl
   Mat44d aimed;
   for (int at = int(node); at >= 0; at = document.parents[size_t(at)]) {
     const tinygltf::Node& source = model.nodes[size_t(at)];
-    const std::vector<double>& own = source.rotation;
-    Quaternion rotation = {0.0, 0.0, 0.0, 1.0};
-    for (size_t i = 0; i < 4 && own.size() == 4; ++i) rotation[i] = own[i];
     std::optional<Mat44d> turned =
-        compose_transform(Vec3d(0.0), pose_of(pose, at).rotation.value_or(rotation), Vec3d(1.0));
+        compose_transform(Vec3d(0.0), rotation_of(source, pose_of(pose, at)), Vec3d(1.0));
     if (source.matrix.size() == 16) {
       turned = with_directions(local_transform(document, model, size_t(at), pose));
     }

@@ -6,11 +6,8 @@
 #include "renderer/core/errors.h"
 
 namespace emberline {
-namespace {
 
 constexpr const char* kExtension = "KHR_materials_variants";
-
-}  // namespace
 
 std::vector<VariantDescription> read_variants(const GltfDocument& document) {
   std::vector<VariantDescription> variants;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "io/files/byte_order.h"
 namespace emberline::ktx2 {
 namespace {
 
@@ -65,14 +66,14 @@ BasisLzHeader read_basis_lz_header(const Container& container, const std::string
   const Bytes data = container.global_data;
   const size_t begin = kGlobalHeader + kImageEntry * size_t(container.levels);
   if (data.size() < begin) throw_damaged(place, "has global data that end early");
-  const auto word = [&](size_t offset) { return uint32_t(little_endian(data, offset, 4)); };
+  const auto word = [&](size_t offset) { return little_endian(data, offset, 4); };
   const uint64_t endpoints = word(4), selectors = word(8), tables = word(12), extended = word(16);
   if (extended != 0 || data.size() - begin != endpoints + selectors + tables) {
     throw_damaged(place, "has global data of another size than their parts");
   }
   BasisLzHeader header;
-  header.endpoints = uint32_t(little_endian(data, 0, 2));
-  header.selectors = uint32_t(little_endian(data, 2, 2));
+  header.endpoints = little_endian(data, 0, 2);
+  header.selectors = little_endian(data, 2, 2);
   if (header.endpoints == 0 || header.selectors == 0) throw_damaged(place, "has an empty palette");
   header.endpoint_data = data.subspan(begin, size_t(endpoints));
   header.selector_data = data.subspan(begin + size_t(endpoints), size_t(selectors));

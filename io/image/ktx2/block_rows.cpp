@@ -8,9 +8,10 @@
 #include <optional>
 #include <vector>
 
+#include "io/files/byte_order.h"
 #include "io/image/ktx2/basis_lz.h"
+#include "io/image/ktx2/bit_reader.h"
 #include "io/image/ktx2/fault.h"
-#include "io/image/ktx2/little_endian.h"
 #include "io/image/ktx2/uastc.h"
 
 namespace emberline::ktx2 {
@@ -83,7 +84,7 @@ uint64_t zstd_window(Bytes frame) {
   constexpr std::array<size_t, 4> kIdBytes = {0, 1, 2, 4}, kSizeBytes = {1, 2, 4, 8};
   const size_t bytes = kSizeBytes[descriptor >> 6], at = 5 + kIdBytes[descriptor & 3];
   if (frame.size() < at + bytes) return 0;
-  return little_endian(frame, at, bytes) + (bytes == 2 ? 256 : 0);
+  return little_endian<uint64_t>(frame, at, bytes) + (bytes == 2 ? 256 : 0);
 }
 
 // What Zstandard's decoder knows as the smallest window, and the largest that it takes unasked.

@@ -4,8 +4,9 @@
 #include <bit>
 #include <string_view>
 
+#include "io/files/byte_order.h"
+#include "io/image/ktx2/bit_reader.h"
 #include "io/image/ktx2/fault.h"
-#include "io/image/ktx2/little_endian.h"
 #include "renderer/core/memory_budget.h"
 
 namespace emberline::ktx2 {
@@ -35,8 +36,8 @@ class ContainerReader {
   }
 
  private:
-  uint32_t word(size_t offset) const { return uint32_t(little_endian(file_, offset, 4)); }
-  uint64_t long_word(size_t offset) const { return little_endian(file_, offset, 8); }
+  uint32_t word(size_t offset) const { return little_endian(file_, offset, 4); }
+  uint64_t long_word(size_t offset) const { return little_endian<uint64_t>(file_, offset, 8); }
 
   // A part of the file behind the header.
   Bytes part(uint64_t offset, uint64_t length, const char* name) const {
@@ -73,7 +74,7 @@ class ContainerReader {
   // Section 3.10 and the Data Format Specification, section 5.
   void read_descriptor() {
     const Bytes data = part(word(48), word(52), "data format descriptor");
-    const auto at = [&](size_t offset) { return uint32_t(little_endian(data, offset, 4)); };
+    const auto at = [&](size_t offset) { return little_endian(data, offset, 4); };
     const auto byte = [&](size_t offset) { return uint32_t(data[offset]); };
     if (data.size() < 4 + kDescriptorBytes || at(0) != data.size() || at(4) != 0) {
       throw_damaged(place_, "has no basic data format descriptor");

@@ -33,7 +33,6 @@ struct Container {
   Bytes global_data;                          // of BasisLZ
 
   int64_t blocks_across() const { return (width + kBlockSide - 1) / kBlockSide; }
-  int64_t blocks_down() const { return (height + kBlockSide - 1) / kBlockSide; }
 };
 
 // Checks everything but the levels' data and the global data. The result refers to `file`. Throws

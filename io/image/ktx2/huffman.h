@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "io/image/ktx2/little_endian.h"
+#include "io/image/ktx2/bit_reader.h"
 
 namespace emberline::ktx2 {
 

@@ -21,28 +21,20 @@ class Ktx2Decoder final : public ImageDecoder {
         blocks_(size_t(container_.blocks_across())) {
     constexpr const char* kNames[] = {"R", "G", "B", "A"};
     const int channels = container_.channels;
-    layout_.width = layout_.full_width = int(container_.width);
-    layout_.height = layout_.full_height = int(container_.height);
-    layout_.channel_names.assign(kNames, kNames + channels);
+    set_layout(int(container_.width), int(container_.height), {kNames, kNames + channels},
+               SampleType::kUint8);
     layout_.alpha_channel = channels == 4 ? 3 : -1;
-    layout_.type = SampleType::kUint8;
-    layout_.channel_types.assign(size_t(channels), layout_.type);
-    layout_.type_name = "uint8";
   }
 
-  const ImageLayout& layout() const override { return layout_; }
   std::string attribute(const char* name) const override {
     if (std::string_view(name) != kTransferAttribute) return "";
     return container_.is_srgb ? "sRGB" : "linear";
   }
 
-  std::string read(const Rect& pixels, int first, int last, SampleType type, std::byte* out,
-                   size_t row) override {
+  std::string read(const Rect& pixels, [[maybe_unused]] int first, [[maybe_unused]] int last,
+                   [[maybe_unused]] SampleType type, std::byte* out, size_t row) override {
     assert(first == 0 && last == container_.channels && type == SampleType::kUint8);
     assert(pixels.x0 == 0 && pixels.x1 == layout_.width);
-    static_cast<void>(first);
-    static_cast<void>(last);
-    static_cast<void>(type);
     for (int y = pixels.y0; y < pixels.y1; ++y, out += row) {
       // Rows come in order, but a row of blocks may be asked for in parts.
       for (; rows_read_ <= y / kBlockSide; ++rows_read_) rows_->next(blocks_);
@@ -67,7 +59,6 @@ class Ktx2Decoder final : public ImageDecoder {
   std::unique_ptr<ktx2::BlockRows> rows_;
   std::vector<ktx2::BlockPixels> blocks_;  // the last row that was read
   int rows_read_ = 0;                      // of blocks
-  ImageLayout layout_;
 };
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "support/chi_square.h"
+#include "support/warp_inverses.h"
 
 namespace emberline {
 namespace {
@@ -41,7 +42,7 @@ TEST(Warps, DiskHasItsDensity) {
         const Vec2f p = square_to_disk(r.vec2());
         return ChiSquarePoint{p.x, p.y, 1};
       },
-      [](double x, double y) { return square_to_disk_pdf(Vec2f(float(x), float(y))); },
+      [](double x, double y) { return test::square_to_disk_pdf(Vec2f(float(x), float(y))); },
       ChiSquareDomain{-1, 1, -1, 1}, settings(1)));
 }
 
@@ -49,7 +50,7 @@ TEST(Warps, DiskInverts) {
   for (const Vec2f& u : probes()) {
     const Vec2f p = square_to_disk(u);
     ASSERT_LE(p.dot(p), 1 + 1e-6f);
-    const Vec2f back = disk_to_square(p);
+    const Vec2f back = test::disk_to_square(p);
     ASSERT_NEAR(back.x, u.x, 2e-6f) << u;
     ASSERT_NEAR(back.y, u.y, 2e-6f) << u;
   }
@@ -58,16 +59,17 @@ TEST(Warps, DiskInverts) {
 TEST(Warps, CosineHemisphereHasItsDensity) {
   EXPECT_TRUE(test::chi_square_directions(
       [](TestRandom& r) { return std::optional(square_to_cosine_hemisphere(r.vec2())); },
-      [](const Vec3f& w) { return double(square_to_cosine_hemisphere_pdf(w)); }, settings(2)));
+      [](const Vec3f& w) { return double(test::square_to_cosine_hemisphere_pdf(w)); },
+      settings(2)));
 }
 
 TEST(Warps, CosineHemisphereInvertsAndStaysAbovePlane) {
   for (const Vec2f& u : probes()) {
     const Vec3f w = square_to_cosine_hemisphere(u);
     ASSERT_GT(w.z, 0) << u;
-    ASSERT_GT(square_to_cosine_hemisphere_pdf(w), 0) << u;
+    ASSERT_GT(test::square_to_cosine_hemisphere_pdf(w), 0) << u;
     ASSERT_NEAR(dot(w, w), 1, 1e-6f) << u;
-    const Vec2f back = cosine_hemisphere_to_square(w);
+    const Vec2f back = test::cosine_hemisphere_to_square(w);
     ASSERT_NEAR(back.x, u.x, 2e-6f) << u;
     ASSERT_NEAR(back.y, u.y, 2e-6f) << u;
   }
@@ -83,56 +85,11 @@ TEST(Warps, SphereInverts) {
   for (const Vec2f& u : probes()) {
     const Vec3f w = square_to_sphere(u);
     ASSERT_NEAR(dot(w, w), 1, 1e-6f) << u;
-    const Vec2f back = sphere_to_square(w);
+    const Vec2f back = test::sphere_to_square(w);
     ASSERT_NEAR(back.x, u.x, 1e-6f) << u;
     if (u.x == 0) continue;  // at the pole phi has no meaning
     ASSERT_LT(wrapped(back.y, u.y), 1e-6f) << u;
   }
-}
-
-// Bins of one cone are laid over (1 - cos, phi), scaled: a sun-sized cone gets its own.
-void check_cone(float one_minus_cos, uint64_t seed) {
-  EXPECT_TRUE(test::chi_square_test(
-      [&](TestRandom& r) -> std::optional<ChiSquarePoint> {
-        const Vec3f w = square_to_cone(r.vec2(), one_minus_cos);
-        const double sin2 = double(w.x) * w.x + double(w.y) * w.y;
-        const double h = w.z > 0 ? sin2 / (1 + std::sqrt(1 - sin2)) : 1.0 - w.z;
-        double phi = std::atan2(double(w.y), double(w.x));
-        if (phi < 0) phi += 2 * kPiD;
-        return ChiSquarePoint{std::min(1.0, h / one_minus_cos), phi, 1};
-      },
-      [&](double, double) { return double(square_to_cone_pdf(one_minus_cos)) * one_minus_cos; },
-      ChiSquareDomain{0, 1, 0, 2 * kPiD}, settings(seed)))
-      << "1 - cos = " << one_minus_cos;
-}
-
-TEST(Warps, ConeHasItsDensity) {
-  check_cone(0.7f, 4);
-  check_cone(2.0f, 5);      // the whole sphere
-  check_cone(1.08e-5f, 6);  // the sun, half angle 0.266 degrees
-  check_cone(5e-9f, 7);     // half angle 1e-4: 1 - cos(1e-4f) is 0 in float
-}
-
-TEST(Warps, ConeInverts) {
-  for (const float h : {0.7f, 1.0f, 1.5f, 1.08e-5f, 5e-9f})
-    for (const Vec2f& u : probes()) {
-      const Vec3f w = square_to_cone(u, h);
-      const Vec2f back = cone_to_square(w, h);
-      ASSERT_NEAR(back.x, u.x, 3e-6f) << u << " in a cone of " << h;
-      if (u.x == 0) continue;
-      ASSERT_LT(wrapped(back.y, u.y), 1e-6f) << u << " in a cone of " << h;
-    }
-}
-
-TEST(Warps, OneMinusCosKeepsItsDigits) {
-  // Towards pi/2 the sine itself says little about the angle; below 1 rad it says all.
-  for (double a = 1e-6; a < 1; a *= 1.3) {
-    const double exact = 2 * std::sin(a / 2) * std::sin(a / 2);
-    const float sin2 = float(std::sin(a) * std::sin(a));
-    EXPECT_NEAR(one_minus_cos_from_sin2(sin2) / exact, 1, 5e-7) << a;
-  }
-  EXPECT_EQ(one_minus_cos_from_sin2(0), 0);
-  EXPECT_EQ(one_minus_cos_from_sin2(1), 1);
 }
 
 TEST(Warps, TriangleIsUniform) {
@@ -150,7 +107,7 @@ TEST(Warps, TriangleInvertsAndStaysInside) {
     ASSERT_GE(b.x, 0) << u;
     ASSERT_GE(b.y, 0) << u;
     ASSERT_LE(b.x + b.y, 1) << u;
-    const Vec2f back = triangle_to_square(b);
+    const Vec2f back = test::triangle_to_square(b);
     ASSERT_NEAR(back.x, u.x, 2e-7f) << u;
     ASSERT_NEAR(back.y, u.y, 2e-7f) << u;
   }

@@ -12,6 +12,7 @@
 #include "renderer/core/warps.h"
 #include "renderer/description/scene_description.h"
 #include "support/chi_square.h"
+#include "support/warp_inverses.h"
 
 namespace emberline {
 namespace {
@@ -146,7 +147,7 @@ Moments estimate_irradiance(const EnvironmentLight& light, Technique technique, 
       float pdf = 0;
       const Rgb radiance = light.radiance_and_pdf(frame.to_world(local), &pdf);
       const double other = technique == Technique::kMis ? double(pdf) : 0.0;
-      const double own = double(square_to_cosine_hemisphere_pdf(local));
+      const double own = double(test::square_to_cosine_hemisphere_pdf(local));
       value += double(luminance(radiance)) * double(local.z) / (own + other);
     }
     moments.add(value);

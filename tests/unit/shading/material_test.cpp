@@ -134,7 +134,7 @@ TEST(Material, SharesTexturesAndCountsImagesOnce) {
     scene.materials.push_back(d);
   }
   const MaterialSet set(scene);
-  EXPECT_EQ(set.image_count(), 2u);
+  EXPECT_EQ(set.features().front(), "textures (2 images)");
   EXPECT_EQ(set.texture_bytes(), 64u + 12u);
   EXPECT_GE(set.bytes(), set.texture_bytes());
   // Moving the set keeps the textures where the materials look for them.

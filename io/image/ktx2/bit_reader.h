@@ -1,7 +1,6 @@
-// Numbers and bits as KTX 2 stores them, the least significant first. For io/image/ktx2 alone.
+// Bits as KTX 2 stores them, the least significant first. For io/image/ktx2 alone.
 #pragma once
 
-#include <cassert>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -10,14 +9,6 @@
 #include "io/image/ktx2/fault.h"
 
 namespace emberline::ktx2 {
-
-// `count` bytes at `offset`, which the caller knows to be there.
-inline uint64_t little_endian(std::span<const uint8_t> bytes, size_t offset, size_t count) {
-  assert(offset <= bytes.size() && count <= bytes.size() - offset && count <= 8);
-  uint64_t value = 0;
-  for (size_t i = count; i-- > 0;) value = value << 8 | bytes[offset + i];
-  return value;
-}
 
 // A stream of bits. Reading behind its end throws InputError: `name` says what ended early.
 class BitReader {

@@ -1,0 +1,29 @@
+// Whole numbers in files, whatever the machine's own order of bytes.
+#pragma once
+
+#include <cassert>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace emberline {
+
+// The number in `count` bytes at `offset`, which the caller knows to be there.
+template <typename Number = uint32_t>
+Number big_endian(std::span<const uint8_t> bytes, size_t offset, size_t count) {
+  assert(offset <= bytes.size() && count <= bytes.size() - offset && count <= sizeof(Number));
+  Number value = 0;
+  for (size_t i = 0; i < count; ++i) value = value << 8 | bytes[offset + i];
+  return value;
+}
+
+// The same with the least significant byte first.
+template <typename Number = uint32_t>
+Number little_endian(std::span<const uint8_t> bytes, size_t offset, size_t count) {
+  assert(offset <= bytes.size() && count <= bytes.size() - offset && count <= sizeof(Number));
+  Number value = 0;
+  for (size_t i = count; i-- > 0;) value = value << 8 | bytes[offset + i];
+  return value;
+}
+
+}  // namespace emberline
