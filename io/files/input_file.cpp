@@ -28,6 +28,15 @@ Descriptor open_to_read(const std::filesystem::path& path) {
   return Descriptor(descriptor);
 }
 
+FileIdentity identity_of(const struct stat& status) {
+  return {uint64_t(status.st_dev), uint64_t(status.st_ino)};
+}
+
+FileState state_of(const struct stat& status) {
+  const auto& modified = status.st_mtim;
+  return {uint64_t(status.st_size), int64_t(modified.tv_sec) * 1'000'000'000 + modified.tv_nsec};
+}
+
 const char* kind_of(mode_t mode) {
   if (S_ISDIR(mode)) return "is a directory, not a file";
   if (S_ISFIFO(mode)) return "is a pipe, not a regular file";
@@ -54,8 +63,8 @@ InputFile::InputFile(const std::filesystem::path& path, const std::string& place
     throw InputError(place_, "cannot open the file{}: {}", about(), system_message(errno));
   }
   if (!S_ISREG(status.st_mode)) throw InputError(place_, kind_of(status.st_mode) + about());
-  size_ = uint64_t(status.st_size);
-  identity_ = {uint64_t(status.st_dev), uint64_t(status.st_ino)};
+  identity_ = identity_of(status);
+  state_ = state_of(status);
 }
 
 std::optional<InputFile> InputFile::open_if_there(const std::filesystem::path& path) {
@@ -88,21 +97,26 @@ void InputFile::read(uint64_t offset, uint64_t count, void* bytes,
 }
 
 std::vector<uint8_t> InputFile::read_all(const LoadProgress& progress) const {
-  std::vector<uint8_t> bytes(size_);
-  read(0, size_, bytes.data(), progress);
+  std::vector<uint8_t> bytes(size());
+  read(0, size(), bytes.data(), progress);
   return bytes;
 }
 
 std::string InputFile::read_text() const {
-  std::string text(size_, '\0');
-  read(0, size_, text.data());
+  std::string text(size(), '\0');
+  read(0, size(), text.data());
   return text;
 }
 
 std::optional<FileIdentity> file_identity(const std::filesystem::path& path) {
+  const std::optional<NamedFile> file = file_now(path);
+  return file ? std::optional(file->identity) : std::nullopt;
+}
+
+std::optional<NamedFile> file_now(const std::filesystem::path& path) {
   struct stat status = {};
   if (::stat(path.c_str(), &status) != 0) return std::nullopt;
-  return FileIdentity{uint64_t(status.st_dev), uint64_t(status.st_ino)};
+  return NamedFile{path.string(), identity_of(status), path.string(), state_of(status)};
 }
 
 std::string read_kernel_text(const char* path) {

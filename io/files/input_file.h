@@ -27,9 +27,11 @@ class InputFile {
   // Nothing where there is no file of that name; throws for all else.
   static std::optional<InputFile> open_if_there(const std::filesystem::path& path);
 
-  uint64_t size() const { return size_; }  // in bytes, when it was opened
+  uint64_t size() const { return state_.size; }  // in bytes, when it was opened
   const FileIdentity& identity() const { return identity_; }
   const std::string& place() const { return place_; }
+  // It as it was when it was opened, asked for as `name`.
+  NamedFile named(const std::string& name) const { return {name, identity_, name_, state_}; }
 
   // The `count` bytes from `offset` on, which lie inside the file. Throws InputError, also where
   // the file has become shorter; Cancelled, some megabytes after `progress` says so.
@@ -47,12 +49,14 @@ class InputFile {
 
   Descriptor descriptor_;
   std::string name_, place_;
-  uint64_t size_ = 0;
   FileIdentity identity_;
+  FileState state_;
 };
 
 // The identity of what stands under a name, of whatever kind; nothing if nothing does.
 std::optional<FileIdentity> file_identity(const std::filesystem::path& path);
+// The same with its state, as it is now.
+std::optional<NamedFile> file_now(const std::filesystem::path& path);
 
 // A text that the kernel makes up when it is asked ("/proc/self/status"), which has no size; empty
 // if there is none. The first 64 KiB.

@@ -12,7 +12,10 @@
 #include "renderer/engine/frame_settings.h"
 #include "renderer/engine/open_scene.h"
 #include "renderer/engine/run_limits.h"
+#include "renderer/output/checkpoint_head.h"
+#include "renderer/output/outputs.h"
 #include "renderer/scene/build_scene.h"
+#include "renderer/statistics/study/options.h"
 
 namespace emberline::api {
 
@@ -32,13 +35,28 @@ struct Scene::State {
   SceneBuildOptions build;
   WorldBounds bounds;
   AnimationEdit animation;  // that it was opened with
+  LoadedFiles files;
   // The fingerprint of what edit() was last given; empty: of no edits. Absent: it was not called.
   std::optional<std::string> edited;
   std::unique_ptr<OpenScene> open;
 };
 
+// What the file of a picture has beside its pixels.
+struct RenderedPicture::Record {
+  OutputSettings output;
+  SceneLayers layers;
+};
+
+struct StudyRequest::State {
+  StudyOptions options;
+};
+
 struct Access {
   using SceneState = Scene::State;
+  using Record = RenderedPicture::Record;
+  static std::shared_ptr<const Record>& of(RenderedPicture& picture) { return picture.record_; }
+  static const Record* of(const RenderedPicture& picture) { return picture.record_.get(); }
+  static const StudyOptions& of(const StudyRequest& request) { return request.state_->options; }
   static const FrameSettings& of(const Settings& settings) { return settings.state_->settings; }
   static FrameSettings& of(Settings& settings) { return settings.state_->settings; }
   static const SceneState& of(const Scene& scene) { return *scene.state_; }

@@ -175,6 +175,23 @@ struct Picture {
   }
 };
 
+// A picture that has what the command's file of it has beside its pixels: settings, working space,
+// camera and names of mattes, as they were when it was rendered. Since 1.1.0.
+class EMBERLINE_API RenderedPicture : public Picture {
+ public:
+  // Of nothing that was rendered: Rec. 709, as read_picture() has it.
+  explicit RenderedPicture(Picture picture = {});
+
+  // R G B as compare() and flip() take them: linear Rec. 709, whatever the working space is.
+  // Throws UsageError for a picture without them.
+  std::vector<float> rec709() const;
+
+ private:
+  friend struct Access;
+  struct Record;
+  std::shared_ptr<const Record> record_;
+};
+
 // The values are the bits of the command's EXR, in every channel. `watch` is called by any thread,
 // one call at a time: with `bucket` after each of its tiles, with the other drivers at every pause,
 // while nothing renders. A stop brings what there is by then; one of `give_up` brings nothing,
@@ -188,13 +205,16 @@ EMBERLINE_API Picture render(const Scene& scene, const Settings& settings,
 // The file that a frame is saved to on its way, so that another run goes on from there to the same
 // bits: the command's (`--checkpoint`), too. Since 1.1.0.
 struct RenderFiles {
+  static RenderFiles none() { return {}; }
+  // Throws UsageError for an empty name.
   static RenderFiles at(std::string checkpoint) {
+    if (checkpoint.empty()) throw UsageError("checkpoint: no file is named");
     RenderFiles files;
     files.checkpoint = std::move(checkpoint);
     return files;
   }
 
-  std::string checkpoint;
+  std::string checkpoint;   // empty: none
   bool resume = false;      // goes on with what is there; else the file is begun anew
   double interval_s = 300;  // between two savings
   // The file stays when the frame is done, for extend(); that of a part ("part", "sample-range")
@@ -206,15 +226,16 @@ struct RenderFiles {
 };
 // The same with such a file, which is saved at intervals, when the frame is stopped or given up,
 // and when `watch` throws. `complete` is false for a frame that a time limit has ended: it can go
-// on. The scene's files are read again, to know what the frame is of: they must not have changed
-// since it was loaded. Throws UsageError for a file that is no checkpoint or, without `resume`,
-// another frame's; InputError for one that `resume` cannot go on with, with what differs;
+// on. The scene's files are read again, to know what the frame is of. Throws InputError where they
+// have changed since the scene was loaded; UsageError for a file that is no checkpoint or, without
+// `resume`, another frame's; InputError for one that `resume` cannot go on with, with what differs;
 // RenderError where it cannot be made. What cannot be saved later is an error in the log, and for a
 // part RenderError. One call at a time may have the file. Since 1.1.0.
-EMBERLINE_API Picture render(const RenderFiles& files, const Scene& scene, const Settings& settings,
-                             const Resources& resources = {}, const std::stop_token& stop = {},
-                             const std::function<void(const Progress&)>& watch = {},
-                             const std::stop_token& give_up = {});
+EMBERLINE_API RenderedPicture render(const RenderFiles& files, const Scene& scene,
+                                     const Settings& settings, const Resources& resources = {},
+                                     const std::stop_token& stop = {},
+                                     const std::function<void(const Progress&)>& watch = {},
+                                     const std::stop_token& give_up = {});
 
 // What the channels of "cryptomatte" show: of one kind the names in the scene and their ids, which
 // the channels have as the bits of floats. Since 1.1.0.
@@ -243,11 +264,11 @@ EMBERLINE_API StoredFrame stored_frame(const std::string& checkpoint);
 // stopped goes on from CHECKPOINT.next when it is asked for again. Throws UsageError for less than
 // the frame has and for other settings, InputError for a checkpoint that cannot go on, is damaged,
 // or is of another scene; else as render(). Since 1.1.0.
-EMBERLINE_API Picture extend(const std::string& checkpoint, const Scene& scene,
-                             const Settings& more, const Resources& resources = {},
-                             const std::stop_token& stop = {},
-                             const std::function<void(const Progress&)>& watch = {},
-                             const std::stop_token& give_up = {});
+EMBERLINE_API RenderedPicture extend(const std::string& checkpoint, const Scene& scene,
+                                     const Settings& more, const Resources& resources = {},
+                                     const std::stop_token& stop = {},
+                                     const std::function<void(const Progress&)>& watch = {},
+                                     const std::stop_token& give_up = {});
 
 struct MergeRules {
   bool allow_holes = false;  // parts may be missing; pixels without samples are black
@@ -255,26 +276,26 @@ struct MergeRules {
   bool parts = false;        // a channel "part": which checkpoint each pixel is of, 1 the first
 };
 // The frame whose parts ("part", "sample-range", or a "seed" each) these checkpoints have, as if it
-// had been rendered at once. Throws InputError: which of them, and what it is about. Since 1.1.0.
-EMBERLINE_API Picture merge(const std::vector<std::string>& checkpoints,
-                            const MergeRules& rules = {}, const Resources& resources = {});
+// had been rendered at once. Throws InputError: which of them, and what it is about; Stopped. Since
+// 1.1.0.
+EMBERLINE_API RenderedPicture merge(const std::vector<std::string>& checkpoints,
+                                    const MergeRules& rules = {}, const Resources& resources = {},
+                                    const std::stop_token& stop = {});
 
 // An EXR with all its channels, or a PNG, JPEG, HDR, WebP or TIFF, whose 8 bits become linear; what
 // is in another working space becomes Rec. 709. Throws InputError, Stopped.
 EMBERLINE_API Picture read_picture(const std::string& path, const Resources& resources = {},
                                    const std::stop_token& stop = {});
 // Into a file that appears whole or not at all. EXR holds every channel as it is; PNG and JPEG show
-// R G B after so many stops, as the command's files do ($OCIO). Colours are taken for Rec. 709: a
-// picture in another "working-space" is written with its scene and settings, below. Throws
-// UsageError, RenderError.
+// R G B after so many stops, as the command's files do ($OCIO). Colours are taken for Rec. 709.
+// Throws UsageError, RenderError.
 EMBERLINE_API void write_picture(const std::string& path, const Picture& picture,
                                  double exposure = 0);
-// The same for a picture that render() has made with these settings of the scene as it stands, as
-// the command writes it: an EXR with the settings' working space, half, exr-compression and
-// exr-parts, the names of mattes, camera and settings in its header; a PNG or JPEG of the denoised
-// picture, if there is one, and a PNG with alpha if transparent. Since 1.1.0.
-EMBERLINE_API void write_picture(const std::string& path, const Picture& picture,
-                                 const Scene& scene, const Settings& settings, double exposure = 0);
+// As the command writes it: an EXR with the working space, half, exr-compression and exr-parts, the
+// names of mattes, camera and settings in its header; a PNG or JPEG of the denoised picture, if
+// there is one, and a PNG with alpha if transparent. Since 1.1.0.
+EMBERLINE_API void write_picture(const std::string& path, const RenderedPicture& picture,
+                                 double exposure = 0);
 // The same for PNG and JPEG of 1, 3 or 4 interleaved channels, which are as displayed.
 EMBERLINE_API void write_picture(const std::string& path, const uint8_t* values, int width,
                                  int height, int channels);
@@ -291,30 +312,34 @@ struct Comparison {
   uint64_t different_pixels = 0;
   uint64_t non_finite = 0;  // pixels with a NaN or infinity, left out of the above
 };
-// Of linear R G B, interleaved, rows from the top. The exposure is in stops. Throws UsageError for
-// no pixels, or an exposure that is not finite; RenderError.
+// Of linear Rec. 709, R G B interleaved, rows from the top (RenderedPicture::rec709()). The
+// exposure is in stops. Throws UsageError for no pixels, or an exposure that is not finite;
+// RenderError.
 EMBERLINE_API Comparison compare(const float* image, const float* reference, int width, int height,
                                  double exposure = 0);
 // FLIP's error of each pixel, 0 to 1; 0 where one of the two is not finite.
 EMBERLINE_API std::vector<float> flip(const float* image, const float* reference, int width,
                                       int height, double exposure = 0);
 
-// What `emberline study` compares: lists are separated by commas, empty ones stand for its
-// defaults. Since 1.1.0.
-struct StudyRequest {
-  std::string folder;             // of the results; a study that was stopped goes on in it
-  std::string drivers;            // [bucket,bisection,adaptive]
-  std::string estimators;         // of adaptive; "two-stream/mse/unbiased" has its allocation
-  std::string samplers;           // [sobol]
-  std::string spp, seconds;       // budgets, ascending: one of the two [spp 1,2,4,8,16,32,64]
-  std::optional<uint32_t> seeds;  // [5]
-  std::string baseline;           // a method's name [the first]
-  bool denoise = false;           // each method again, with a denoised picture
-  bool separate = false;          // a run for every budget
-  std::string reference;          // a picture; empty: one is rendered
-  std::optional<uint32_t> reference_spp;
-  std::string cache;     // a folder of rendered references
-  bool restart = false;  // what is in the folder of another study goes
+// What `emberline study` compares, by the names of its options and with their texts. Since 1.1.0.
+class EMBERLINE_API StudyRequest {
+ public:
+  // Results go into the folder; a study that was stopped goes on in it.
+  explicit StudyRequest(std::string folder);
+  StudyRequest(const StudyRequest& other);
+  StudyRequest(StudyRequest&& other) noexcept;
+  StudyRequest& operator=(StudyRequest other) noexcept;
+  ~StudyRequest();
+
+  // "drivers", "estimators", "samplers", "spp" or "seconds", "seeds", "baseline", "denoise",
+  // "separate", "reference", "reference-spp", "cache" and "restart". Lists have commas; of an
+  // option without value "yes" or "no". Throws UsageError.
+  StudyRequest& set(std::string_view name, std::string_view text);
+
+ private:
+  friend struct Access;
+  struct State;
+  std::unique_ptr<State> state_;
 };
 // A run of one method with one seed, at one budget, as a row of study.csv.
 struct StudyRow {
@@ -335,9 +360,10 @@ struct StudyTable {
   bool complete = false;       // false: stopped; the same call goes on
 };
 // Renders the scene by every method, seed and budget, and writes study.csv, study.json and
-// study.html into the folder. The settings are those of all frames. `on_samples` is called by any
-// thread, several at once, with how many more are done. Throws UsageError, InputError, RenderError,
-// and Stopped before there is a reference. Since 1.1.0.
+// study.html into the folder. The settings are those of all frames: what a sample is, the view, the
+// light, how the scene is loaded, buckets, and the first seed. `on_samples` is called by any
+// thread, several at once, with how many more are done. Throws UsageError, also for other settings;
+// InputError, RenderError, and Stopped before there is a reference. Since 1.1.0.
 EMBERLINE_API StudyTable study(const std::string& scene, const Settings& settings,
                                const StudyRequest& request, const Resources& resources = {},
                                const std::stop_token& stop = {},

@@ -3,7 +3,6 @@
 #include "renderer/core/errors.h"
 #include "renderer/engine/frame_scene.h"
 #include "renderer/engine/setting_table.h"
-#include "renderer/output/light_layers.h"
 #include "renderer/scene/embree_isa.h"
 
 namespace emberline::api {
@@ -84,20 +83,16 @@ FrameParts::FrameParts(const Access::SceneState& scene, const FrameSettings& set
   const EditableScene& editable = scene.open->editable();
   if (settings.light_groups) {
     lights.emplace(editable.original(), editable.edits());
-    layers.lights = light_layer_names(lights->list());
   }
   if (!settings.cryptomattes.empty()) {
     SceneDescription edited = editable.original();
     apply(editable.edits(), edited);
     mattes.emplace(edited, parse_cryptomattes(settings.cryptomattes));
-    layers.cryptomattes = mattes->names();
   }
   of_scene = {.light_groups = lights ? &*lights : nullptr,
               .cryptomattes = mattes ? &*mattes : nullptr,
               .roles = scene.open->parts().roles};
-  if (!camera.is_panorama()) {
-    layers.camera = camera_matrices(camera, scene.open->scene().origin());
-  }
+  layers = scene_layers(of_scene, camera, scene.open->scene().origin());
 }
 
 }  // namespace emberline::api

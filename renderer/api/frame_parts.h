@@ -33,6 +33,10 @@ struct FrameParts {
 
 std::vector<MatteNames> names_of(const SceneLayers& layers);
 
+// It with what its file has beside its pixels.
+RenderedPicture rendered_picture(Picture picture, const OutputSettings& output,
+                                 const SceneLayers& layers);
+
 // The settings in a checkpoint, with the files that its frame was made of. Throws InputError.
 FrameSettings settings_in(const std::string& checkpoint);
 

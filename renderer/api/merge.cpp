@@ -21,6 +21,40 @@ nlohmann::json head_of(const std::string& checkpoint) {
   return parse_json(RecordFile(checkpoint).head(), checkpoint);
 }
 
+RenderedPicture merged(const std::vector<std::string>& checkpoints, const MergeRules& rules,
+                       const Resources& resources, const std::stop_token& stop) {
+  check_resources(resources);
+  if (checkpoints.empty()) throw emberline::UsageError("merge needs at least one checkpoint");
+  allow_many_files();  // every part stays open
+  const LoadLimits limits =
+      limits_of({resources.memory_bytes, resources.load_timeout_s}, checkpoints.front());
+  FrameMerge frame(checkpoints, rules.allow_holes, rules.strict, *limits.memory, stop);
+  RenderOptions options;
+  static_cast<FrameSettings&>(options) = frame.settings();
+  options.outputs = {"picture.exr"};
+  OutputSettings output = output_settings(options, frame.first().plan().crop);
+  if (rules.parts) output.aovs.insert(Aov::kPart);
+  const int threads = arena_threads(resources);
+  const SceneLayers& layers = frame.first().layers();
+  frame.reserve(options, output, threads, *limits.memory);
+  limits.memory->reserve(MemoryPart::kFilm, PictureSink::bytes(output, layers),
+                         checkpoints.front());
+  PictureSink sink(output, layers);
+  Picture picture;
+  tbb::task_arena(threads).execute([&] {
+    frame.deliver(output.aovs, sink);
+    picture = sink.finish(stop);
+  });
+  if (stop.stop_requested()) throw Cancelled();
+  warn_of_optics(frame.counters().optics);
+  picture.samples = frame.counters().samples;
+  picture.rays = frame.counters().rays.total();
+  picture.non_finite_samples = frame.counters().non_finite_samples;
+  picture.error_estimate = frame.error_estimate();
+  picture.complete = frame.complete();
+  return rendered_picture(std::move(picture), output, layers);
+}
+
 }  // namespace
 
 FrameSettings settings_in(const std::string& checkpoint) {
@@ -47,37 +81,14 @@ StoredFrame stored_frame(const std::string& checkpoint) {
   });
 }
 
-Picture merge(const std::vector<std::string>& checkpoints, const MergeRules& rules,
-              const Resources& resources) {
+RenderedPicture merge(const std::vector<std::string>& checkpoints, const MergeRules& rules,
+                      const Resources& resources, const std::stop_token& stop) {
   return translated([&] {
-    check_resources(resources);
-    if (checkpoints.empty()) throw emberline::UsageError("merge needs at least one checkpoint");
-    allow_many_files();  // every part stays open
-    const LoadLimits limits =
-        limits_of({resources.memory_bytes, resources.load_timeout_s}, checkpoints.front());
-    FrameMerge frame(checkpoints, rules.allow_holes, rules.strict, *limits.memory);
-    RenderOptions options;
-    static_cast<FrameSettings&>(options) = frame.settings();
-    options.outputs = {"picture.exr"};
-    OutputSettings output = output_settings(options, frame.first().plan().crop);
-    if (rules.parts) output.aovs.insert(Aov::kPart);
-    const int threads = arena_threads(resources);
-    frame.reserve(options, output, threads, *limits.memory);
-    limits.memory->reserve(MemoryPart::kFilm, PictureSink::bytes(output, frame.first().layers()),
-                           checkpoints.front());
-    PictureSink sink(output, frame.first().layers());
-    Picture picture;
-    tbb::task_arena(threads).execute([&] {
-      frame.deliver(output.aovs, sink);
-      picture = sink.finish({});
-    });
-    warn_of_optics(frame.counters().optics);
-    picture.samples = frame.counters().samples;
-    picture.rays = frame.counters().rays.total();
-    picture.non_finite_samples = frame.counters().non_finite_samples;
-    picture.error_estimate = frame.error_estimate();
-    picture.complete = frame.complete();
-    return picture;
+    try {
+      return merged(checkpoints, rules, resources, stop);
+    } catch (const Cancelled&) {
+      throw Stopped("the merge was stopped");
+    }
   });
 }
 

@@ -27,8 +27,6 @@ class PictureSink : public RenderSink {
   static uint64_t bytes(const OutputSettings& settings, const SceneLayers& layers);
 
  private:
-  void denoise(const std::stop_token& stop);
-
   const OutputSettings settings_;
   FrameChannels channels_;
   std::vector<std::string> names_;  // of a tile's channels

@@ -30,8 +30,12 @@ size_t channel(const std::string& path, const Picture& picture, const std::strin
   return size_t(found - picture.channels.begin());
 }
 
+Rect pixels_of(const Picture& picture) {
+  return {picture.x, picture.y, picture.x + picture.width, picture.y + picture.height};
+}
+
 void write_exr(const std::string& path, const Picture& picture) {
-  const Rect pixels{picture.x, picture.y, picture.x + picture.width, picture.y + picture.height};
+  const Rect pixels = pixels_of(picture);
   ExrHeader header;
   header.width = picture.frame_width > 0 ? picture.frame_width : pixels.x1;
   header.height = picture.frame_height > 0 ? picture.frame_height : pixels.y1;
@@ -75,14 +79,12 @@ void write_displayed(const std::string& path, const Picture& picture, double exp
 }
 
 // As the command writes it.
-void write_frame_exr(const std::string& path, const Picture& picture, const RenderOptions& options,
+void write_frame_exr(const std::string& path, const Picture& picture, OutputSettings output,
                      const SceneLayers& layers) {
-  OutputSettings output = output_settings(options, crop_of(options));
   output.clamps = false;  // the picture does not know how much
   if (output.width != picture.frame_width || output.height != picture.frame_height ||
-      output.crop !=
-          Rect{picture.x, picture.y, picture.x + picture.width, picture.y + picture.height}) {
-    throw emberline::UsageError("`size`, `crop`: the picture was rendered with other values");
+      output.crop != pixels_of(picture)) {
+    throw emberline::UsageError(path + ": the picture has other pixels than when it was rendered");
   }
   std::vector<ExrChannel> channels;
   const std::vector<ExrChannel> of_film = exr_channels(output.aovs);
@@ -160,6 +162,31 @@ void check_picture(const std::string& path, const Picture& picture) {
   }
 }
 
+RenderedPicture::RenderedPicture(Picture picture) : Picture(std::move(picture)) {}
+
+std::vector<float> RenderedPicture::rec709() const {
+  return translated([&] {
+    check_picture("rec709", *this);
+    Picture rgb;
+    rgb.channels = {"R", "G", "B"};
+    std::array<size_t, 3> places;
+    for (size_t c = 0; c < 3; ++c) places[c] = channel("rec709", *this, rgb.channels[c]);
+    rgb.values.reserve(3 * size_t(width) * size_t(height));
+    for (size_t i = 0; i < values.size(); i += channels.size()) {
+      for (const size_t place : places) rgb.values.push_back(values[i + place]);
+    }
+    if (record_) make_rec709(record_->output.view.space, rgb);
+    return std::move(rgb.values);
+  });
+}
+
+RenderedPicture rendered_picture(Picture picture, const OutputSettings& output,
+                                 const SceneLayers& layers) {
+  RenderedPicture rendered(std::move(picture));
+  Access::of(rendered) = std::shared_ptr<const Access::Record>(new Access::Record{output, layers});
+  return rendered;
+}
+
 Picture read_picture(const std::string& path, const Resources& resources,
                      const std::stop_token& stop) {
   return translated([&] {
@@ -195,20 +222,20 @@ void write_picture(const std::string& path, const Picture& picture, double expos
   });
 }
 
-void write_picture(const std::string& path, const Picture& picture, const Scene& scene,
-                   const Settings& settings, double exposure) {
+void write_picture(const std::string& path, const RenderedPicture& picture, double exposure) {
+  const Access::Record* const record = Access::of(picture);
+  if (!record) return write_picture(path, static_cast<const Picture&>(picture), exposure);
   translated([&] {
     check_picture(path, picture);
     check_exposure(exposure);
-    const Access::SceneState& state = Access::of(scene);
-    const RenderOptions options = options_of(state, Access::of(settings));
+    const OutputSettings& output = record->output;
     if (lower_suffix(path) == ".exr") {
-      return write_frame_exr(path, picture, options, FrameParts(state, options).layers);
+      return write_frame_exr(path, picture, output, record->layers);
     }
     write_displayed(path, picture, exposure,
-                    {.layer = denoises(options) ? "denoised." : "",
-                     .alpha = options.transparent && lower_suffix(path) == ".png",
-                     .space = options.working_space});
+                    {.layer = output.denoise ? "denoised." : "",
+                     .alpha = output.transparent && lower_suffix(path) == ".png",
+                     .space = output.view.space});
   });
 }
 

@@ -7,20 +7,20 @@
 #include <condition_variable>
 #include <iterator>
 #include <mutex>
+#include <nlohmann/json.hpp>
 #include <thread>
 #include <utility>
 
-#include "renderer/api/frame_files.h"
+#include "renderer/api/frame_parts.h"
 #include "renderer/api/picture_sink.h"
 #include "renderer/api/translated.h"
 #include "renderer/core/errors.h"
-#include "renderer/drivers/bucket_schedule.h"
-#include "renderer/engine/film_memory.h"
 #include "renderer/engine/setting_table.h"
 #include "renderer/engine/stop_request.h"
+#include "renderer/output/checkpoint_head.h"
+#include "renderer/output/frame_checkpoint.h"
 #include "renderer/output/frame_extension.h"
 #include "renderer/output/frame_memory.h"
-#include "renderer/output/light_layers.h"
 
 namespace emberline::api {
 namespace {
@@ -54,13 +54,14 @@ class EndOfFrame {
 class WatchedSink final : public PictureSink {
  public:
   WatchedSink(const OutputSettings& settings, const SceneLayers& layers, const EndOfFrame& end,
-              RenderJob& job, FrameFiles& files, const std::function<void(const Progress&)>& watch)
+              RenderJob& job, FrameCheckpoint& checkpoint,
+              const std::function<void(const Progress&)>& watch)
       : PictureSink(settings, layers),
         width_(settings.crop.width()),
         height_(settings.crop.height()),
         end_(end),
         job_(job),
-        files_(files),
+        checkpoint_(checkpoint),
         watch_(watch) {}
 
   void tile_finished(const FilmTile& tile) override {
@@ -76,52 +77,61 @@ class WatchedSink final : public PictureSink {
   void samples_loaded(uint64_t count) override { samples_ += count; }
   void samples_finished(uint64_t count) override { samples_ += count; }
   void picture_changed(const JobProgress& now, const LivePicture& picture) override {
-    if (files_.wanted()) files_.save(job_);
+    if (checkpoint_.wanted()) checkpoint_.save(job_);
     if (!watch_) return;
     rgba_.resize(4 * size_t(width_) * size_t(height_));
     picture.resolve(rgba_);
     try {
       watch_({now.samples, now.error_estimate, rgba_.data(), width_, height_});
     } catch (...) {
-      files_.save(job_);
+      checkpoint_.save(job_);
       throw;
     }
   }
-  void cut_short() override { files_.save(job_); }
-  bool picture_wanted() const override { return files_.wanted(); }
+  void cut_short() override { checkpoint_.save(job_); }
+  bool picture_wanted() const override { return checkpoint_.wanted(); }
   PixelStop stop_cause() const override { return end_.cause(); }
 
  private:
   const int width_, height_;
   const EndOfFrame& end_;
   RenderJob& job_;
-  FrameFiles& files_;
+  FrameCheckpoint& checkpoint_;
   const std::function<void(const Progress&)>& watch_;
   std::vector<float> rgba_;
   std::atomic<uint64_t> samples_{0};
   std::mutex mutex_;
 };
 
-// Reserves what a frame takes until it is a picture.
+// Reserves what a frame takes until it is a picture. What does not fit is the caller's limit.
 MemoryReservation reserved(const RenderOptions& options, const OutputSettings& output,
                            const SceneLayers& layers, const RenderPlan& plan, int threads,
                            const LoadLimits& limits) {
   MemoryReservation memory(limits.memory, MemoryPart::kFilm);
-  const Rect& crop = output.crop;
   RenderOptions lossless = options;  // nothing is encoded
   lossless.exr_compression = ExrCompression::kZip;
-  memory.add(frame_bytes(lossless, output, plan) + PictureSink::bytes(output, layers) +
-                 light_group_bytes(lossless, output, plan, layers.lights),
-             "a frame of " + std::to_string(crop.width()) + "x" + std::to_string(crop.height()) +
-                 " pixels");
-  memory.add(bucket_list_bytes(crop, output.tile_size), "the list of its buckets");
-  const uint64_t lights =
-      options.light_groups ? light_tile_bytes_per_pixel(output.aovs, layers.lights.size()) : 0;
-  const BucketsAtWork at_work = buckets_at_work(crop, output.tile_size, threads);
-  memory.add(bytes_of(at_work.pixels(), tile_bytes_per_pixel(plan.drivers(), output.aovs) + lights),
-             "working on buckets of " + std::to_string(at_work.width) + "x" +
-                 std::to_string(at_work.height) + " pixels");
+  try {
+    reserve_frame(lossless, output, plan, threads, memory);
+    if (options.light_groups) {
+      reserve_lights(lossless, output, plan, layers.lights, threads, memory);
+    }
+    reserve_pixels(PictureSink::bytes(output, layers), output.crop, memory);
+  } catch (const emberline::UsageError& error) {
+    throw InputError(error.what());
+  }
   return memory;
+}
+
+// Reads the scene's files again, to know what the frame is made of. Throws what they, Checkpoint
+// and `give_up` do.
+void open_checkpoint(const RenderOptions& options, const RenderPlan& plan,
+                     const SceneLayers& layers, const Access::SceneState& scene, uint64_t most,
+                     const std::stop_token& give_up, RenderJob& job, FrameCheckpoint& checkpoint) {
+  if (options.checkpoint.empty()) return;
+  LoadProgress progress({}, give_up, scene.limits);
+  nlohmann::json inputs = scene.files.fingerprints(options, progress);
+  if (scene.edited && !scene.edited->empty()) inputs["the program's edits"] = *scene.edited;
+  checkpoint.open(checkpoint_head(options, plan, layers, inputs), false, {}, most, job);
 }
 
 // How a frame is watched and ended.
@@ -131,9 +141,21 @@ struct Watch {
   const std::stop_token& give_up;
 };
 
+// A frame's picture, from its rendered job on. Throws Stopped where it is given up.
+Picture picture_of(RenderJob& job, WatchedSink& sink, const std::stop_token& give_up) {
+  const auto check_going = [&] {
+    if (give_up.stop_requested()) throw Stopped("the frame was given up");
+  };
+  check_going();
+  job.deliver(sink);
+  Picture picture = sink.finish(give_up);
+  check_going();
+  return picture;
+}
+
 // `options` are of this scene: options_of().
-Picture render_picture(const Access::SceneState& state, const RenderOptions& options,
-                       const Resources& resources, const Watch& watch) {
+RenderedPicture render_picture(const Access::SceneState& state, const RenderOptions& options,
+                               const Resources& resources, const Watch& watch) {
   const RenderPlan plan(options, {.extending = !options.extended.empty()});
   OutputSettings output = output_settings(options, plan.crop);
   if (is_part(options)) output.denoise = false;  // a part lacks the pixels around its own
@@ -142,41 +164,38 @@ Picture render_picture(const Access::SceneState& state, const RenderOptions& opt
   const MemoryReservation memory =
       reserved(options, output, parts.layers, plan, threads, state.limits);
   const EndOfFrame end(watch.stop, watch.give_up, options.time_limit_s);
-  FrameFiles files(options, plan, parts, state, watch.give_up);
   tbb::task_arena arena(threads);
   const emberline::Scene& scene = state.open->scene();
   RenderJob job(
       arena.execute([&] { return plan.frame(scene, parts.camera, parts.of_scene, end.token()); }),
       plan.drivers());
-  files.prepare(2 * memory.bytes(), job);
-  WatchedSink sink(output, parts.layers, end, job, files, watch.watch);
-  const auto check_going = [&] {
-    if (watch.give_up.stop_requested()) throw Stopped("the frame was given up");
-  };
+  FrameCheckpoint checkpoint(options);
+  open_checkpoint(options, plan, parts.layers, state, 2 * memory.bytes(), watch.give_up, job,
+                  checkpoint);
+  WatchedSink sink(output, parts.layers, end, job, checkpoint, watch.watch);
   RenderResult result;
   Picture picture;
   arena.execute([&] {
     result = job.render(sink, end.token());
-    files.rendered(result.counters.stopped, end.cause(), job);
+    checkpoint.rendered(result.counters.stopped, end.cause(), job);
     try {
-      check_going();
-      job.deliver(sink);
-      picture = sink.finish(watch.give_up);
-      check_going();
+      picture = picture_of(job, sink, watch.give_up);
     } catch (...) {
-      files.no_picture(result.counters.stopped, job);
+      checkpoint.not_written(result.counters.stopped, job);
       throw;
     }
   });
   const RenderCounters& counters = result.counters;
-  files.finish(counters.stopped);
+  const CheckpointReport saved = checkpoint.finish(counters.stopped, true, job);
+  if (is_part(options) && !saved.error.empty()) throw RenderError(saved.error);
+  checkpoint.log_failure(saved);
   warn_of_optics(counters.optics);
   picture.samples = counters.samples;
   picture.rays = counters.rays.total();
   picture.non_finite_samples = counters.non_finite_samples;
   picture.error_estimate = job.error_estimate();
-  picture.complete = files.is_open() ? !counters.stopped : result.complete;
-  return picture;
+  picture.complete = checkpoint.is_open() ? !counters.stopped : result.complete;
+  return rendered_picture(std::move(picture), output, parts.layers);
 }
 
 // What an extension takes.
@@ -200,20 +219,15 @@ void check_is_more(const FrameSettings& more) {
 Picture render(const Scene& scene, const Settings& settings, const Resources& resources,
                const std::stop_token& stop, const std::function<void(const Progress&)>& watch,
                const std::stop_token& give_up) {
-  return translated([&] {
-    check_resources(resources);
-    const Access::SceneState& state = Access::of(scene);
-    return render_picture(state, options_of(state, Access::of(settings)), resources,
-                          {stop, watch, give_up});
-  });
+  return render(RenderFiles::none(), scene, settings, resources, stop, watch, give_up);
 }
 
-Picture render(const RenderFiles& files, const Scene& scene, const Settings& settings,
-               const Resources& resources, const std::stop_token& stop,
-               const std::function<void(const Progress&)>& watch, const std::stop_token& give_up) {
+RenderedPicture render(const RenderFiles& files, const Scene& scene, const Settings& settings,
+                       const Resources& resources, const std::stop_token& stop,
+                       const std::function<void(const Progress&)>& watch,
+                       const std::stop_token& give_up) {
   return translated([&] {
     check_resources(resources);
-    if (files.checkpoint.empty()) throw emberline::UsageError("`checkpoint`: no file is named");
     if (!(files.interval_s > 0)) {
       throw emberline::UsageError("`checkpoint-interval`: {} is not a number of seconds",
                                   files.interval_s);
@@ -228,9 +242,10 @@ Picture render(const RenderFiles& files, const Scene& scene, const Settings& set
   });
 }
 
-Picture extend(const std::string& checkpoint, const Scene& scene, const Settings& more,
-               const Resources& resources, const std::stop_token& stop,
-               const std::function<void(const Progress&)>& watch, const std::stop_token& give_up) {
+RenderedPicture extend(const std::string& checkpoint, const Scene& scene, const Settings& more,
+                       const Resources& resources, const std::stop_token& stop,
+                       const std::function<void(const Progress&)>& watch,
+                       const std::stop_token& give_up) {
   return translated([&] {
     check_resources(resources);
     check_is_more(Access::of(more));

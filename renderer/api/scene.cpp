@@ -67,11 +67,13 @@ Scene::State::State(const std::string& path, const Settings& given, const Resour
   LoadProgress progress({}, stop, limits);
   FrameSettings read_as = settings;
   read_as.light_groups = false;  // edits change them: each frame has its own
+  files = LoadedFiles(settings, progress);
   tbb::task_arena(arena_threads(resources)).execute([&] {
     ReadScene read(read_as, load_edits(settings, progress),
                    {.build = build, .edits = true, .poses = poses}, progress);
     const SceneEdits edits = read.edits();
     animation = edits.animation;
+    files.add(read.description().files);
     bounds = framed_bounds(read.description());
     open = std::move(read).build(progress);
     open->editable().set(edits);

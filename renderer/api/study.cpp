@@ -1,43 +1,70 @@
 // A study of speed against error, and its rows.
-#include <tbb/task_arena.h>
+#include <utility>
 
 #include "renderer/api/access.h"
 #include "renderer/api/translated.h"
 #include "renderer/core/errors.h"
-#include "renderer/output/outputs.h"
+#include "renderer/core/names.h"
+#include "renderer/core/option_values.h"
+#include "renderer/core/shortened.h"
 #include "renderer/statistics/study/files.h"
 #include "renderer/statistics/study/study.h"
 
 namespace emberline::api {
 namespace {
 
+struct StudyOption {
+  std::string_view name;
+  void (*read)(StudyOptions& options, const std::string& text);
+};
+
+template <auto Member>
+void read_text(StudyOptions& options, const std::string& text) {
+  options.*Member = text;
+}
+
+template <auto Member>
+void read_count(StudyOptions& options, const std::string& text) {
+  const std::optional<uint32_t> count = parse_number<uint32_t>(text);
+  if (!count) throw emberline::UsageError("\"{}\" is not a whole number", shortened(text));
+  options.*Member = count;
+}
+
+template <auto Member>
+void read_switch(StudyOptions& options, const std::string& text) {
+  if (text != "yes" && text != "no") {
+    throw emberline::UsageError("\"{}\" is not yes or no", shortened(text));
+  }
+  options.*Member = text == "yes";
+}
+
+using O = StudyOptions;
+constexpr StudyOption kOptions[] = {
+    {"drivers", read_text<&O::drivers>},
+    {"estimators", read_text<&O::estimators>},
+    {"samplers", read_text<&O::samplers>},
+    {"spp", read_text<&O::spp>},
+    {"seconds", read_text<&O::seconds>},
+    {"seeds", read_count<&O::seeds>},
+    {"baseline", read_text<&O::baseline>},
+    {"denoise", read_switch<&O::denoise>},
+    {"separate", read_switch<&O::separate>},
+    {"reference", read_text<&O::reference>},
+    {"reference-spp", read_count<&O::reference_spp>},
+    {"cache", read_text<&O::cache>},
+    {"restart", read_switch<&O::restart>},
+};
+
 StudyOptions options_of(const std::string& scene, const FrameSettings& settings,
                         const StudyRequest& request, const Resources& resources) {
-  if (request.folder.empty()) {
+  StudyOptions options = Access::of(request);
+  if (options.folder.empty()) {
     throw emberline::UsageError("a study needs a folder for its results");
   }
-  StudyOptions options;
   static_cast<FrameSettings&>(options.frame) = settings;
   options.frame.scene = scene;
   options.frame.threads = arena_threads(resources);
   options.frame.limits = {resources.memory_bytes, resources.load_timeout_s};
-  if (!request.drivers.empty()) options.drivers = request.drivers;
-  if (!request.estimators.empty()) options.estimators = request.estimators;
-  const auto given = [](const std::string& text) {
-    return text.empty() ? std::nullopt : std::optional(text);
-  };
-  options.samplers = given(request.samplers);
-  options.spp = given(request.spp);
-  options.seconds = given(request.seconds);
-  options.seeds = request.seeds;
-  options.baseline = request.baseline;
-  options.denoise = request.denoise;
-  options.separate = request.separate;
-  options.reference = request.reference;
-  options.reference_spp = request.reference_spp;
-  options.cache = request.cache;
-  options.folder = request.folder;
-  options.restart = request.restart;
   return options;
 }
 
@@ -79,23 +106,31 @@ StudyTable table_of(const StudyResults& results) {
   return table;
 }
 
-StudyTable run(Study& study, const std::stop_token& stop,
-               const std::function<void(uint64_t)>& on_samples) {
-  study.prepare();
-  study.render(
-      on_samples ? on_samples : [](uint64_t) {}, stop);
-  if (!study.has_reference()) {
-    throw Stopped("the study was stopped before there was a reference; the same call goes on");
-  }
-  WriteAttempts attempts;
-  study.write_results(attempts);
-  if (!attempts.failed().empty()) {
-    throw emberline::RenderError("{}: it could not be written", attempts.failed().front());
-  }
-  return table_of(study.results());
-}
-
 }  // namespace
+
+StudyRequest::StudyRequest(std::string folder) : state_(std::make_unique<State>()) {
+  state_->options.folder = std::move(folder);
+}
+StudyRequest::StudyRequest(const StudyRequest& other)
+    : state_(std::make_unique<State>(*other.state_)) {}
+StudyRequest::StudyRequest(StudyRequest&& other) noexcept = default;
+StudyRequest& StudyRequest::operator=(StudyRequest other) noexcept {
+  state_ = std::move(other.state_);
+  return *this;
+}
+StudyRequest::~StudyRequest() = default;
+
+StudyRequest& StudyRequest::set(std::string_view name, std::string_view text) {
+  translated([&] {
+    const StudyOption& option = find_named(kOptions, "study", "option", name);
+    try {
+      option.read(state_->options, std::string(text));
+    } catch (const emberline::UsageError& error) {
+      throw emberline::UsageError("`{}`: {}", name, error.what());
+    }
+  });
+  return *this;
+}
 
 StudyTable study(const std::string& scene, const Settings& settings, const StudyRequest& request,
                  const Resources& resources, const std::stop_token& stop,
@@ -103,17 +138,18 @@ StudyTable study(const std::string& scene, const Settings& settings, const Study
   return translated([&] {
     check_resources(resources);
     const StudyOptions options = options_of(scene, Access::of(settings), request, resources);
-    const StudyPlan plan = plan_study(options);
-    FileRegister files;
-    files.write_below("`folder`", options.folder);
-    register_inputs(options.frame, files);
-    if (!options.reference.empty()) {
-      files.read(options.reference, "the file of `reference` is in it");
-    }
-    return tbb::task_arena(options.frame.threads).execute([&] {
-      Study study(options, plan, files, options.frame.threads);
-      return run(study, stop, on_samples);
+    const StudyOutcome outcome = make_study(options, "`folder`", [&](Study& study) {
+      study.render(
+          on_samples ? on_samples : [](uint64_t) {}, stop);
     });
+    if (!outcome.results) {
+      throw Stopped("the study was stopped before there was a reference; the same call goes on");
+    }
+    if (!outcome.attempts.failed().empty()) {
+      throw emberline::RenderError("{}: it could not be written",
+                                   outcome.attempts.failed().front());
+    }
+    return table_of(*outcome.results);
   });
 }
 

@@ -17,7 +17,6 @@
 #include "renderer/core/log.h"
 #include "renderer/core/readable.h"
 #include "renderer/core/version.h"
-#include "renderer/engine/film_memory.h"
 #include "renderer/engine/frame_scene.h"
 #include "renderer/engine/setting_table.h"
 #include "renderer/engine/slurm_allocation.h"
@@ -75,7 +74,8 @@ CommandFrame::CommandFrame(RenderRun& run, const RenderOptions& options)
       output_settings_(output_settings(options, crop_of(options))),
       plan_(options, prepare_options(options, output_settings_.aovs)),
       progress_({}, {}, run.limits),
-      memory_(run.limits.memory, MemoryPart::kFilm) {
+      memory_(run.limits.memory, MemoryPart::kFilm),
+      checkpoint_(options) {
   if (run.first) report_.times.start_s = run.process_s;
   check_output_paths(options, plan_.crop, files_);
   run_.begin();
@@ -85,14 +85,8 @@ CommandFrame::CommandFrame(RenderRun& run, const RenderOptions& options)
   report_.times.setup_s = run_.wall.seconds();
 }
 
-void CommandFrame::reserve(uint64_t bytes) { reserve_frame(bytes, plan_.crop, memory_); }
-
 void CommandFrame::open_outputs() {
-  reserve(frame_bytes(options_, output_settings_, plan_));
-  reserve_bucket_lists(options_, output_settings_, memory_);
-  reserve_tiles(tile_bytes_per_pixel(plan_.drivers(), plan_.aovs),
-                tile_channels(output_settings_, {}), output_settings_, run_.workers->count(),
-                memory_);
+  reserve_frame(options_, output_settings_, plan_, run_.workers->count(), memory_);
   if (!options_.save_settings.empty()) check_writable(options_.save_settings);
   for (const std::string& path : options_.reports) check_writable(path);
   if (std::ranges::any_of(options_.reports, is_page)) {
@@ -126,7 +120,7 @@ void CommandFrame::open_snapshots() {
 
 void CommandFrame::load() {
   const Stopwatch load;
-  run_.scene.load(options_, plan_.build, keeps_state(), progress_);
+  run_.scene.load(options_, plan_.build, progress_);
   run_.scene.register_inputs(files_);
   if (run_.names) run_.scene.register_inputs(*run_.names);
   run_.scene_is_read();
@@ -149,9 +143,8 @@ void CommandFrame::build() {
                             scene.instance_count()));
   }
   const SceneParts parts = run_.scene.open().parts();
+  layers_ = scene_layers(parts, camera_, scene.origin());
   if (parts.light_groups) add_light_groups(*parts.light_groups);
-  if (!camera_.is_panorama()) layers_.camera = camera_matrices(camera_, scene.origin());
-  if (parts.cryptomattes) layers_.cryptomattes = parts.cryptomattes->names();
   if (outputs_) outputs_->add_scene(layers_);
   const Stopwatch preparing;
   job_ = plan_.prepare(run_.scene.open(), camera_, stop_.token());
@@ -164,11 +157,8 @@ int CommandFrame::replay() { return run_replay(*job_, *options_.replay); }
 
 void CommandFrame::add_light_groups(const LightGroups& groups) {
   report_.features.push_back(describe(groups));
-  layers_.lights = report_.light_layers = light_layer_names(groups.list());
-  reserve(light_group_bytes(options_, output_settings_, plan_, layers_.lights));
-  reserve_tiles(light_tile_bytes_per_pixel(plan_.aovs, layers_.lights.size()),
-                light_channel_names(layers_.lights, plan_.aovs).size(), output_settings_,
-                run_.workers->count(), memory_);
+  report_.light_layers = layers_.lights;
+  reserve_lights(options_, output_settings_, plan_, layers_.lights, run_.workers->count(), memory_);
 }
 
 void CommandFrame::note_picture(const JobProgress& now, const LivePicture& picture) {
@@ -180,26 +170,14 @@ void CommandFrame::note_picture(const JobProgress& now, const LivePicture& pictu
   if (now.pass_finished) passes.push_back({elapsed, now.samples, std::nullopt});
   if (snapshots_) clock_->exclude_time([&] { snapshots_->look(now, picture, elapsed); });
   if (viewer_) viewer_->look(picture, elapsed);
-  if (checkpoint_ && checkpoint_->wanted()) checkpoint_->save(*job_);
+  if (checkpoint_.wanted()) checkpoint_.save(*job_);
 }
 
 void CommandFrame::resume() {
-  const std::string path = checkpoint_path(options_);
-  if (path.empty()) return;
-  run_.scene.check_inputs(options_, progress_);
-  const nlohmann::json head = checkpoint_head(options_, plan_, layers_, run_.scene.inputs());
-  const CheckpointOptions kept = {path,
-                                  job_->by_tiles(),
-                                  options_.resume,
-                                  options_.checkpoint_interval_s,
-                                  is_own_checkpoint(options_),
-                                  options_.extended,
-                                  take_checkpoint_request};
-  checkpoint_.emplace(kept, head);
-  if (options_.resume && options_.extended.empty() && !checkpoint_->goes_on()) {
-    log_info(path + " has nothing to go on with; the frame begins anew");
-  }
-  checkpoint_->begin(*job_, 2 * memory_.bytes());
+  if (checkpoint_path(options_).empty()) return;
+  const nlohmann::json& inputs = run_.scene.inputs(options_, progress_);
+  checkpoint_.open(checkpoint_head(options_, plan_, layers_, inputs), is_own_checkpoint(options_),
+                   take_checkpoint_request, 2 * memory_.bytes(), *job_);
   report_.earlier_samples = job_->counters().samples;
 }
 
@@ -233,11 +211,7 @@ void CommandFrame::render() {
     report_.earlier_samples += watcher.earlier_samples();
   });
   report_.counters = result_.counters;
-  const bool by_tiles = job_->by_tiles();
-  if (checkpoint_ && !by_tiles && !report_.counters.stopped && keeps_checkpoint(options_)) {
-    job_->end(stop_.cause());
-    checkpoint_->save(*job_);
-  }
+  checkpoint_.rendered(report_.counters.stopped, stop_.cause(), *job_);
   report_.times.render_s = clock_->seconds();
   report_.times.snapshots_s = clock_->left_out_seconds();
   report_.times.render_cpu_s = clock_->cpu_seconds();
@@ -307,24 +281,14 @@ std::vector<std::string> CommandFrame::failed_outputs() const {
   return failed;
 }
 
-// It stays where there is something to go on with: a frame that is not done, or not written.
 void CommandFrame::end_checkpoint() {
-  if (!checkpoint_) return;
-  const bool keep = keeps_checkpoint(options_);
+  if (!checkpoint_.is_open()) return;
+  const bool stopped = report_.counters.stopped;
   const bool written = failed_outputs().empty() && !half_denoised_;
-  const bool done = !report_.counters.stopped && written;
-  if (!written && !report_.counters.stopped && !keep && !job_->by_tiles()) {
-    checkpoint_->save(*job_);
-  }
-  report_.checkpoint = checkpoint_->finish(done, !done || keep);
-  if (!report_.checkpoint.error.empty()) {
-    if (keeps_checkpoint(options_)) {
-      log_error(report_.checkpoint.error);
-    } else if (report_.checkpoint.kept) {
-      log_warning(report_.checkpoint.error + "; what is done is not saved");
-    }
-    return;
-  }
+  report_.checkpoint = checkpoint_.finish(stopped, written, *job_);
+  checkpoint_.log_failure(report_.checkpoint);
+  if (!report_.checkpoint.error.empty()) return;
+  const bool done = !stopped && written;
   if (done && is_part(options_)) {
     log_info(report_.checkpoint.file + " has this part of the frame, for `emberline merge`");
   }

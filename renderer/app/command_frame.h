@@ -10,7 +10,7 @@
 #include "renderer/app/render_run.h"
 #include "renderer/engine/render_job.h"
 #include "renderer/engine/render_plan.h"
-#include "renderer/output/checkpoint.h"
+#include "renderer/output/frame_checkpoint.h"
 #include "renderer/output/outputs.h"
 #include "renderer/output/remote_viewer.h"
 #include "renderer/output/report.h"
@@ -43,7 +43,6 @@ class CommandFrame {
 
   void open_outputs();
   void open_snapshots();
-  void reserve(uint64_t bytes);
   void denoise();
   // Not done, or its picture is not.
   bool unfinished() const { return report_.counters.stopped || half_denoised_; }
@@ -52,7 +51,6 @@ class CommandFrame {
   int exit_code() const;
   double part_of_frame() const { return 1.0 / plan_.driver_settings.part.count; }
   std::vector<std::string> failed_outputs() const;
-  bool keeps_state() const { return !options_.replay && !checkpoint_path(options_).empty(); }
   void end_checkpoint();
   void write_reports();
   std::optional<double> allotted_seconds() const;
@@ -76,7 +74,7 @@ class CommandFrame {
   std::unique_ptr<RenderJob> job_;  // from build() on
   RenderResult result_;
   std::optional<RemoteViewer> viewer_;
-  std::optional<Checkpoint> checkpoint_;
+  FrameCheckpoint checkpoint_;
   std::optional<RenderClock> clock_;
   WriteAttempts attempts_, snapshot_attempts_;
 };

@@ -441,7 +441,7 @@ void add_study_options(CLI::App* app, StudyOptions& o) {
   o.frame.width = 320;
   o.frame.height = 180;
   add_study_choices(app, o);
-  add_settings(app, o.frame, {kSample, kSeed, kSchedule, kView, kLight, kLoading});
+  add_settings(app, o.frame, kStudySettings);
   add_machine_options(app, o.frame);
 }
 

@@ -49,11 +49,9 @@ class CommandFrame::Watcher final : public RenderSink {
   void picture_changed(const JobProgress& now, const LivePicture& picture) override {
     if (progress_) frame_.note_picture(now, picture);
   }
-  void cut_short() override {
-    if (frame_.checkpoint_) frame_.checkpoint_->save(*frame_.job_);
-  }
+  void cut_short() override { frame_.checkpoint_.save(*frame_.job_); }
   bool picture_wanted() const override {
-    if (frame_.checkpoint_ && frame_.checkpoint_->wanted()) return true;
+    if (frame_.checkpoint_.wanted()) return true;
     if (!progress_ || (!frame_.snapshots_ && !frame_.viewer_)) return false;
     const double elapsed = frame_.clock_->seconds();
     return (frame_.snapshots_ && frame_.snapshots_->wanted(elapsed)) ||

@@ -1,15 +1,15 @@
 #include "renderer/app/run_scene.h"
 
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/engine/frame_scene.h"
-#include "renderer/output/checkpoint_head.h"
 
 namespace emberline {
 
-void RunScene::load(const RenderOptions& options, const SceneBuildOptions& build, bool fingerprints,
+void RunScene::load(const RenderOptions& options, const SceneBuildOptions& build,
                     LoadProgress& progress) {
   const std::optional<double> time = chosen_time(options);
   if (is_built() && (!scene_->can_pose() || time == time_)) return;
@@ -19,7 +19,7 @@ void RunScene::load(const RenderOptions& options, const SceneBuildOptions& build
   if (scene_ && scene_->can_pose()) {
     read_.emplace(scene_->read(options, edits_, progress));
   } else {
-    read(options, build, fingerprints, progress);
+    read(options, build, progress);
   }
   RenderOptions still = options;
   still.turntable.reset();
@@ -27,15 +27,16 @@ void RunScene::load(const RenderOptions& options, const SceneBuildOptions& build
   if (options.turntable) bounds_ = framed_bounds(read_->description());
 }
 
-void RunScene::read(const RenderOptions& options, const SceneBuildOptions& build, bool fingerprints,
+void RunScene::read(const RenderOptions& options, const SceneBuildOptions& build,
                     LoadProgress& progress) {
   scene_.reset();
   failed_ = !was_built_;
-  if (fingerprints) *inputs_ = input_fingerprints(options, progress);
-  checked_ = false;
+  loaded_ = LoadedFiles(options, progress);
+  *inputs_ = nullptr;
   edits_ = load_edits(options, progress);
   read_.emplace(options, edits_, OpenOptions{.build = build, .poses = frames_ && time_}, progress);
   files_ = read_->description().files;
+  loaded_.add(files_);
   failed_ = false;
 }
 
@@ -53,12 +54,9 @@ void RunScene::build(LoadProgress& progress) {
   warnings_ = warnings_so_far().size();
 }
 
-void RunScene::check_inputs(const RenderOptions& options, LoadProgress& progress) {
-  if (checked_) return;
-  if (*inputs_ != input_fingerprints(options, progress)) {
-    throw InputError(options.scene, "its files have changed while they were read; start again");
-  }
-  checked_ = true;
+const nlohmann::json& RunScene::inputs(const RenderOptions& options, LoadProgress& progress) {
+  if (inputs_->is_null()) *inputs_ = loaded_.fingerprints(options, progress);
+  return *inputs_;
 }
 
 CameraDescription RunScene::camera(const RenderOptions& options) const {

@@ -12,6 +12,7 @@
 #include "renderer/description/framing.h"
 #include "renderer/description/scene_edits.h"
 #include "renderer/engine/open_scene.h"
+#include "renderer/output/checkpoint_head.h"
 #include "renderer/output/render_options.h"
 #include "renderer/output/report.h"
 
@@ -24,12 +25,11 @@ class RunScene {
 
   // For each frame, in this order. What throws in the first frame's is wrong with the scene.
   // Reads what the frame is made of; a scene that is there stays, but what an animation poses for
-  // another time. With `fingerprints` it is known what was read.
-  void load(const RenderOptions& options, const SceneBuildOptions& build, bool fingerprints,
-            LoadProgress& progress);
+  // another time.
+  void load(const RenderOptions& options, const SceneBuildOptions& build, LoadProgress& progress);
   void build(LoadProgress& progress);
-  // Throws InputError for files that have changed since their fingerprints were taken. Once a load.
-  void check_inputs(const RenderOptions& options, LoadProgress& progress);
+  // The fingerprints of what was loaded. Throws what LoadedFiles does.
+  const nlohmann::json& inputs(const RenderOptions& options, LoadProgress& progress);
 
   bool failed() const { return failed_; }  // to be loaded or built the first time
   bool is_built() const { return scene_ && stands_; }
@@ -37,7 +37,6 @@ class RunScene {
   const Scene& scene() const { return scene_->scene(); }
   // What this frame looks through.
   CameraDescription camera(const RenderOptions& options) const;
-  const nlohmann::json& inputs() const { return *inputs_; }
   // What it reads. Throws UsageError where that would be overwritten.
   void register_inputs(FileRegister& files) const;
   void report(RenderReport& report) const;
@@ -45,12 +44,11 @@ class RunScene {
   size_t warnings() const { return warnings_; }
 
  private:
-  void read(const RenderOptions& options, const SceneBuildOptions& build, bool fingerprints,
-            LoadProgress& progress);
+  void read(const RenderOptions& options, const SceneBuildOptions& build, LoadProgress& progress);
 
   const LoadLimits& limits_;
   const bool frames_;
-  bool failed_ = false, was_built_ = false, checked_ = false;
+  bool failed_ = false, was_built_ = false;
   bool stands_ = false;         // scene_ is of the frame's time
   std::optional<double> time_;  // that it is posed for, or will be
   SceneEdits edits_;
@@ -58,7 +56,8 @@ class RunScene {
   std::optional<ReadScene> read_;  // the frame's, until it is built
   CameraDescription camera_;       // without a turntable
   WorldBounds bounds_;             // for one
-  JsonValue inputs_;               // fingerprints
+  LoadedFiles loaded_;
+  JsonValue inputs_;  // its fingerprints; null: not taken yet
   std::vector<NamedFile> files_;
   size_t warnings_ = 0;
 };

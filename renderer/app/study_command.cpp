@@ -1,7 +1,5 @@
 #include "renderer/app/study_command.h"
 
-#include <tbb/task_arena.h>
-
 #include <algorithm>
 
 #include "renderer/app/convergence_command.h"
@@ -11,36 +9,17 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/engine/worker_threads.h"
-#include "renderer/output/outputs.h"
 #include "renderer/statistics/study/files.h"
 #include "renderer/statistics/study/study.h"
 
 namespace emberline {
 namespace {
 
-int run(Study& study) {
-  study.prepare();
+void render(Study& study) {
   StopRequest stop;
-  {
-    const GracefulStop graceful;
-    ProgressDisplay progress(study.samples_to_come(), stop);
-    study.render([&](uint64_t count) { progress.add(count); }, stop.token());
-  }
-  if (!study.has_reference()) {
-    log_info("stopped before there was a reference; the same command goes on");
-    return kExitStopped;
-  }
-  WriteAttempts attempts;
-  study.write_results(attempts);
-  for (const std::string& path : attempts.written()) log_info("wrote " + path);
-  const StudyResults& results = study.results();
-  print_result(study_table(results));
-  if (!attempts.failed().empty()) return kExitRenderFailed;
-  if (!results.complete) return kExitStopped;
-  const bool any = std::ranges::any_of(
-      results.runs, [](const StudyRun& one) { return one.status == StudyRunStatus::kDone; });
-  if (!any) throw RenderError("every run has failed; the first: " + results.runs[0].reason);
-  return kExitDone;
+  const GracefulStop graceful;
+  ProgressDisplay progress(study.samples_to_come(), stop);
+  study.render([&](uint64_t count) { progress.add(count); }, stop.token());
 }
 
 }  // namespace
@@ -56,17 +35,21 @@ int run_study(const StudyOptions& given) {
   const WorkerThreads workers(given.frame.threads);
   if (given.convergence) return run_convergence(given);
   StudyOptions options = given;
-  const int threads = options.frame.threads = workers.count();
-  const StudyPlan plan = plan_study(options);
-  FileRegister files;
-  files.write_below("-o", options.folder);
-  register_inputs(options.frame, files);
-  if (!options.reference.empty()) files.read(options.reference, "the file of --reference is in it");
-  tbb::task_arena arena(threads);
-  return arena.execute([&] {
-    Study study(options, plan, files, threads);
-    return run(study);
-  });
+  options.frame.threads = workers.count();
+  const StudyOutcome outcome = make_study(options, "-o", render);
+  if (!outcome.results) {
+    log_info("stopped before there was a reference; the same command goes on");
+    return kExitStopped;
+  }
+  for (const std::string& path : outcome.attempts.written()) log_info("wrote " + path);
+  const StudyResults& results = *outcome.results;
+  print_result(study_table(results));
+  if (!outcome.attempts.failed().empty()) return kExitRenderFailed;
+  if (!results.complete) return kExitStopped;
+  const bool any = std::ranges::any_of(
+      results.runs, [](const StudyRun& one) { return one.status == StudyRunStatus::kDone; });
+  if (!any) throw RenderError("every run has failed; the first: " + results.runs[0].reason);
+  return kExitDone;
 }
 
 }  // namespace emberline

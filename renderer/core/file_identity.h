@@ -15,10 +15,20 @@ struct FileIdentity {
   auto operator<=>(const FileIdentity&) const = default;
 };
 
+// What a folder says of a file's contents: most changes of these change it.
+struct FileState {
+  uint64_t size = 0;
+  int64_t modified_ns = 0;  // since 1970
+
+  bool operator==(const FileState&) const = default;
+};
+
 // A file that was read, and the name under which it was asked for.
 struct NamedFile {
   std::string name;
   FileIdentity identity;
+  std::string path = {};
+  FileState state = {};  // when it was opened
 };
 
 }  // namespace emberline

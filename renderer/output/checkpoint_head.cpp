@@ -9,11 +9,13 @@
 #include <nlohmann/json.hpp>
 
 #include "io/files/fingerprint.h"
+#include "io/files/input_file.h"
+#include "io/json/edits_file.h"
+#include "io/json/input.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/names.h"
 #include "renderer/core/shortened.h"
 #include "renderer/core/version.h"
-#include "renderer/engine/frame_scene.h"
 #include "renderer/engine/process_usage.h"
 #include "renderer/engine/setting_table.h"
 #include "renderer/output/report.h"
@@ -64,21 +66,61 @@ std::string text_of(const Json* value) {
   return shortened(value->dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
+// The files of settings beside the scene's own. Whoever renders, these are their names in
+// checkpoints.
+std::vector<std::pair<std::string, std::string>> named_inputs(const FrameSettings& settings,
+                                                              const LoadProgress& progress) {
+  std::vector<std::pair<std::string, std::string>> files;
+  const auto add = [&](std::string what, const std::string& path) {
+    if (!path.empty()) files.emplace_back(std::move(what), path);
+  };
+  add(fmt::format("the file of --{}", "env"), settings.environment);
+  add(fmt::format("the file of --{}", "edits"), settings.edits);
+  if (settings.edits.empty()) return files;
+  const SceneEdits edits = edits_of_document(read_json(settings.edits, progress), settings.edits);
+  add(fmt::format("the environment of --{}", "edits"), edits.environment.file);
+  return files;
+}
+
 }  // namespace
 
 Json input_fingerprints(const FrameSettings& settings, LoadProgress& progress) {
   Json inputs = Json::object();
   inputs["the scene's files"] =
       hexadecimal(scene_fingerprint(settings.scene, settings.resource_root, progress));
-  // Whoever renders, these are their names in checkpoints.
-  const auto add = [&](const std::string& what, const std::string& path) {
-    if (!path.empty()) inputs[what] = hexadecimal(file_fingerprint(path, progress));
-  };
-  add(fmt::format("the file of --{}", "env"), settings.environment);
-  add(fmt::format("the file of --{}", "edits"), settings.edits);
-  add(fmt::format("the environment of --{}", "edits"),
-      load_edits(settings, progress).environment.file);
+  for (const auto& [what, path] : named_inputs(settings, progress)) {
+    inputs[what] = hexadecimal(file_fingerprint(path, progress));
+  }
   return inputs;
+}
+
+LoadedFiles::LoadedFiles(const FrameSettings& settings, const LoadProgress& progress) {
+  for (const auto& [what, path] : named_inputs(settings, progress)) {
+    std::vector<NamedFile>& list = path == settings.environment ? files_ : of_edits_;
+    if (auto file = file_now(path)) list.push_back(*std::move(file));
+  }
+}
+
+void LoadedFiles::add(const std::vector<NamedFile>& files) {
+  files_.insert(files_.end(), files.begin(), files.end());
+}
+
+Json LoadedFiles::fingerprints(const FrameSettings& settings, LoadProgress& progress) const {
+  check(settings);
+  Json inputs = input_fingerprints(settings, progress);
+  check(settings);
+  return inputs;
+}
+
+void LoadedFiles::check(const FrameSettings& settings) const {
+  const auto stands = [](const NamedFile& file) {
+    const std::optional<NamedFile> now = file_now(file.path);
+    return now && now->identity == file.identity && now->state == file.state;
+  };
+  if (!std::ranges::all_of(files_, stands) ||
+      (!settings.edits.empty() && !std::ranges::all_of(of_edits_, stands))) {
+    throw InputError(settings.scene, "its files have changed while they were read; start again");
+  }
 }
 
 Json checkpoint_head(const RenderOptions& options, const RenderPlan& plan,

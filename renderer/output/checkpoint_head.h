@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "renderer/core/file_identity.h"
 #include "renderer/core/load_progress.h"
 #include "renderer/engine/render_plan.h"
 #include "renderer/output/render_options.h"
@@ -15,9 +16,30 @@
 
 namespace emberline {
 
-// Fingerprints of all files that the frame is made of, for a head's "inputs"; reads them. Throws
-// what loading them throws.
+// Fingerprints of all files that a frame is made of, for a head's "inputs"; reads them. Throws what
+// loading them throws.
 nlohmann::json input_fingerprints(const FrameSettings& settings, LoadProgress& progress);
+
+// The files that a scene was loaded from, and their states then, which cost no reading:
+// fingerprints can be taken later, when a frame is saved for the first time.
+class LoadedFiles {
+ public:
+  LoadedFiles() = default;
+  // Those that the settings name, before they are read. Throws InputError.
+  LoadedFiles(const FrameSettings& settings, const LoadProgress& progress);
+  // Those that the scene's description has.
+  void add(const std::vector<NamedFile>& files);
+
+  // input_fingerprints(), of what was loaded: throws InputError where one is another file by now,
+  // or has another size or time. Edits count if the settings name them still.
+  nlohmann::json fingerprints(const FrameSettings& settings, LoadProgress& progress) const;
+
+ private:
+  void check(const FrameSettings& settings) const;
+
+  std::vector<NamedFile> files_, of_edits_;
+};
+
 // `plan` has the channels that are rendered.
 nlohmann::json checkpoint_head(const RenderOptions& options, const RenderPlan& plan,
                                const SceneLayers& layers, const nlohmann::json& inputs);

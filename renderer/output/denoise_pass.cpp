@@ -14,6 +14,7 @@
 #include "renderer/film/film.h"
 #include "renderer/film/half_channels.h"
 #include "renderer/film/shared_samples.h"
+#include "renderer/output/frame_channels.h"
 #include "renderer/reconstruction/denoise.h"
 
 namespace emberline {
@@ -327,6 +328,39 @@ uint64_t denoise_bytes(const Rect& crop, int tile_size, Names channels, int rows
 }
 
 DenoiseReport denoise_frame(const DenoiseJob& job) { return Pass(job).run(); }
+
+DenoiseReport denoise_film(const Rect& crop, int tile_size, Names channels,
+                           std::span<const float> values,
+                           std::function<void(const Rect&, const std::vector<float>&)> write,
+                           const std::stop_token& stop) {
+  SharedRows rows(crop, channels, [&](const Rect& part, std::vector<float>& pixels) {
+    const auto first =
+        values.begin() + ptrdiff_t(crop.index_of(part.x0, part.y0) * channels.size());
+    pixels.assign(first, first + ptrdiff_t(size_t(part.area()) * channels.size()));
+  });
+  return denoise_frame(
+      {.crop = crop,
+       .channels = with_shared_sums(channels),
+       .tile_size = tile_size,
+       .read = [&](const Rect& part, std::vector<float>& pixels) { rows.read(part, pixels); },
+       .write = std::move(write),
+       .stop = stop});
+}
+
+void finish_film(const Rect& crop, int tile_size, bool denoises, std::vector<std::string>& channels,
+                 std::vector<float>& values, const std::stop_token& stop) {
+  if (!denoises) return sum_shared(crop, channels, values);
+  std::vector<std::string> names = with_shared_sums(channels);
+  const std::vector<std::string> results = denoise_results(names);
+  names.insert(names.end(), results.begin(), results.end());
+  std::vector<float> denoised(size_t(crop.area()) * names.size());
+  const auto write = [&](const Rect& tile, const std::vector<float>& pixels) {
+    put_tile(tile, pixels, crop, denoised);
+  };
+  denoise_film(crop, tile_size, channels, values, write, stop);
+  channels = std::move(names);
+  values = std::move(denoised);
+}
 
 void PixelSpool::write_tile(const Rect& tile, const std::vector<float>& pixels) {
   const size_t row = size_t(tile.width()) * channels_;

@@ -58,6 +58,17 @@ struct DenoiseJob {
 // throw.
 DenoiseReport denoise_frame(const DenoiseJob& job);
 
+// The same of a film's channels that are all in memory: what pixels count for each other is summed
+// up on the way, so `write` gets channels as with_shared_sums() has them.
+DenoiseReport denoise_film(const Rect& crop, int tile_size, std::span<const std::string> channels,
+                           std::span<const float> values,
+                           std::function<void(const Rect&, const std::vector<float>&)> write,
+                           const std::stop_token& stop = {});
+// A film's channels become those of a finished frame: summed up and, if it `denoises`, with the
+// results behind them.
+void finish_film(const Rect& crop, int tile_size, bool denoises, std::vector<std::string>& channels,
+                 std::vector<float>& values, const std::stop_token& stop);
+
 // Tiles in, rows out, by way of a scratch file.
 class PixelSpool {
  public:

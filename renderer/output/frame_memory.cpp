@@ -34,8 +34,8 @@ uint64_t lossy_encoder_bytes(const RenderOptions& options) {
   return used ? uint64_t(112) << 20 : 0;
 }
 
-}  // namespace
-
+// An upper bound of film_bytes() of the render and outputs and of what encoding a picture takes on
+// top, without light groups.
 uint64_t frame_bytes(const RenderOptions& options, const OutputSettings& settings,
                      const RenderPlan& plan) {
   uint64_t per_pixel = kept_bytes_per_pixel(plan.drivers(), plan.aovs);
@@ -66,10 +66,43 @@ uint64_t light_group_bytes(const RenderOptions& options, const OutputSettings& s
   return bytes + output_bytes(options, settings, layers) - output_bytes(options, settings, {});
 }
 
+// What light groups add to a pixel of a tile: to the film of all samples and, for denoising, to
+// that of a half.
 uint64_t light_tile_bytes_per_pixel(const AovSet& aovs, size_t lights) {
   const uint64_t films = aovs.contains(Aov::kDenoising) ? 2 : 1;
   return films * LightGroupSums::bytes_per_pixel(lights);
 }
+
+// The lists of the frame's buckets, and where each output has them.
+void reserve_bucket_lists(const RenderOptions& options, const OutputSettings& settings,
+                          MemoryReservation& memory) {
+  const uint64_t count = bucket_count(settings.crop, settings.tile_size);
+  const uint64_t bytes = bucket_list_bytes(settings.crop, settings.tile_size) +
+                         count * sizeof(uint64_t) * options.outputs.size();
+  try {
+    memory.add(bytes, "");
+  } catch (const LimitError&) {
+    throw UsageError("`bucket-size`: the list of {} buckets of {}x{} pixels {}", count,
+                     settings.tile_size, settings.tile_size,
+                     memory.budget()->refusal(MemoryPart::kFilm, bytes));
+  }
+}
+
+void reserve_tiles(uint64_t film_bytes_per_pixel, size_t channels, const OutputSettings& settings,
+                   int threads, MemoryReservation& memory) {
+  const BucketsAtWork at_work = buckets_at_work(settings.crop, settings.tile_size, threads);
+  const uint64_t bytes =
+      bytes_of(at_work.pixels(), film_bytes_per_pixel + written_bytes_per_pixel(channels));
+  try {
+    memory.add(bytes, "");
+  } catch (const LimitError&) {
+    throw UsageError("`bucket-size`, `threads`: working on {} bucket{} of {}x{} pixels at once {}",
+                     at_work.count, at_work.count == 1 ? "" : "s", at_work.width, at_work.height,
+                     memory.budget()->refusal(MemoryPart::kFilm, bytes));
+  }
+}
+
+}  // namespace
 
 uint64_t output_bytes(const RenderOptions& options, const OutputSettings& settings,
                       const std::vector<std::string>& layers) {
@@ -96,7 +129,14 @@ uint64_t output_bytes(const RenderOptions& options, const OutputSettings& settin
   return sum_of(bytes, more);
 }
 
-void reserve_frame(uint64_t bytes, const Rect& crop, MemoryReservation& memory) {
+// As pixels, as rows of an EXR and on the way through its library: measured, of 5 and 15 channels.
+uint64_t written_bytes_per_pixel(size_t channels) { return 5 * sizeof(float) * channels; }
+
+size_t tile_channels(const OutputSettings& settings, const std::vector<std::string>& layers) {
+  return tile_channel_names(settings, layers).size();
+}
+
+void reserve_pixels(uint64_t bytes, const Rect& crop, MemoryReservation& memory) {
   try {
     memory.add(bytes, "");
   } catch (const LimitError&) {
@@ -105,39 +145,20 @@ void reserve_frame(uint64_t bytes, const Rect& crop, MemoryReservation& memory) 
   }
 }
 
-void reserve_bucket_lists(const RenderOptions& options, const OutputSettings& settings,
-                          MemoryReservation& memory) {
-  const uint64_t count = bucket_count(settings.crop, settings.tile_size);
-  const uint64_t bytes = bucket_list_bytes(settings.crop, settings.tile_size) +
-                         count * sizeof(uint64_t) * options.outputs.size();
-  try {
-    memory.add(bytes, "");
-  } catch (const LimitError&) {
-    throw UsageError("`bucket-size`: the list of {} buckets of {}x{} pixels {}", count,
-                     settings.tile_size, settings.tile_size,
-                     memory.budget()->refusal(MemoryPart::kFilm, bytes));
-  }
+void reserve_frame(const RenderOptions& options, const OutputSettings& settings,
+                   const RenderPlan& plan, int threads, MemoryReservation& memory) {
+  reserve_pixels(frame_bytes(options, settings, plan), settings.crop, memory);
+  reserve_bucket_lists(options, settings, memory);
+  reserve_tiles(tile_bytes_per_pixel(plan.drivers(), plan.aovs), tile_channels(settings, {}),
+                settings, threads, memory);
 }
 
-// As pixels, as rows of an EXR and on the way through its library: measured, of 5 and 15 channels.
-uint64_t written_bytes_per_pixel(size_t channels) { return 5 * sizeof(float) * channels; }
-
-size_t tile_channels(const OutputSettings& settings, const std::vector<std::string>& layers) {
-  return tile_channel_names(settings, layers).size();
-}
-
-void reserve_tiles(uint64_t film_bytes_per_pixel, size_t channels, const OutputSettings& settings,
-                   int threads, MemoryReservation& memory) {
-  const BucketsAtWork at_work = buckets_at_work(settings.crop, settings.tile_size, threads);
-  const uint64_t bytes =
-      bytes_of(at_work.pixels(), film_bytes_per_pixel + written_bytes_per_pixel(channels));
-  try {
-    memory.add(bytes, "");
-  } catch (const LimitError&) {
-    throw UsageError("`bucket-size`, `threads`: working on {} bucket{} of {}x{} pixels at once {}",
-                     at_work.count, at_work.count == 1 ? "" : "s", at_work.width, at_work.height,
-                     memory.budget()->refusal(MemoryPart::kFilm, bytes));
-  }
+void reserve_lights(const RenderOptions& options, const OutputSettings& settings,
+                    const RenderPlan& plan, const std::vector<std::string>& layers, int threads,
+                    MemoryReservation& memory) {
+  reserve_pixels(light_group_bytes(options, settings, plan, layers), settings.crop, memory);
+  reserve_tiles(light_tile_bytes_per_pixel(plan.aovs, layers.size()),
+                light_channel_names(layers, plan.aovs).size(), settings, threads, memory);
 }
 
 }  // namespace emberline

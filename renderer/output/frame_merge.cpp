@@ -15,6 +15,7 @@
 #include "io/json/input.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/flush_denormals.h"
+#include "renderer/core/load_progress.h"
 #include "renderer/core/log.h"
 #include "renderer/core/parallel.h"
 #include "renderer/drivers/bucket_schedule.h"
@@ -154,9 +155,12 @@ double StoredFrame::share() const {
 }
 
 FrameMerge::FrameMerge(const std::vector<std::string>& paths, bool allow_holes, bool strict,
-                       MemoryBudget& budget) {
-  for (const std::string& path : paths)
+                       MemoryBudget& budget, std::stop_token stop)
+    : stop_(std::move(stop)) {
+  for (const std::string& path : paths) {
+    check_going();
     frames_.push_back(std::make_unique<StoredFrame>(path, &budget));
+  }
   check_frames(strict);
   const FrameSettings& settings = first().settings();
   // The buckets, and of each group of samples who has them, their errors and counts.
@@ -166,9 +170,16 @@ FrameMerge::FrameMerge(const std::vector<std::string>& paths, bool allow_holes, 
   }
   tiles_ = bucket_schedule(first().plan().crop, first().tile_size(), settings.bucket_order,
                            settings.seed);
-  for (const auto& frame : frames_) frame->load_film(budget);
+  for (const auto& frame : frames_) {
+    check_going();
+    frame->load_film(budget);
+  }
   make_groups();
   check_groups(allow_holes);
+}
+
+void FrameMerge::check_going() const {
+  if (stop_.stop_requested()) throw Cancelled();
 }
 
 // Each thread has a film, a second one where there are several groups of samples, and first the
@@ -322,7 +333,7 @@ void FrameMerge::deliver(const AovSet& aovs, RenderSink& sink) {
     FilmTile film(aovs, first().film_extras());
     FilmTile more(aovs, first().film_extras());
     RenderCounters counters;
-    for (size_t i = next++; i < tiles_.size(); i = next++) {
+    for (size_t i = next++; i < tiles_.size() && !stop_.stop_requested(); i = next++) {
       merge_tile(tiles_[i], film, more, counters);
       uint32_t before = least;
       while (before > film.least_samples() &&
@@ -333,6 +344,7 @@ void FrameMerge::deliver(const AovSet& aovs, RenderSink& sink) {
     const std::lock_guard lock(mutex);
     counters_.merge(counters);
   });
+  check_going();
   for (const auto& frame : frames_) {
     if (frame->whole()) counters_.merge(frame->whole()->counters);
   }

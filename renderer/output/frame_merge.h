@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -69,9 +70,10 @@ class FrameMerge {
  public:
   // Checks that the parts are of one frame and no two of them have the same samples, and that they
   // have all; with `allow_holes` some may be missing. With `strict` all are of one kind of machine.
-  // Throws InputError: which part, and what it is about.
+  // Throws InputError: which part, and what it is about. It and deliver() throw Cancelled soon
+  // after a stop.
   FrameMerge(const std::vector<std::string>& paths, bool allow_holes, bool strict,
-             MemoryBudget& budget);
+             MemoryBudget& budget, std::stop_token stop = {});
 
   // The frame as if it had been rendered at once.
   const StoredFrame& first() const { return *frames_.front(); }
@@ -100,6 +102,7 @@ class FrameMerge {
     std::vector<uint64_t> samples;
   };
 
+  void check_going() const;
   void check_frames(bool strict) const;
   void make_groups();
   void check_groups(bool allow_holes);
@@ -110,6 +113,7 @@ class FrameMerge {
     return bucket_number(first().plan().crop, tile, first().tile_size());
   }
 
+  const std::stop_token stop_;
   std::vector<std::unique_ptr<StoredFrame>> frames_;
   std::vector<Rect> tiles_;  // in the order of the bucket driver
   std::vector<Group> groups_;

@@ -5,6 +5,8 @@
 
 #include "renderer/core/errors.h"
 #include "renderer/core/names.h"
+#include "renderer/output/light_layers.h"
+#include "renderer/scene/light_groups.h"
 
 namespace emberline {
 namespace {
@@ -58,9 +60,15 @@ std::vector<CryptomatteNames> cryptomattes_of(const Json& lists, const std::stri
 
 }  // namespace
 
-ExrView::Matrices camera_matrices(const Camera& camera, const Vec3d& origin) {
-  const Camera::WorldMatrices matrices = camera.world_matrices(origin);
-  return {floats_of(matrices.to_camera), floats_of(matrices.to_ndc)};
+SceneLayers scene_layers(const SceneParts& parts, const Camera& camera, const Vec3d& origin) {
+  SceneLayers layers;
+  if (parts.light_groups) layers.lights = light_layer_names(parts.light_groups->list());
+  if (parts.cryptomattes) layers.cryptomattes = parts.cryptomattes->names();
+  if (!camera.is_panorama()) {
+    const Camera::WorldMatrices matrices = camera.world_matrices(origin);
+    layers.camera = {floats_of(matrices.to_camera), floats_of(matrices.to_ndc)};
+  }
+  return layers;
 }
 
 void put_scene_layers(const SceneLayers& layers, Json& head) {

@@ -9,6 +9,7 @@
 
 #include "io/exr/view.h"
 #include "renderer/core/vector.h"
+#include "renderer/engine/scene_parts.h"
 #include "renderer/scene/camera.h"
 #include "renderer/scene/cryptomatte_ids.h"
 
@@ -20,8 +21,8 @@ struct SceneLayers {
   std::vector<CryptomatteNames> cryptomattes;
 };
 
-// `origin` is the scene's.
-ExrView::Matrices camera_matrices(const Camera& camera, const Vec3d& origin);
+// Of a frame of these parts, through this camera. `origin` is the scene's.
+SceneLayers scene_layers(const SceneParts& parts, const Camera& camera, const Vec3d& origin);
 
 void put_scene_layers(const SceneLayers& layers, nlohmann::json& head);
 // Throws InputError that names `place`: anything may stand in a head.

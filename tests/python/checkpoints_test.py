@@ -101,7 +101,7 @@ class Checkpoints(Test):
 
     def test_a_study_has_the_rows_of_its_file(self):
         folder = self.work / "study"
-        table = emberline.study(BOX, folder, drivers="bucket,bisection", budgets=[1, 2], seeds=2, size=(16, 16),
+        table = emberline.study(BOX, folder, drivers="bucket,bisection", spp=[1, 2], seeds=2, size=(16, 16),
                                 max_depth=2)
         self.assertTrue(table.complete)
         self.assertIn("bisection", table.text)
@@ -113,11 +113,29 @@ class Checkpoints(Test):
             self.assertEqual((row["method"], row["seed"]), (said["method"], int(said["seed"])))
             for name in ("budget", "mean_samples", "mse", "relmse", "flip", "signed_bias", "wall_s"):
                 self.assertEqual(row[name], float(said[name]), name)
-        again = emberline.study(BOX, folder, drivers=["bucket", "bisection"], budgets=[1, 2], seeds=2, size=(16, 16),
+        again = emberline.study(BOX, folder, drivers=["bucket", "bisection"], spp=[1, 2], seeds=2, size=(16, 16),
                                 max_depth=2)
         self.assertEqual(again.rows, table.rows)  # of the folder
         with self.says(emberline.UsageError, "working_space"):
             emberline.study(BOX, folder, working_space="acescg")
+        for name, value in (("light_groups", True), ("noise_threshold", 0.1), ("aov", "N"), ("edits", "a.json")):
+            with self.says(emberline.UsageError, name + ": a study has no such setting"):
+                emberline.study(BOX, folder, **{name: value})
+        with self.says(emberline.UsageError, "reference_spp", "whole number"):
+            emberline.study(BOX, folder, reference_spp="many")
+        with self.says(emberline.UsageError, "reference_spp, cache", "reference is given"):
+            emberline.study(BOX, folder, reference="a.exr", reference_spp=8)
+
+    def test_a_scene_whose_files_have_changed_is_not_saved(self):
+        file = self.work / "box.glb"
+        file.write_bytes(BOX.read_bytes())
+        scene = emberline.Scene(file, **FRAME)
+        emberline.render(scene, checkpoint=self.file)
+        file.write_bytes(BOX.read_bytes())
+        with self.says(emberline.InputError, "box.glb: its files have changed while they were read; start again"):
+            emberline.render(scene, checkpoint=self.file)
+        self.assertFalse(self.file.exists())
+        self.assert_same(emberline.render(scene), emberline.render(self.box))
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ int main(int argc, char** argv) {
       settings.set(argument.substr(0, equals), argument.substr(equals + 1));
     }
     const em::Scene scene(argv[1], settings);
-    em::write_picture(argv[2], em::render(scene, settings), scene, settings);
+    em::write_picture(argv[2], em::render(em::RenderFiles::none(), scene, settings));
   } catch (const em::Error& error) {
     return std::fprintf(stderr, "%s\n", error.what()), 1;
   }

@@ -244,6 +244,21 @@ class Files(Test):
         self.assertEqual(flip.shape, (16, 24))
         self.assertAlmostEqual(float(flip.mean(dtype="float64")), said["flip"], places=6)
 
+    def test_compare_knows_the_working_space(self):
+        """As the command does of files: colours of ACEScg against those of Rec. 709."""
+        folder = self.folder()
+        scenes = [emberline.Scene(BOX, size=(24, 16), spp=4, working_space=s) for s in ("acescg", "rec709")]
+        pictures = [emberline.render(scene) for scene in scenes]
+        files = [folder / "a.exr", folder / "b.exr"]
+        for file, picture in zip(files, pictures):
+            emberline.write(file, picture)
+        result = subprocess.run([EMBERLINE, "compare", *files, "--json"], check=True, capture_output=True)
+        said = json.loads(result.stdout)
+        for name, value in emberline.compare(*pictures).as_dict().items():
+            self.assertEqual(value, said[name], name)
+        self.assertEqual(emberline.flip(pictures[0], emberline.read(files[0])).max(), 0)
+        self.assertLess(said["rmse"], emberline.compare(pictures[0]["RGB"].copy(), pictures[1]).rmse)
+
 
 if __name__ == "__main__":
     unittest.main()

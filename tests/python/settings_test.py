@@ -149,7 +149,7 @@ class EverySetting(Test):
         arguments = {n.replace("-", "_"): v for n, v in settings.items()}
         opened = emberline.Scene(scene, **arguments)
         picture = emberline.render(opened)
-        emberline.write(file, picture, scene=opened)
+        emberline.write(file, picture)
         return bits(emberline.read(file)), bits(picture)
 
     def assert_equal(self, a, b, what):

@@ -153,6 +153,29 @@ class Interrupts(Test):
                         self.assertEqual(int(left), 1)
                     self.assertEqual(os.listdir(folder), [])
 
+    def test_a_merge(self):
+        """A handler that raises while the parts are read and added."""
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        parts = [os.path.join(folder.name, str(i)) for i in (1, 2)]
+        large = emberline.Scene(BOX, size=(1024, 1024), spp=1, max_depth=1, bucket_size=8)
+        for i, part in enumerate(parts):
+            emberline.render(large, part=f"{i + 1}/2", checkpoint=part)
+        start = time.monotonic()
+        emberline.merge(parts)
+        whole = time.monotonic() - start
+
+        def handler(*_):
+            raise Mine("handler")
+
+        before = signal.signal(signal.SIGALRM, handler)
+        self.addCleanup(signal.signal, signal.SIGALRM, before)
+        signal.setitimer(signal.ITIMER_REAL, whole / 8)
+        start = time.monotonic()
+        with self.assertRaises(Mine):
+            emberline.merge(parts)
+        self.assertLess(time.monotonic() - start, whole)
+
     def test_a_handler_of_ones_own(self):
         def handler(*_):
             raise Mine("handler")

@@ -169,7 +169,7 @@ GltfDocument open_gltf_document(const std::string& path, const std::string& reso
   document.resources.root =
       resource_root.empty() ? document.resources.directory : std::filesystem::path(resource_root);
   const InputFile input(path);
-  document.opened_->list.push_back({path, input.identity()});
+  document.opened_->list.push_back(input.named(path));
   document.total_bytes = input.size();
   if (input.size() == 0) throw InputError(path, "the file is empty");
 
@@ -204,7 +204,7 @@ GltfDocument open_gltf_document(const std::string& path, const std::string& reso
 InputFile GltfDocument::open_resource(const std::string& uri, const std::string& uri_place) const {
   InputFile resource(resolve_uri(uri, resources, uri_place).file, uri_place);
   const std::lock_guard lock(opened_->mutex);
-  opened_->list.push_back({uri, resource.identity()});
+  opened_->list.push_back(resource.named(uri));
   return resource;
 }
 

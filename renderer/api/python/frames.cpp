@@ -31,7 +31,7 @@ void check_progress(const py::object& progress) {
 
 // Runs `work(call, watch, stop)`, which renders, with a progress callback of Python's.
 template <typename Work>
-std::shared_ptr<api::Picture> watched(const py::object& progress, const Work& work) {
+std::shared_ptr<api::RenderedPicture> watched(const py::object& progress, const Work& work) {
   std::stop_source stop;
   return result_of([&](Call& call) {
     std::function<void(const api::Progress&)> watch;
@@ -44,16 +44,14 @@ std::shared_ptr<api::Picture> watched(const py::object& progress, const Work& wo
         });
       };
     }
-    return std::make_shared<api::Picture>(work(call, watch, stop.get_token()));
+    return std::make_shared<api::RenderedPicture>(work(call, watch, stop.get_token()));
   });
 }
 
-// Nothing where no checkpoint is named.
-std::optional<api::RenderFiles> files_of(const py::object& checkpoint, bool resume, double interval,
-                                         bool keep) {
+api::RenderFiles files_of(const py::object& checkpoint, bool resume, double interval, bool keep) {
   if (checkpoint.is_none()) {
     if (resume || keep) throw py::type_error("resume, keep_checkpoint: they need a checkpoint");
-    return std::nullopt;
+    return api::RenderFiles::none();
   }
   api::RenderFiles files = api::RenderFiles::at(path_of(checkpoint));
   files.resume = resume;
@@ -62,11 +60,11 @@ std::optional<api::RenderFiles> files_of(const py::object& checkpoint, bool resu
   return files;
 }
 
-std::shared_ptr<api::Picture> render(Scene& scene, const api::Settings* settings,
-                                     const py::object& threads, const py::object& progress,
-                                     const py::object& checkpoint, bool resume,
-                                     double checkpoint_interval, bool keep_checkpoint,
-                                     const py::kwargs& options) {
+std::shared_ptr<api::RenderedPicture> render(Scene& scene, const api::Settings* settings,
+                                             const py::object& threads, const py::object& progress,
+                                             const py::object& checkpoint, bool resume,
+                                             double checkpoint_interval, bool keep_checkpoint,
+                                             const py::kwargs& options) {
   for (const auto& row : api::Settings::help()) {
     std::string name = row.name;
     std::ranges::replace(name, '-', '_');
@@ -77,12 +75,11 @@ std::shared_ptr<api::Picture> render(Scene& scene, const api::Settings* settings
   api::Settings all = settings ? *settings : scene.settings;
   apply(options, all);
   check_progress(progress);
-  const auto files = files_of(checkpoint, resume, checkpoint_interval, keep_checkpoint);
+  const api::RenderFiles files = files_of(checkpoint, resume, checkpoint_interval, keep_checkpoint);
   const api::Resources resources = resources_of(threads, py::none(), py::none());
   const Use use(scene, false);
   return watched(progress, [&](Call& call, const auto& watch, const std::stop_token& stop) {
-    return files ? api::render(*files, *scene.scene, all, resources, stop, watch, call.given_up())
-                 : api::render(*scene.scene, all, resources, stop, watch, call.given_up());
+    return api::render(files, *scene.scene, all, resources, stop, watch, call.given_up());
   });
 }
 
@@ -95,9 +92,10 @@ std::shared_ptr<Scene> load_stored(const std::string& file) {
   });
 }
 
-std::shared_ptr<api::Picture> extend(const py::object& checkpoint, std::shared_ptr<Scene> scene,
-                                     const py::object& threads, const py::object& progress,
-                                     const py::kwargs& options) {
+std::shared_ptr<api::RenderedPicture> extend(const py::object& checkpoint,
+                                             std::shared_ptr<Scene> scene,
+                                             const py::object& threads, const py::object& progress,
+                                             const py::kwargs& options) {
   const std::string file = path_of(checkpoint);
   api::Settings more;
   apply(options, more);
@@ -110,15 +108,15 @@ std::shared_ptr<api::Picture> extend(const py::object& checkpoint, std::shared_p
   });
 }
 
-std::shared_ptr<api::Picture> merge(const py::iterable& checkpoints, bool allow_holes, bool strict,
-                                    bool parts, const py::object& threads,
-                                    const py::object& memory_limit) {
+std::shared_ptr<api::RenderedPicture> merge(const py::iterable& checkpoints, bool allow_holes,
+                                            bool strict, bool parts, const py::object& threads,
+                                            const py::object& memory_limit) {
   std::vector<std::string> files;
   for (const py::handle checkpoint : checkpoints) files.push_back(path_of(checkpoint));
   const api::Resources resources = resources_of(threads, memory_limit, py::none());
-  return result_of([&](Call&) {
-    return std::make_shared<api::Picture>(
-        api::merge(files, {allow_holes, strict, parts}, resources));
+  return result_of([&](Call& call) {
+    return std::make_shared<api::RenderedPicture>(
+        api::merge(files, {allow_holes, strict, parts}, resources, call.given_up()));
   });
 }
 
@@ -182,7 +180,7 @@ void add_frames(py::module_& module) {
       "The frame whose parts (part, sample_range, or a seed each) these checkpoints have, as if it "
       "had been rendered at once. allow_holes: parts may be missing, and are black; strict: all "
       "are of one kind of machine; parts: a channel \"part\" says which of them each pixel is of, "
-      "1 the first.");
+      "1 the first. Ctrl-C stops it.");
   module.def(
       "matte_names", &matte_names, "scene"_a, "settings"_a = nullptr,
       "What cryptomatte's channels show: {\"CryptoObject\": {name: id}}. An id is a whole number "

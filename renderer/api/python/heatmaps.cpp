@@ -19,7 +19,7 @@ api::HeatmapLook look_of(const std::string& colors, const py::object& range, boo
 }  // namespace
 
 void add_heatmaps(py::module_& module) {
-  using Pictures = std::shared_ptr<api::Picture>;
+  using Pictures = std::shared_ptr<api::RenderedPicture>;
   module.def(
       "heatmap",
       [](const Pictures& picture, const std::string& of, const std::string& colors,

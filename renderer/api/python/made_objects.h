@@ -55,5 +55,5 @@ struct MadeCaster : Base {
             Class, pybind11::detail::copyable_holder_caster<Class, std::shared_ptr<Class>>> {}
 
 EMBERLINE_CHECK_IS_MADE(emberline::api::Settings);
-EMBERLINE_CHECK_IS_MADE(emberline::api::Picture);
+EMBERLINE_CHECK_IS_MADE(emberline::api::RenderedPicture);
 EMBERLINE_CHECK_IS_MADE(emberline::api::Comparison);

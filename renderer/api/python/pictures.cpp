@@ -9,12 +9,13 @@
 namespace emberline::python {
 namespace {
 
-std::shared_ptr<api::Picture> read(const py::object& path, const py::object& memory_limit,
-                                   const py::object& load_timeout) {
+std::shared_ptr<api::RenderedPicture> read(const py::object& path, const py::object& memory_limit,
+                                           const py::object& load_timeout) {
   const std::string file = path_of(path);
   const api::Resources resources = resources_of(py::none(), memory_limit, load_timeout);
   return result_of([&](Call& call) {
-    return std::make_shared<api::Picture>(api::read_picture(file, resources, call.given_up()));
+    return std::make_shared<api::RenderedPicture>(
+        api::read_picture(file, resources, call.given_up()));
   });
 }
 
@@ -40,37 +41,31 @@ bool holds_bytes(const py::object& picture) {
 }
 
 void write(const py::object& path, const py::object& picture, double exposure,
-           const py::object& channels, Scene* scene, const api::Settings* settings) {
+           const py::object& channels) {
   const std::string file = path_of(path);
-  if (is_object_of<api::Picture>(picture)) {
+  if (is_object_of<api::RenderedPicture>(picture)) {
     if (!channels.is_none()) throw py::type_error("channels: a Picture has names of its own");
-    if (settings && !scene) throw py::type_error("settings: they need the scene as well");
-    const auto& values = py::cast<const api::Picture&>(picture);
-    if (!scene) return carry_out([&](Call&) { api::write_picture(file, values, exposure); });
-    const api::Settings all = settings ? *settings : scene->settings;
-    const Use use(*scene, false);
-    return carry_out(
-        [&](Call&) { api::write_picture(file, values, *scene->scene, all, exposure); });
+    const auto& values = py::cast<const api::RenderedPicture&>(picture);
+    return carry_out([&](Call&) { api::write_picture(file, values, exposure); });
   }
-  if (scene || settings) throw py::type_error("scene, settings: of a Picture alone");
   if (holds_bytes(picture)) {
     if (exposure != 0 || !channels.is_none()) {
       throw py::type_error("exposure, channels: not of uint8, which is written as it is");
     }
     return write_bytes(file, py::reinterpret_borrow<py::array>(picture));
   }
-  const api::Picture values = picture_of(floats_of(picture, "picture"), channels);
+  const api::RenderedPicture values = picture_of(floats_of(picture, "picture"), channels);
   carry_out([&](Call&) { api::write_picture(file, values, exposure); });
 }
 
-std::string describe(const api::Picture& picture) {
+std::string describe(const api::RenderedPicture& picture) {
   return "<emberline.Picture " + std::to_string(picture.width) + "x" +
          std::to_string(picture.height) + ": " +
          std::string(py::str(", ").attr("join")(layers(picture)).cast<py::str>()) +
          (picture.complete ? ">" : ", stopped>");
 }
 
-bool has_layer(const std::shared_ptr<api::Picture>& picture, const std::string& name) {
+bool has_layer(const std::shared_ptr<api::RenderedPicture>& picture, const std::string& name) {
   try {
     layer(picture, name);
     return true;
@@ -92,8 +87,8 @@ py::dict mattes_dict(const std::vector<api::MatteNames>& mattes) {
 }
 
 void add_pictures(py::module_& module) {
-  using Pictures = std::shared_ptr<api::Picture>;
-  py::class_<api::Picture, Pictures>(
+  using Pictures = std::shared_ptr<api::RenderedPicture>;
+  py::class_<api::RenderedPicture, Pictures>(
       module, "Picture",
       "A frame, linear, in the working space. picture[\"RGB\"] is a float32 array (height, width, "
       "3), "
@@ -113,7 +108,8 @@ void add_pictures(py::module_& module) {
           "Expected RMS error as displayed, 0 to 1, or None: driver \"adaptive\" has one.")
       .def_readonly("complete", &api::Picture::complete,
                     "False: it was stopped; with driver \"bucket\" by time_limit, too.")
-      .def_property_readonly("channels", [](const api::Picture& p) { return texts(p.channels); })
+      .def_property_readonly("channels",
+                             [](const api::RenderedPicture& p) { return texts(p.channels); })
       .def_property_readonly("layers", &layers)
       .def_property_readonly("pixels", &pixels, "All channels, (height, width, channels).")
       .def("__getitem__", &layer, "name"_a,
@@ -122,19 +118,18 @@ void add_pictures(py::module_& module) {
            "cryptomatte (\"CryptoObject00\") and denoise (\"denoised\", \"denoised.error\") asked "
            "for.")
       .def("__contains__", &has_layer, "name"_a)
-      .def("__repr__", [](const api::Picture& picture) { return describe(picture); });
+      .def("__repr__", [](const api::RenderedPicture& picture) { return describe(picture); });
   module.def(
       "read", &read, "path"_a, py::kw_only(), "memory_limit"_a = py::none(),
       "load_timeout"_a = py::none(),
       "A picture file: an EXR with all its channels, or a PNG, JPEG, HDR, WebP or TIFF as linear.");
   module.def(
       "write", &write, "path"_a, "picture"_a, py::kw_only(), "exposure"_a = 0.0,
-      "channels"_a = py::none(), "scene"_a = nullptr, "settings"_a = nullptr,
+      "channels"_a = py::none(),
       "A Picture or float32 array, linear, as .exr, or displayed as .png or .jpg; a uint8 array "
-      "as .png or .jpg as it is. With the scene and the settings (or the scene's) that a Picture "
-      "was rendered with, the file is the command's: half, exr_compression, exr_parts and "
-      "working_space count, the header has camera, settings and the names of mattes, and a .png "
-      "shows the denoised picture.");
+      "as .png or .jpg as it is. The file of a Picture that was rendered is the command's: half, "
+      "exr_compression, exr_parts and working_space count, the header has camera, settings and the "
+      "names of mattes, and a .png shows the denoised picture.");
 }
 
 }  // namespace emberline::python

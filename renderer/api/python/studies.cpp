@@ -1,27 +1,18 @@
 // Studies of speed against error.
-#include <cstdint>
-#include <optional>
+#include <algorithm>
+#include <iterator>
 #include <string>
-#include <utility>
+#include <string_view>
 
 #include "renderer/api/python/module.h"
 
 namespace emberline::python {
 namespace {
 
-// A list, or a text with commas; None is the default.
-std::string list_of(const py::object& value, const std::string& name) {
-  return value.is_none() ? "" : setting_text(name, value);
-}
-
-std::optional<uint32_t> count_of(const py::object& value, const std::string& name) {
-  const std::optional<int64_t> count = whole_number(value, name);
-  if (!count) return std::nullopt;
-  if (!std::in_range<uint32_t>(*count)) {
-    throw api::UsageError(name + ": " + std::to_string(*count) + " is out of range");
-  }
-  return uint32_t(*count);
-}
+// What a study has beside the settings of its frames.
+constexpr std::string_view kOptions[] = {
+    "drivers", "estimators", "samplers",  "spp",           "seconds", "seeds",  "baseline",
+    "denoise", "separate",   "reference", "reference-spp", "cache",   "restart"};
 
 py::dict as_dict(const api::StudyRow& row) {
   py::dict all;
@@ -51,30 +42,18 @@ py::list study_rows(const api::StudyTable& table) {
 }
 
 api::StudyTable study(const py::object& scene, const py::object& folder,
-                      const api::Settings* settings, const py::object& drivers,
-                      const py::object& estimators, const py::object& samplers,
-                      const py::object& budgets, const py::object& seconds, const py::object& seeds,
-                      const std::string& baseline, bool denoised, bool separate,
-                      const py::object& reference, const py::object& reference_spp,
-                      const py::object& cache, bool restart, const py::object& threads,
+                      const api::Settings* settings, const py::object& threads,
                       const py::kwargs& options) {
-  api::Settings all = settings ? *settings : api::Settings();
-  apply(options, all);
   const std::string file = path_of(scene);
-  const api::StudyRequest request{.folder = path_of(folder),
-                                  .drivers = list_of(drivers, "drivers"),
-                                  .estimators = list_of(estimators, "estimators"),
-                                  .samplers = list_of(samplers, "samplers"),
-                                  .spp = list_of(budgets, "budgets"),
-                                  .seconds = list_of(seconds, "seconds"),
-                                  .seeds = count_of(seeds, "seeds"),
-                                  .baseline = baseline,
-                                  .denoise = denoised,
-                                  .separate = separate,
-                                  .reference = reference.is_none() ? "" : path_of(reference),
-                                  .reference_spp = count_of(reference_spp, "reference_spp"),
-                                  .cache = cache.is_none() ? "" : path_of(cache),
-                                  .restart = restart};
+  api::StudyRequest request(path_of(folder));
+  api::Settings all = settings ? *settings : api::Settings();
+  for (const auto& [key, value] : options) {
+    const std::string name = setting_name(py::cast<std::string>(key));
+    const bool own = std::ranges::find(kOptions, name) != std::end(kOptions);
+    if (own && value.is_none()) continue;  // its default
+    const std::string text = setting_text(name, value);
+    own ? void(request.set(name, text)) : void(all.set(name, text));
+  }
   const api::Resources resources = resources_of(threads, py::none(), py::none());
   return result_of(
       [&](Call& call) { return api::study(file, all, request, resources, call.given_up()); });
@@ -96,14 +75,14 @@ void add_studies(py::module_& module) {
           "For people: each method's error, slope and speedup.");
   module.def(
       "study", &study, "scene"_a, "folder"_a, "settings"_a = nullptr, py::kw_only(),
-      "drivers"_a = py::none(), "estimators"_a = py::none(), "samplers"_a = py::none(),
-      "budgets"_a = py::none(), "seconds"_a = py::none(), "seeds"_a = py::none(), "baseline"_a = "",
-      "denoised"_a = false, "separate"_a = false, "reference"_a = py::none(),
-      "reference_spp"_a = py::none(), "cache"_a = py::none(), "restart"_a = false, "threads"_a = 0,
+      "threads"_a = 0,
       "Speed against error: renders a scene's file by every method, seed and budget, and measures "
-      "the pictures. drivers, estimators and samplers are lists; budgets are samples per pixel, or "
-      "else seconds. Writes study.csv, study.json and study.html into the folder, in which a study "
-      "that was stopped goes on. Settings and options are those of all frames.");
+      "the pictures. drivers, estimators and samplers are lists; spp are budgets in samples per "
+      "pixel, seconds in seconds; seeds is a number of runs; denoise=True renders each method "
+      "again with a denoised picture; reference is a picture, else one of reference_spp is "
+      "rendered and kept in cache. Writes study.csv, study.json and study.html into the folder, in "
+      "which a study that was stopped goes on; restart=True begins anew. Settings and other "
+      "options are those of all frames.");
 }
 
 }  // namespace emberline::python

@@ -25,14 +25,14 @@ std::string encoded(const py::handle& path) {
   return py::bytes(py::module_::import("os").attr("fsencode")(path));
 }
 
-std::optional<size_t> find(const api::Picture& picture, std::string_view channel) {
+std::optional<size_t> find(const api::RenderedPicture& picture, std::string_view channel) {
   const auto found = std::ranges::find(picture.channels, channel);
   if (found == picture.channels.end()) return std::nullopt;
   return size_t(found - picture.channels.begin());
 }
 
 // Whose channels they are: those with the layer's name and a full stop before theirs.
-std::vector<size_t> channels_of(const api::Picture& picture, const std::string& layer) {
+std::vector<size_t> channels_of(const api::RenderedPicture& picture, const std::string& layer) {
   std::vector<size_t> indices;
   const auto add = [&](const std::string& prefix, std::string_view letters) {
     for (const char letter : letters) {
@@ -56,8 +56,9 @@ std::vector<size_t> channels_of(const api::Picture& picture, const std::string& 
 }
 
 // Channels at even distances are a view, others a copy.
-py::array planes(const std::shared_ptr<api::Picture>& picture, const std::vector<size_t>& indices) {
-  api::Picture& p = *picture;
+py::array planes(const std::shared_ptr<api::RenderedPicture>& picture,
+                 const std::vector<size_t>& indices) {
+  api::RenderedPicture& p = *picture;
   const auto count = py::ssize_t(p.channels.size()), size = py::ssize_t(sizeof(float));
   const auto at = [&](size_t i) { return py::ssize_t(indices[i]); };
   const py::ssize_t step = indices.size() > 1 ? at(1) - at(0) : 1;
@@ -92,7 +93,7 @@ std::string channel_name(const py::handle& name) {
   throw py::value_error("channels: " + std::string(py::repr(name)) + " is no text");
 }
 
-py::array standard_error(const std::shared_ptr<api::Picture>& picture) {
+py::array standard_error(const std::shared_ptr<api::RenderedPicture>& picture) {
   const std::vector<size_t> variance = channels_of(*picture, "variance");
   if (variance.empty()) throw py::key_error("error: needs the aov \"variance\"");
   const py::array values = planes(picture, variance);
@@ -180,13 +181,13 @@ std::string edits_text(const py::object& edits) {
       dumps(all, py::arg("default") = plain, py::arg("allow_nan") = false));
 }
 
-py::array pixels(const std::shared_ptr<api::Picture>& picture) {
+py::array pixels(const std::shared_ptr<api::RenderedPicture>& picture) {
   std::vector<size_t> all(picture->channels.size());
   for (size_t i = 0; i < all.size(); ++i) all[i] = i;
   return planes(picture, all);
 }
 
-py::array layer(const std::shared_ptr<api::Picture>& picture, const std::string& name) {
+py::array layer(const std::shared_ptr<api::RenderedPicture>& picture, const std::string& name) {
   if (name == "error" && !find(*picture, name)) return standard_error(picture);
   if (const auto channel = find(*picture, name == "alpha" ? "A" : name)) {
     return planes(picture, {*channel})[py::make_tuple(py::ellipsis(), 0)];
@@ -197,7 +198,7 @@ py::array layer(const std::shared_ptr<api::Picture>& picture, const std::string&
                       std::string(py::str(", ").attr("join")(layers(*picture)).cast<py::str>()));
 }
 
-py::list layers(const api::Picture& picture) {
+py::list layers(const api::RenderedPicture& picture) {
   py::list names;
   for (const std::string& channel : picture.channels) {
     const size_t stop = channel.rfind('.');
@@ -229,9 +230,10 @@ FloatArray floats_of(const py::handle& array, const std::string& what) {
 }
 
 FloatArray rgb_of(const py::handle& picture, const std::string& what) {
-  if (is_object_of<api::Picture>(picture)) {
-    const auto of = py::cast<std::shared_ptr<api::Picture>>(picture);
-    return FloatArray(layer(of, "RGB"));
+  if (is_object_of<api::RenderedPicture>(picture)) {
+    const auto of = py::cast<std::shared_ptr<api::RenderedPicture>>(picture);
+    layer(of, "RGB");  // or its KeyError
+    return FloatArray({of->height, of->width, 3}, of->rec709().data());
   }
   const FloatArray values = floats_of(picture, what);
   if (values.ndim() != 3 || values.shape(2) != 3 || values.size() == 0) {
@@ -264,14 +266,14 @@ std::optional<double> real_number(const py::handle& value, const std::string& wh
   return number;
 }
 
-api::Picture picture_of(const py::array& array, const py::object& channels) {
+api::RenderedPicture picture_of(const py::array& array, const py::object& channels) {
   const FloatArray values = floats_of(array, "picture");
   if (values.ndim() < 2 || values.ndim() > 3 || values.size() == 0) {
     throw py::value_error("picture: an array of the shape " + shape_of(values) +
                           ", where (height, width) or (height, width, channels) is needed");
   }
   const auto count = size_t(values.ndim() == 3 ? values.shape(2) : 1);
-  api::Picture picture;
+  api::RenderedPicture picture;
   picture.height = int(values.shape(0));
   picture.width = int(values.shape(1));
   if (PyAnySet_Check(channels.ptr())) {

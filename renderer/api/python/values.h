@@ -36,20 +36,21 @@ using FloatArray = py::array_t<float, py::array::c_style>;
 // Of a channel ("Z", "N.X", "samples") rows x columns; of a layer ("RGB", "RGBA", "albedo", "N")
 // rows x columns x channels. A view into the picture, which it keeps alive, unless the channels lie
 // scattered. "alpha" is A, "error" the standard error of R G B (aov "variance"). Throws KeyError.
-py::array layer(const std::shared_ptr<api::Picture>& picture, const std::string& name);
-py::list layers(const api::Picture& picture);
+py::array layer(const std::shared_ptr<api::RenderedPicture>& picture, const std::string& name);
+py::list layers(const api::RenderedPicture& picture);
 // All channels.
-py::array pixels(const std::shared_ptr<api::Picture>& picture);
+py::array pixels(const std::shared_ptr<api::RenderedPicture>& picture);
 
-// Linear R G B of a Picture or an array, called `what`, as the library takes it. Throws TypeError
-// for values that float32 does not hold, ValueError for another shape than (height, width, 3).
+// Linear Rec. 709 of a Picture or an array, called `what`, as the library takes it. Throws
+// TypeError for values that float32 does not hold, ValueError for another shape than (height,
+// width, 3).
 FloatArray rgb_of(const py::handle& picture, const std::string& what);
 // None is nothing. Throws TypeError and ValueError, each of which names the argument.
 std::optional<int64_t> whole_number(const py::handle& value, const std::string& what);
 std::optional<double> real_number(const py::handle& value, const std::string& what);
 
 // What an array holds as a picture, its channels called so; without, by their number.
-api::Picture picture_of(const py::array& array, const py::object& channels);
+api::RenderedPicture picture_of(const py::array& array, const py::object& channels);
 // Throws TypeError for values that float32 does not hold.
 FloatArray floats_of(const py::handle& array, const std::string& what);
 std::string shape_of(const py::array& array);

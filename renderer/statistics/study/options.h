@@ -2,21 +2,26 @@
 #pragma once
 
 #include <cstdint>
+#include <initializer_list>
 #include <optional>
 #include <string>
 
 #include "renderer/drivers/adaptive/adaptive_settings.h"
 #include "renderer/drivers/adaptive/error_estimator.h"
+#include "renderer/engine/setting_table.h"
 #include "renderer/output/render_options.h"
 
 namespace emberline {
 
 inline constexpr uint32_t kMostStudySeeds = 10000;
 
+// The settings of a study's frames; what is compared is in the lists of StudyOptions.
+inline constexpr std::initializer_list<SettingGroup> kStudySettings = {
+    SettingGroup::kSample, SettingGroup::kSeed,  SettingGroup::kSchedule,
+    SettingGroup::kView,   SettingGroup::kLight, SettingGroup::kLoading};
+
 struct StudyOptions {
-  // Scene, view, light, integrator, depth, filter, buckets, threads and the first seed; what is
-  // compared is in the lists below.
-  RenderOptions frame;
+  RenderOptions frame;  // kStudySettings, the scene and what the machine gives
   // Lists, separated by commas. An estimator may have its allocation behind it and then `unbiased`:
   // "two-stream/mse", "two-stream/display/unbiased".
   std::string drivers = "bucket,bisection,adaptive";

@@ -166,6 +166,19 @@ void check_count(std::string_view name, std::optional<uint32_t> count, uint32_t 
   throw UsageError("`{}`: {} is not from {} to {}", name, *count, least, most);
 }
 
+// A client may have settings of every kind.
+void check_settings(const FrameSettings& settings) {
+  const FrameSettings none;
+  for (const Setting& row : setting_table()) {
+    if (std::ranges::find(kStudySettings, row.group) != kStudySettings.end()) continue;
+    if (row.text(settings) == row.text(none)) continue;
+    throw UsageError(
+        "`{}`: a study has no such setting of its frames; what it compares, and how, is "
+        "in its own options",
+        row.name);
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> parse_samplers(const std::string& list) {
@@ -193,8 +206,10 @@ StudyPlan plan_study(const StudyOptions& options) {
   if (options.frame.working_space != WorkingSpace::kRec709) {
     throw UsageError("`working-space`: study measures in rec709; valid with render");
   }
-  if (is_part(options.frame)) {
-    throw UsageError("`part`, `sample-range`: a study measures whole pictures");
+  check_settings(options.frame);
+  if (!options.reference.empty() && (options.reference_spp || !options.cache.empty())) {
+    throw UsageError(
+        "`reference-spp`, `cache`: are of a reference that is rendered, and `reference` is given");
   }
   check_count("seeds", options.seeds, 1, kMostStudySeeds);
   check_count("reference-spp", options.reference_spp, 2, kMaxSamples);

@@ -1,6 +1,7 @@
 #include "renderer/statistics/study/study.h"
 
 #include <fmt/format.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <cmath>
@@ -12,6 +13,7 @@
 #include "renderer/core/readable.h"
 #include "renderer/engine/render_plan.h"
 #include "renderer/output/frame_memory.h"
+#include "renderer/output/outputs.h"
 #include "renderer/output/report.h"
 #include "renderer/output/rgb_file.h"
 #include "renderer/statistics/study/denoise.h"
@@ -82,7 +84,7 @@ void Study::reserve_frames() {
   const uint64_t reference =
       2 * sizeof(float) * film_channels(study_reference_aovs()).size() + 6 * 3 * sizeof(float);
   const uint64_t references = bytes_of(renderer_.pixels(), reference + kComparisonBytesPerPixel);
-  reserve_frame(most + references, renderer_.crop(), memory_);
+  reserve_pixels(most + references, renderer_.crop(), memory_);
 }
 
 // All that it will write, but for settings, pace and the reference's halves.
@@ -423,6 +425,27 @@ void Study::write_results(WriteAttempts& attempts) {
   write("study.json", study_json);
   attempts.attempt(folder_.path("study.html"),
                    [&] { write_study_page(results_, options_.folder); });
+}
+
+StudyOutcome make_study(const StudyOptions& options, const std::string& folder,
+                        const std::function<void(Study&)>& render) {
+  const StudyPlan plan = plan_study(options);
+  FileRegister files;
+  files.write_below(folder, options.folder);
+  register_inputs(options.frame, files);
+  if (!options.reference.empty()) {
+    files.read(options.reference, "the file of `reference` is in it");
+  }
+  return tbb::task_arena(options.frame.threads).execute([&] {
+    Study study(options, plan, files, options.frame.threads);
+    study.prepare();
+    render(study);
+    StudyOutcome outcome;
+    if (!study.has_reference()) return outcome;
+    study.write_results(outcome.attempts);
+    outcome.results = study.results();
+    return outcome;
+  });
 }
 
 }  // namespace emberline

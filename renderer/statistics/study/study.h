@@ -80,4 +80,15 @@ class Study {
   std::stop_token stop_;
 };
 
+// What a study has come to.
+struct StudyOutcome {
+  std::optional<StudyResults> results;  // none: stopped before there was a reference
+  WriteAttempts attempts = {};
+};
+// A study from its options to its files, on `options.frame.threads` threads. `folder`: what the
+// client calls the folder of the results. `render` calls Study::render(), once. Throws UsageError,
+// InputError and RenderError.
+StudyOutcome make_study(const StudyOptions& options, const std::string& folder,
+                        const std::function<void(Study&)>& render);
+
 }  // namespace emberline

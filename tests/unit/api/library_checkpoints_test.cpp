@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
@@ -128,7 +129,7 @@ TEST_F(LibraryCheckpoints, AreOfOneFrameAlone) {
   EXPECT_TRUE(render(files, scene, settings).complete);
   std::ofstream(path("text")) << "no checkpoint";
   EXPECT_THROW(render(RenderFiles::at(path("text")), scene, settings), UsageError);
-  EXPECT_THROW(render(RenderFiles::at(""), scene, settings), UsageError);
+  EXPECT_THROW(RenderFiles::at(""), UsageError);
   EXPECT_THROW(stored_frame(path("text")), InputError);
 }
 
@@ -150,6 +151,32 @@ TEST_F(LibraryCheckpoints, AFinishedFrameGetsMore) {
   EXPECT_EQ(more.values, render(scene, many).values);
   EXPECT_EQ(stored_frame(files.checkpoint).settings.get("spp"), "24");
   EXPECT_FALSE(fs::exists(files.checkpoint + ".next"));
+}
+
+TEST_F(LibraryCheckpoints, AStudyTakesTheSettingsOfItsFrames) {
+  const std::string scene = EMBERLINE_SCENES "/cornell_box.glb";
+  const Settings frame = Settings().set("size", "8x8").set("max-depth", "2");
+  StudyRequest request(path("study"));
+  request.set("drivers", "bucket").set("spp", "1,2").set("seeds", "1").set("reference-spp", "8");
+  const StudyTable table = study(scene, frame, request);
+  EXPECT_TRUE(table.complete);
+  EXPECT_EQ(table.rows.size(), 2u);
+  EXPECT_EQ(study(scene, frame, StudyRequest(request)).rows.size(), 2u) << "goes on";
+  using Given = std::pair<std::string, std::string>;
+  for (const auto& [name, text] :
+       {Given("spp", "4"), Given("noise-threshold", "0.1"), Given("light-groups", "yes"),
+        Given("denoise", "yes"), Given("aov", "N"), Given("variant", "dark")}) {
+    try {
+      study(scene, Settings(frame).set(name, text), request);
+      FAIL() << name;
+    } catch (const UsageError& error) {
+      EXPECT_TRUE(std::string(error.what()).starts_with(name + ": a study")) << error.what();
+    }
+  }
+  EXPECT_THROW(request.set("budgets", "1"), UsageError);
+  EXPECT_THROW(request.set("seeds", "some"), UsageError);
+  EXPECT_THROW(request.set("denoise", "perhaps"), UsageError);
+  EXPECT_THROW(study(scene, frame, StudyRequest("")), UsageError);
 }
 
 TEST_F(LibraryCheckpoints, PartsBecomeTheWhole) {
@@ -177,6 +204,49 @@ TEST_F(LibraryCheckpoints, PartsBecomeTheWhole) {
   EXPECT_LT(holes.samples, whole.samples);
   EXPECT_EQ(std::ranges::count(holes.channels, "part"), 1);
   EXPECT_THROW(merge({}), UsageError);
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_THROW(merge(parts, {}, {}, stop.get_token()), Stopped);
+  const std::string file = path("merged.exr");
+  write_picture(file, merge(parts));
+  EXPECT_EQ(read_picture(file).values, whole.values);
+}
+
+// A checkpoint is of the scene as it was loaded: no other file is taken for it.
+TEST_F(LibraryCheckpoints, TheScenesFilesAreThoseThatWereLoaded) {
+  const auto copy = [&](const std::string& name, const std::string& from) {
+    fs::copy_file(EMBERLINE_SCENES "/" + from, path(name), fs::copy_options::overwrite_existing);
+  };
+  copy("box.glb", "cornell_box.glb");
+  copy("sky.hdr", "dusk.hdr");
+  std::ofstream(path("edits.json"))
+      << R"({"emberline_edits": 1, "environment": {"file": "sky.hdr"}})";
+  const Settings settings = small("bucket").set("edits", path("edits.json"));
+  const RenderFiles files = RenderFiles::at(path("frame"));
+  const auto refused = [&](const Scene& scene) {
+    try {
+      render(files, scene, settings);
+      return false;
+    } catch (const InputError& error) {
+      return std::string(error.what()).find("have changed") != std::string::npos;
+    }
+  };
+  for (const char* const name : {"box.glb", "sky.hdr", "edits.json"}) {
+    Scene scene(path("box.glb"), settings);
+    EXPECT_FALSE(refused(scene)) << name;
+    fs::rename(path(name), path("old"));
+    EXPECT_TRUE(refused(scene)) << name;
+    fs::copy_file(path("old"), path(name));
+    EXPECT_TRUE(refused(scene)) << name << ": it is another file";
+    EXPECT_FALSE(fs::exists(files.checkpoint));
+    EXPECT_TRUE(render(scene, settings).complete) << "it needs no files";
+    scene.edit(R"({"emberline_edits": 1})");
+    EXPECT_EQ(refused(scene), name == std::string("box.glb")) << name << ": without those edits";
+    fs::remove(path("old"));
+  }
+  const Scene scene(path("box.glb"), settings);
+  fs::last_write_time(path("box.glb"), fs::file_time_type::clock::now() + std::chrono::hours(1));
+  EXPECT_TRUE(refused(scene)) << "its time is another";
 }
 
 }  // namespace

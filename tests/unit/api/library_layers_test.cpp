@@ -5,6 +5,8 @@
 #include <bit>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 
 #include "renderer/api/emberline.h"
 
@@ -88,14 +90,20 @@ TEST_F(LibraryLayers, MattesShowWhatHasANameThere) {
 TEST_F(LibraryLayers, WorkingSpacesAreOfTheSceneAndTheFile) {
   const Settings settings = small().set("working-space", "acescg");
   const Scene scene(scene_file("cornell_box.glb"), settings);
-  const Picture wide = render(scene, settings);
+  const RenderedPicture wide = render(RenderFiles::none(), scene, settings);
+  EXPECT_EQ(wide.values, render(scene, settings).values);
   const Scene plain(scene_file("cornell_box.glb"), small());
   const Picture narrow = render(plain, small());
   EXPECT_THROW(render(plain, settings), UsageError);
   EXPECT_GT(std::abs(mean(wide, "R") - mean(narrow, "R")), 0.01 * mean(narrow, "R"));
   const std::string file = ::testing::TempDir() + "library_wide.exr";
-  write_picture(file, wide, scene, settings);
-  EXPECT_NEAR(mean(read_picture(file), "R"), mean(narrow, "R"), 0.01 * mean(narrow, "R"));
+  write_picture(file, wide);
+  const Picture back = read_picture(file);
+  EXPECT_NEAR(mean(back, "R"), mean(narrow, "R"), 0.01 * mean(narrow, "R"));
+  EXPECT_EQ(wide.rec709(), RenderedPicture(back).rec709()) << "as compare() takes it";
+  EXPECT_NE(wide.rec709(), RenderedPicture(static_cast<const Picture&>(wide)).rec709())
+      << "which does not know its working space";
+  EXPECT_THROW(RenderedPicture().rec709(), UsageError);
   std::filesystem::remove(file);
 }
 
@@ -116,15 +124,34 @@ TEST_F(LibraryLayers, TheDenoisedPictureIsAnotherLayer) {
 TEST_F(LibraryLayers, FilesAreTheCommands) {
   const Settings settings = small().set("half", "RGBA").set("exr-parts", "layers").set("aov", "N");
   const Scene scene(scene_file("cornell_box.glb"), settings);
-  const Picture picture = render(scene, settings);
+  RenderedPicture picture = render(RenderFiles::none(), scene, settings);
   const std::string file = ::testing::TempDir() + "library_half.exr";
-  write_picture(file, picture, scene, settings);
+  write_picture(file, picture);
   const Picture back = read_picture(file);
   EXPECT_NE(mean(back, "R"), mean(picture, "R"));
   EXPECT_NEAR(mean(back, "R"), mean(picture, "R"), 1e-3);
   EXPECT_EQ(mean(back, "N.X"), mean(picture, "N.X"));
-  EXPECT_THROW(write_picture(file, picture, scene, Settings(settings).set("size", "8x8")),
-               UsageError);
+  picture.x = 1;
+  EXPECT_THROW(write_picture(file, picture), UsageError) << "not what was rendered";
+  std::filesystem::remove(file);
+}
+
+// What was rendered is what the file says, whatever the scene is by then.
+TEST_F(LibraryLayers, FilesAreOfTheSceneThatWasRendered) {
+  const Settings settings = small().set("time", "0.25").set("spp", "1");
+  Scene scene = Scene::animated(scene_file("moving_blade.glb"), settings);
+  const RenderedPicture picture = render(RenderFiles::none(), scene, settings);
+  const std::string file = ::testing::TempDir() + "library_posed.exr";
+  const auto bytes = [&](const RenderedPicture& of) {
+    write_picture(file, of);
+    std::ifstream stream(file, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(stream), {});
+  };
+  const std::string before = bytes(picture);
+  scene.pose(Settings(settings).set("time", "0.5"));
+  EXPECT_EQ(bytes(picture), before);
+  EXPECT_NE(bytes(render(RenderFiles::none(), scene, Settings(settings).set("time", "0.5"))),
+            before);
   std::filesystem::remove(file);
 }
 

@@ -176,8 +176,6 @@ def write(
     *,
     exposure: float = 0.0,
     channels: Optional[Iterable[str]] = None,
-    scene: Optional[Scene] = None,
-    settings: Optional[Settings] = None,
 ) -> None: ...
 def compare(image: _Rgb, reference: _Rgb, *, exposure: float = 0.0) -> Comparison: ...
 def flip(image: _Rgb, reference: _Rgb, *, exposure: float = 0.0) -> NDArray[np.float32]: ...
@@ -197,19 +195,6 @@ def study(
     folder: _Path,
     settings: Optional[Settings] = None,
     *,
-    drivers: Union[None, str, Sequence[str]] = None,
-    estimators: Union[None, str, Sequence[str]] = None,
-    samplers: Union[None, str, Sequence[str]] = None,
-    budgets: Union[None, str, Sequence[int]] = None,
-    seconds: Union[None, str, Sequence[float]] = None,
-    seeds: Optional[int] = None,
-    baseline: str = "",
-    denoised: bool = False,
-    separate: bool = False,
-    reference: Optional[_Path] = None,
-    reference_spp: Optional[int] = None,
-    cache: Optional[_Path] = None,
-    restart: bool = False,
     threads: int = 0,
-    **kwargs: _Value,
+    **kwargs: Optional[_Value],
 ) -> StudyTable: ...

@@ -40,7 +40,7 @@ def main():
         options.scene, size=options.size, spp=options.spp, light_groups=True, cryptomatte="object", denoise=True
     )
     picture = emberline.render(scene)
-    emberline.write(options.output + ".exr", picture, scene=scene)
+    emberline.write(options.output + ".exr", picture)
 
     # Light adds up, denoised or not.
     lights = [name for name in picture.layers if name.startswith("denoised.light.")]

@@ -24,7 +24,7 @@ def main():
     parser.add_argument("--size", type=int, nargs=2, default=(160, 90))
     options = parser.parse_args()
     table = emberline.study(
-        options.scene, options.folder, drivers=options.drivers, budgets=options.budgets, seeds=options.seeds,
+        options.scene, options.folder, drivers=options.drivers, spp=options.budgets, seeds=options.seeds,
         size=options.size,
     )
     runs = defaultdict(list)

@@ -1,0 +1,52 @@
+#include "renderer/output/frame_checkpoint.h"
+
+#include <nlohmann/json.hpp>
+
+#include "renderer/core/log.h"
+
+namespace emberline {
+
+void FrameCheckpoint::open(const nlohmann::json& head, bool own,
+                           const std::function<bool()>& save_now, uint64_t most, RenderJob& job) {
+  const CheckpointOptions kept = {.path = checkpoint_path(options_),
+                                  .by_tiles = job.by_tiles(),
+                                  .resume = options_.resume,
+                                  .interval_s = options_.checkpoint_interval_s,
+                                  .own = own,
+                                  .finished = options_.extended,
+                                  .save_now = save_now};
+  checkpoint_.emplace(kept, head);
+  if (options_.resume && options_.extended.empty() && !checkpoint_->goes_on()) {
+    log_info(kept.path + " has nothing to go on with; the frame begins anew");
+  }
+  checkpoint_->begin(job, most);
+}
+
+void FrameCheckpoint::rendered(bool stopped, PixelStop cause, RenderJob& job) {
+  if (!checkpoint_ || job.by_tiles() || stopped || !keeps_checkpoint(options_)) return;
+  job.end(cause);
+  checkpoint_->save(job);
+}
+
+void FrameCheckpoint::not_written(bool stopped, RenderJob& job) {
+  if (!checkpoint_ || job.by_tiles() || stopped || keeps_checkpoint(options_)) return;
+  checkpoint_->save(job);
+}
+
+CheckpointReport FrameCheckpoint::finish(bool stopped, bool written, RenderJob& job) {
+  if (!checkpoint_) return {};
+  if (!written) not_written(stopped, job);
+  const bool done = !stopped && written;
+  return checkpoint_->finish(done, !done || keeps_checkpoint(options_));
+}
+
+void FrameCheckpoint::log_failure(const CheckpointReport& report) const {
+  if (report.error.empty()) return;
+  if (keeps_checkpoint(options_)) {
+    log_error(report.error);
+  } else if (report.kept) {
+    log_warning(report.error + "; what is done is not saved");
+  }
+}
+
+}  // namespace emberline
