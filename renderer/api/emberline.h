@@ -387,12 +387,12 @@ struct DisplayedPicture {
   int width = 0, height = 0;
   std::vector<uint8_t> values;
 };
-// How a heatmap looks, as `emberline heatmap` has it. Since 1.1.0.
+// How a heatmap looks, by the options of `emberline heatmap`. Since 1.1.0.
 struct HeatmapLook {
-  std::string colours = "grey";                    // or viridis, inferno, magma, turbo
+  std::string colors = "grey";                     // or viridis, inferno, magma, turbo
   std::optional<std::pair<double, double>> range;  // of the colours; absent: the values decide
-  bool logarithmic = false;
-  bool plain = false;  // without legend, which is below the pixels
+  bool log = false;                                // logarithmic
+  bool plain = false;                              // without legend, which is below the pixels
 };
 // The bytes of the command's picture before it is encoded; write_picture() of them is its file.
 // Throws as heatmap_values() does. Since 1.1.0.

@@ -18,8 +18,8 @@ Plane plane_of(const HeatmapQuantity& quantity, const Picture& picture) {
 
 HeatmapStyle style_of(const HeatmapLook& look) {
   HeatmapStyle style;
-  style.colours = parse_colour_map(look.colours);
-  style.logarithmic = look.logarithmic;
+  style.colours = parse_colour_map(look.colors);
+  style.logarithmic = look.log;
   style.plain = look.plain;
   if (!look.range) return style;
   const auto [least, most] = *look.range;

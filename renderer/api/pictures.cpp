@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <set>
+#include <span>
 
 #include "io/display/display.h"
 #include "io/display/working_space.h"
@@ -28,6 +29,19 @@ size_t channel(const std::string& path, const Picture& picture, const std::strin
     throw emberline::UsageError(path + ": the picture has no channel " + name);
   }
   return size_t(found - picture.channels.begin());
+}
+
+// Interleaved, of these channels alone.
+std::vector<float> values_of(const std::string& path, const Picture& picture,
+                             std::span<const std::string> names) {
+  std::vector<size_t> places;
+  for (const std::string& name : names) places.push_back(channel(path, picture, name));
+  std::vector<float> values;
+  values.reserve(picture.values.size() / picture.channels.size() * names.size());
+  for (size_t i = 0; i < picture.values.size(); i += picture.channels.size()) {
+    for (const size_t place : places) values.push_back(picture.values[i + place]);
+  }
+  return values;
 }
 
 Rect pixels_of(const Picture& picture) {
@@ -62,15 +76,13 @@ void write_displayed(const std::string& path, const Picture& picture, double exp
     throw emberline::UsageError(
         "\"{}\": unknown format; valid suffixes are .exr, .png, .jpg, .jpeg", printable(path));
   }
-  std::vector<size_t> places;
-  for (const char* c : {"R", "G", "B"}) places.push_back(channel(path, picture, shown.layer + c));
-  if (shown.alpha) places.push_back(channel(path, picture, "A"));
-  const size_t pixels = size_t(picture.width) * size_t(picture.height);
-  std::vector<float> rgba(4 * pixels, 1.0f);
-  for (size_t i = 0; i < pixels; ++i) {
-    for (size_t c = 0; c < places.size(); ++c) {
-      rgba[4 * i + c] = picture.values[i * picture.channels.size() + places[c]];
-    }
+  std::vector<std::string> names;
+  for (const char* c : {"R", "G", "B"}) names.push_back(shown.layer + c);
+  if (shown.alpha) names.push_back("A");
+  const std::vector<float> values = values_of(path, picture, names);
+  std::vector<float> rgba(values.size() / names.size() * 4, 1.0f);
+  for (size_t i = 0; i < rgba.size() / 4; ++i) {
+    std::copy_n(&values[i * names.size()], names.size(), &rgba[4 * i]);
   }
   const DisplaySettings display{.display = {}, .view = {}, .look = {}, .exposure = float(exposure)};
   write_display_image(path, {0, 0, picture.width, picture.height},
@@ -169,12 +181,7 @@ std::vector<float> RenderedPicture::rec709() const {
     check_picture("rec709", *this);
     Picture rgb;
     rgb.channels = {"R", "G", "B"};
-    std::array<size_t, 3> places;
-    for (size_t c = 0; c < 3; ++c) places[c] = channel("rec709", *this, rgb.channels[c]);
-    rgb.values.reserve(3 * size_t(width) * size_t(height));
-    for (size_t i = 0; i < values.size(); i += channels.size()) {
-      for (const size_t place : places) rgb.values.push_back(values[i + place]);
-    }
+    rgb.values = values_of("rec709", *this, rgb.channels);
     if (record_) make_rec709(record_->output.view.space, rgb);
     return std::move(rgb.values);
   });

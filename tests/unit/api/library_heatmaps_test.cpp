@@ -45,7 +45,7 @@ TEST_F(LibraryHeatmaps, SayWhatTheyNeed) {
   const Picture picture = frame();
   EXPECT_THROW(heatmap(picture, "heat"), UsageError);
   HeatmapLook look;
-  look.colours = "red";
+  look.colors = "red";
   EXPECT_THROW(heatmap(picture, "samples", look), UsageError);
   look = {};
   look.range = std::pair(2.0, 1.0);
