@@ -1,68 +1,86 @@
 #include "renderer/app/run_scene.h"
 
+#include <nlohmann/json.hpp>
 #include <utility>
 
-#include "renderer/core/errors.h"
+#include "renderer/app/failure.h"
 #include "renderer/core/log.h"
 #include "renderer/engine/frame_scene.h"
 #include "renderer/output/checkpoint_head.h"
 
 namespace emberline {
+namespace {
 
-void RunScene::load(const RenderOptions& options, const SceneBuildOptions& build, bool fingerprints,
-                    LoadProgress& progress) {
-  const std::optional<double> time = chosen_time(options);
-  if (is_built() && (!scene_->can_pose() || time == time_)) return;
-  time_ = time;
-  stands_ = false;
-  read_.reset();
-  if (scene_ && scene_->can_pose()) {
-    read_.emplace(scene_->read(options, edits_, progress));
-  } else {
-    read(options, build, fingerprints, progress);
+// What a step of the first frame's scene throws is wrong with the scene.
+template <typename Step>
+auto first_time(const Step& step) {
+  try {
+    return step();
+  } catch (const std::exception& error) {
+    const Failure failure = failure_of(error);
+    throw UnusableScene(failure.exit_code, failure.message);
   }
+}
+
+}  // namespace
+
+CameraDescription ScenePose::camera_of(const FrameSettings& settings) const {
+  return turned(camera, settings, bounds);
+}
+
+void PosedScene::report(RenderReport& report) const {
+  report.camera = pose.camera.name;
+  report.coverage = open->coverage();
+  report.repairs = open->repairs();
+  report.features = open->scene().features();
+  report.memory = open->scene().memory();
+}
+
+ReadPose RunScene::load(const RenderOptions& options, const SceneBuildOptions& build,
+                        bool fingerprints, LoadProgress& progress) {
+  const std::optional<double> time = chosen_time(options);
+  if (posed_ && (!posed_->open->can_pose() || time == posed_->pose.time)) {
+    return {posed_->pose, std::nullopt};
+  }
+  ReadScene read = posed_ ? posed_->open->read(options, edits_, progress) : first_time([&] {
+    return open(options, {.build = build, .poses = frames_ && time}, fingerprints, progress);
+  });
   RenderOptions still = options;
   still.turntable.reset();
-  camera_ = choose_camera(still, read_->description(), read_->edits());
-  if (options.turntable) bounds_ = framed_bounds(read_->description());
+  ScenePose pose{time, choose_camera(still, read.description(), read.edits()), {}};
+  if (options.turntable) pose.bounds = framed_bounds(read.description());
+  return {std::move(pose), std::move(read)};
 }
 
-void RunScene::read(const RenderOptions& options, const SceneBuildOptions& build, bool fingerprints,
-                    LoadProgress& progress) {
-  scene_.reset();
-  failed_ = !was_built_;
+ReadScene RunScene::open(const RenderOptions& options, const OpenOptions& asked, bool fingerprints,
+                         LoadProgress& progress) {
   if (fingerprints) *inputs_ = input_fingerprints(options, progress);
-  checked_ = false;
   edits_ = load_edits(options, progress);
-  read_.emplace(options, edits_, OpenOptions{.build = build, .poses = frames_ && time_}, progress);
-  files_ = read_->description().files;
-  failed_ = false;
+  ReadScene read(options, edits_, asked, progress);
+  files_ = read.description().files;
+  return read;
 }
 
-void RunScene::build(LoadProgress& progress) {
-  if (is_built()) return;
-  failed_ = !was_built_;
-  if (scene_) {
-    scene_->pose(*std::exchange(read_, std::nullopt), progress);
+const PosedScene& RunScene::build(const RenderOptions& options, ReadPose frame,
+                                  LoadProgress& progress) {
+  if (!frame.read) return *posed_;
+  if (posed_) {
+    posed_->open->pose(*std::move(frame.read), progress);
+    posed_->pose = std::move(frame.pose);
   } else {
-    scene_ = std::move(*read_).build(progress);
-    read_.reset();
+    posed_ = first_time([&] {
+      PosedScene built{(*std::move(frame.read)).build(progress), std::move(frame.pose)};
+      check_inputs(options, progress);
+      return built;
+    });
   }
-  failed_ = false;
-  was_built_ = stands_ = true;
-  warnings_ = warnings_so_far().size();
+  posed_->warnings = warnings_so_far().size();
+  return *posed_;
 }
 
-void RunScene::check_inputs(const RenderOptions& options, LoadProgress& progress) {
-  if (checked_) return;
-  if (*inputs_ != input_fingerprints(options, progress)) {
-    throw InputError(options.scene, "its files have changed while they were read; start again");
-  }
-  checked_ = true;
-}
-
-CameraDescription RunScene::camera(const RenderOptions& options) const {
-  return turned(camera_, options, bounds_);
+void RunScene::check_inputs(const RenderOptions& options, LoadProgress& progress) const {
+  if (inputs_->is_null() || *inputs_ == input_fingerprints(options, progress)) return;
+  throw InputError(options.scene, "its files have changed while they were read; start again");
 }
 
 void RunScene::register_inputs(FileRegister& files) const {
@@ -70,15 +88,6 @@ void RunScene::register_inputs(FileRegister& files) const {
     files.read(edits_.environment.file, "it is the environment of --edits");
   }
   files.read(files_, "the scene reads");
-}
-
-void RunScene::report(RenderReport& report) const {
-  report.camera = camera_.name;
-  report.coverage = scene_->coverage();
-  report.repairs = scene_->repairs();
-  report.features = scene().features();
-  report.memory = scene().memory();
-  report.budget = limits_.memory;
 }
 
 }  // namespace emberline

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string_view>
 
 namespace emberline {
 
@@ -20,6 +21,10 @@ enum class Reconstruction { kDuplicate, kLinear };
 
 // In what units an error counts (drivers/adaptive/error_metric.h).
 enum class ErrorMetric { kMse, kRelMse, kDisplay, kDenoised };
+
+// What the adaptive driver takes where a frame names no estimator and no allocation.
+inline constexpr std::string_view kDefaultEstimator = "nested";
+inline constexpr ErrorMetric kDefaultAllocation = ErrorMetric::kDisplay;
 
 // Every `count`-th tile of the driver's order, from the `index`-th on, 1 the first.
 struct FramePart {

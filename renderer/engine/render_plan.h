@@ -47,6 +47,8 @@ struct RenderPlan {
   Frame frame(const Scene& scene, const Camera& camera, const SceneParts& parts = {},
               const std::stop_token& stop = {}) const;
   DriverFactory drivers() const { return driver_factory(driver->name, driver_settings); }
+  // How many buckets there are for the frame's parts to share. Throws UsageError for too many.
+  size_t buckets() const;
 
   const DriverEntry* driver;
   DriverSettings driver_settings;
@@ -72,6 +74,13 @@ struct RenderPlan {
 
 // Every pixel gets the same number of samples. Throws UsageError for a driver that there is not.
 bool shares_evenly(const FrameSettings& settings);
+
+// The driver finishes one tile after another and shows no picture of the whole frame before.
+bool finishes_tiles(const FrameSettings& settings);
+
+// The name of the error that samples are shared out by; empty where the frame shares evenly or its
+// estimator says only which pixels are not finished.
+std::string_view allocation_of(const FrameSettings& settings);
 
 // The settings ask for a denoised picture, by name or because samples are to go where it gains.
 bool denoises(const FrameSettings& settings);

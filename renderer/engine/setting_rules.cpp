@@ -385,12 +385,9 @@ namespace {
 
 RulesHelp tell_rules(const Setting& setting) {
   RulesHelp help = {rules_of(setting_rules(), setting.name), ""};
-  for (std::string_view rest = setting.values; !rest.empty();) {
-    const size_t end = std::min(rest.find('\n', 1), rest.size());
-    const std::string_view line = rest.substr(0, end);  // "\n  name: summary"
-    help.values += line;
-    help.values += rules_of(setting_rules(), setting.name, line.substr(3, line.find(':') - 3));
-    rest.remove_prefix(end);
+  for (const auto& [name, summary] : setting.values) {
+    help.values +=
+        fmt::format("\n  {}: {}{}", name, summary, rules_of(setting_rules(), setting.name, name));
   }
   return help;
 }

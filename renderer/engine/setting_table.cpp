@@ -97,14 +97,14 @@ Setting number(const std::string& name, SettingGroup group, T least, T most,
     settings.*Member = *value;
   };
   return {
-      name, group, fmt::format("{}..{}", least, most), help, "", false, read, member_text<Member>};
+      name, group, fmt::format("{}..{}", least, most), help, {}, false, read, member_text<Member>};
 }
 
 template <typename Table>
-std::string summaries(const Table& table) {
-  std::string lines;
-  for (const auto& entry : table) lines += fmt::format("\n  {}: {}", entry.name, entry.summary);
-  return lines;
+std::vector<ValidName> names_of(const Table& table) {
+  std::vector<ValidName> names;
+  for (const auto& entry : table) names.push_back({entry.name, entry.summary});
+  return names;
 }
 
 // A name of `table`.
@@ -114,7 +114,7 @@ Setting named(const std::string& name, SettingGroup group, const std::string& ki
   const auto read = [=](FrameSettings& settings, std::string_view text) {
     settings.*Member = find_named(table, fmt::format("`{}`", name), kind, text).name;
   };
-  return {name, group, "NAME", help, summaries(table), false, read, member_text<Member>};
+  return {name, group, "NAME", help, names_of(table), false, read, member_text<Member>};
 }
 
 // A value of `table`, or, of an optional member, none.
@@ -128,7 +128,7 @@ Setting choice(const std::string& name, SettingGroup group, const std::string& k
     const std::optional<T> value = settings.*Member;
     return std::string(value ? name_of(table, *value) : "");
   };
-  return {name, group, "NAME", help, summaries(table), false, read, text};
+  return {name, group, "NAME", help, names_of(table), false, read, text};
 }
 
 template <auto Member>
@@ -136,7 +136,7 @@ Setting word(const std::string& name, SettingGroup group, const std::string& typ
              const std::string& help) {
   const bool file = type == "FILE" || type == "DIR";
   const auto read = [](FrameSettings& settings, std::string_view text) { settings.*Member = text; };
-  return {name, group, type, help, "", file, read, member_text<Member>};
+  return {name, group, type, help, {}, file, read, member_text<Member>};
 }
 
 template <auto Member>
@@ -145,7 +145,7 @@ Setting flag(const std::string& name, SettingGroup group, const std::string& hel
     if (text != "yes" && text != "no") refuse(name, text, "yes or no");
     settings.*Member = text == "yes";
   };
-  return {name, group, "", help, "", false, read, member_text<Member>};
+  return {name, group, "", help, {}, false, read, member_text<Member>};
 }
 
 template <auto Member>
@@ -158,7 +158,7 @@ Setting point(const std::string& name, const std::string& help) {
     }
     settings.*Member = Vec3d(v[0], v[1], v[2]);
   };
-  return {name, kView, "X,Y,Z", help, "", false, read, member_text<Member>};
+  return {name, kView, "X,Y,Z", help, {}, false, read, member_text<Member>};
 }
 
 Setting size() {
@@ -172,7 +172,7 @@ Setting size() {
     settings.height = v[1];
   };
   const auto text = [](const FrameSettings& s) { return fmt::format("{}x{}", s.width, s.height); };
-  return {"size", kSample, "WxH", "frame in pixels", "", false, read, text};
+  return {"size", kSample, "WxH", "frame in pixels", {}, false, read, text};
 }
 
 Setting crop() {
@@ -182,7 +182,7 @@ Setting crop() {
     settings.crop = Rect{v[0], v[1], v[2], v[3]};
   };
   return {"crop", kView, "X0,Y0,X1,Y1", "render these pixels only, X1 and Y1 excluded",
-          "",     false, read,          member_text<&FrameSettings::crop>};
+          {},     false, read,          member_text<&FrameSettings::crop>};
 }
 
 Setting part() {
@@ -198,7 +198,7 @@ Setting part() {
           "K/N",
           "every N-th bucket, from the K-th on. Nothing is written but the checkpoint "
           "OUTPUT.part-K-of-N.checkpoint, for `emberline merge`",
-          "",
+          {},
           false,
           read,
           member_text<&FrameSettings::part>};
@@ -216,7 +216,7 @@ Setting sample_range() {
           kPart,
           "A-B",
           "samples A to B - 1 of each pixel alone, likewise for `emberline merge`",
-          "",
+          {},
           false,
           read,
           member_text<&FrameSettings::sample_range>};
@@ -242,7 +242,7 @@ Setting turntable() {
           "N|K/N",
           "N frames (`frames` 1-N) with the camera once round the scene, about the vertical axis "
           "through its centre; K/N: frame K of them. The scene stands still, but for `animation`",
-          "",
+          {},
           false,
           read,
           member_text<&FrameSettings::turntable>};
@@ -274,7 +274,7 @@ Setting shutter() {
           "when the shutter opens and closes, in frames from the frame's time on; what moves "
           "meanwhile is blurred. 0,0.5 is a shutter of 180 degrees, -0.25,0.25 the same about the "
           "frame's time",
-          "",
+          {},
           false,
           read,
           member_text<&FrameSettings::shutter>};
@@ -293,7 +293,7 @@ Setting sun() {
           "ELEVATION,AZIMUTH",
           "a clear sky with the sun so many degrees above the horizon, and from -Z towards +X "
           "(north and east). Below the horizon it is twilight, then night",
-          "",
+          {},
           false,
           read,
           member_text<&FrameSettings::sun>};
@@ -310,7 +310,7 @@ Setting backfaces() {
   const auto text = [](const FrameSettings& s) { return s.show_backfaces ? "show" : "cull"; };
   return {"backfaces", kLight,
           "cull|show", "single-sided faces seen from behind: cull (as glTF says) or show",
-          "",          false,
+          {},          false,
           read,        text};
 }
 
@@ -322,7 +322,7 @@ Setting names(const std::string& name, const std::string& help, const Table& tab
     check(text);
     settings.*Member = text;
   };
-  return {name, kChannels, "LIST", help, summaries(table), false, read, member_text<Member>};
+  return {name, kChannels, "LIST", help, names_of(table), false, read, member_text<Member>};
 }
 
 // Not said unless it differs from the default.
@@ -549,6 +549,10 @@ nlohmann::ordered_json json_of(const Setting& setting, const std::string& text) 
 std::span<const Setting> setting_table() {
   static const std::vector<Setting> table = make_table();
   return table;
+}
+
+const Setting& setting_named(std::string_view name) {
+  return find_named(setting_table(), "setting", "setting", name);
 }
 
 SettingTexts setting_texts(const FrameSettings& settings,

@@ -31,13 +31,17 @@ enum class SettingGroup : uint8_t {
   kTurn,      // which of several frames
 };
 
+struct ValidName {
+  std::string_view name, summary;
+};
+
 struct Setting {
   std::string name;  // of its option, without the dashes
   SettingGroup group;
-  std::string type;         // of its value, for --help; empty: on or off
-  std::string help;         // a line; in brackets what holds where nothing is given
-  std::string values = {};  // a line for each valid name
-  bool file = false;        // its value is a path
+  std::string type;  // of its value, for --help; empty: on or off
+  std::string help;  // a line; in brackets what holds where nothing is given
+  std::vector<ValidName> values = {};
+  bool file = false;  // its value is a path
   // Throws UsageError: the option, the text, what is valid.
   std::function<void(FrameSettings& settings, std::string_view text)> read;
   // A text of which read() makes the same value; empty: none is given.
@@ -45,6 +49,8 @@ struct Setting {
 };
 
 std::span<const Setting> setting_table();
+// For names that are in the table.
+const Setting& setting_named(std::string_view name);
 
 // Names and texts of the settings that have a text, in the table's order: of all, or of these
 // groups.

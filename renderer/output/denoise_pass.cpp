@@ -328,6 +328,13 @@ uint64_t denoise_bytes(const Rect& crop, int tile_size, Names channels, int rows
 
 DenoiseReport denoise_frame(const DenoiseJob& job) { return Pass(job).run(); }
 
+DenoiseReport denoise_films(DenoiseJob job) {
+  SharedRows rows(job.crop, job.channels, std::move(job.read));
+  job.channels = with_shared_sums(job.channels);
+  job.read = [&](const Rect& part, std::vector<float>& pixels) { rows.read(part, pixels); };
+  return denoise_frame(job);
+}
+
 void PixelSpool::write_tile(const Rect& tile, const std::vector<float>& pixels) {
   const size_t row = size_t(tile.width()) * channels_;
   for (int y = tile.y0; y < tile.y1; ++y) {

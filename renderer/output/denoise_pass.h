@@ -57,6 +57,9 @@ struct DenoiseJob {
 // On the calling thread's TBB arena; the bits do not depend on it. Throws what read and write
 // throw.
 DenoiseReport denoise_frame(const DenoiseJob& job);
+// The same where `channels` and `read` are those of a frame's films: what neighbours count of their
+// samples is summed up on the way (renderer/film/shared_samples.h).
+DenoiseReport denoise_films(DenoiseJob job);
 
 // Tiles in, rows out, by way of a scratch file.
 class PixelSpool {

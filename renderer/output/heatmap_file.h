@@ -69,9 +69,6 @@ class HeatmapFile {
   void finish();
 
  private:
-  void write_exr();
-  void write_picture();
-
   std::string path_;
   HeatmapStyle style_;
   QuantityPlane plane_;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <functional>
 
 #include "io/image/output.h"
 #include "io/image/picture_mark.h"
@@ -15,6 +16,7 @@
 #include "renderer/engine/frame_scene.h"
 #include "renderer/engine/half_layers.h"
 #include "renderer/engine/render_plan.h"
+#include "renderer/film/shared_samples.h"
 #include "renderer/output/report.h"
 
 namespace emberline {
@@ -273,33 +275,31 @@ void FrameOutputs::spool(const Rect& tile, const std::vector<float>& pixels) {
 
 std::optional<DenoiseReport> FrameOutputs::finish_spooled(const std::stop_token& stop) {
   if (!spool_ || !spool_failure_.empty()) return std::nullopt;
-  SharedRows rows(
-      settings_.crop, names_of(channels_.list()),
-      [&](const Rect& part, std::vector<float>& pixels) { spool_->read_rows(part, pixels); });
   try {
-    if (settings_.denoise) return denoise(rows, stop);
-    write_tiles(rows);
+    if (settings_.denoise) return denoise(stop);
+    write_tiles();
   } catch (const RenderError& error) {
     spool_failure_ = error.what();
   }
   return std::nullopt;
 }
 
-DenoiseReport FrameOutputs::denoise(SharedRows& rows, const std::stop_token& stop) {
+DenoiseReport FrameOutputs::denoise(const std::stop_token& stop) {
   log_verbose("denoising");
-  const DenoiseJob job = {
-      .crop = settings_.crop,
-      .channels = names_of(summed_channels(channels_.list())),
-      .tile_size = settings_.tile_size,
-      .read = [&](const Rect& part, std::vector<float>& pixels) { rows.read(part, pixels); },
-      .write = [&](const Rect& tile,
-                   const std::vector<float>& pixels) { write_denoised(tile, pixels); },
-      .stop = stop};
-  return denoise_frame(job);
+  const auto read = std::bind_front(&PixelSpool::read_rows, spool_.get());
+  const auto write = std::bind_front(&FrameOutputs::write_denoised, this);
+  return denoise_films({.crop = settings_.crop,
+                        .channels = names_of(channels_.list()),
+                        .tile_size = settings_.tile_size,
+                        .read = read,
+                        .write = write,
+                        .stop = stop});
 }
 
-void FrameOutputs::write_tiles(SharedRows& rows) {
+void FrameOutputs::write_tiles() {
   const Rect& crop = settings_.crop;
+  SharedRows rows(crop, names_of(channels_.list()),
+                  std::bind_front(&PixelSpool::read_rows, spool_.get()));
   const size_t channels = summed_channels(channels_.list()).size();
   const int size = settings_.tile_size;
   std::vector<float> pixels;

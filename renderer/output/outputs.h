@@ -19,7 +19,6 @@
 #include "renderer/core/rect.h"
 #include "renderer/engine/render_sink.h"
 #include "renderer/engine/stop_request.h"
-#include "renderer/film/shared_samples.h"
 #include "renderer/output/denoise_pass.h"
 #include "renderer/output/frame_channels.h"
 #include "renderer/output/heatmap_file.h"
@@ -120,8 +119,8 @@ class FrameOutputs final : public RenderSink {
   void begin_spool();
   void spool(const Rect& tile, const std::vector<float>& pixels);
   void write(ExrOutput& exr, const Rect& tile, const std::vector<float>& pixels);
-  DenoiseReport denoise(SharedRows& rows, const std::stop_token& stop);
-  void write_tiles(SharedRows& rows);
+  DenoiseReport denoise(const std::stop_token& stop);
+  void write_tiles();
   void write_denoised(const Rect& tile, const std::vector<float>& pixels);
   bool nothing_left() const;  // to write a tile to
 

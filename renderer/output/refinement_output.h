@@ -1,7 +1,6 @@
 // The adaptive driver's refinement tree as files.
 #pragma once
 
-#include <string>
 
 #include "io/files/write_attempts.h"
 #include "renderer/engine/render_job.h"

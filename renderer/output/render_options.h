@@ -1,7 +1,6 @@
 // What `emberline render` is told.
 #pragma once
 
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>

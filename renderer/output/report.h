@@ -1,7 +1,6 @@
 // report.json: what a render did, in seconds, bytes and counts.
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>

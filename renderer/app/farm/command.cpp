@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -22,7 +21,6 @@
 #include "renderer/core/log.h"
 #include "renderer/core/shortened.h"
 #include "renderer/core/utf8.h"
-#include "renderer/drivers/bucket_schedule.h"
 #include "renderer/engine/setting_table.h"
 #include "renderer/output/checkpoint.h"
 #include "renderer/output/checkpoint_head.h"
@@ -118,12 +116,10 @@ void check_frame(const RenderOptions& options, uint32_t parts) {
   RenderOptions part = options;
   part.part = FramePart{1, parts};
   const RenderPlan plan(part);
-  const size_t buckets =
-      bucket_schedule(plan.crop, options.bucket_size, options.bucket_order, plan.seed).size();
-  if (parts > buckets) {
+  if (parts > plan.buckets()) {
     throw UsageError(
         "--parts {}: the frame has {} buckets of --bucket-size {}; a part needs one at least",
-        parts, buckets, options.bucket_size);
+        parts, plan.buckets(), options.bucket_size);
   }
   FileRegister files;
   check_output_paths(options, plan.crop, files);

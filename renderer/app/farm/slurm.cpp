@@ -7,7 +7,6 @@
 #include <array>
 #include <filesystem>
 #include <sstream>
-#include <string_view>
 
 #include "renderer/app/farm/run_tool.h"
 #include "renderer/core/errors.h"

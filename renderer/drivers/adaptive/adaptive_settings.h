@@ -8,9 +8,6 @@
 
 namespace emberline {
 
-inline constexpr std::string_view kDefaultEstimator = "nested";
-inline constexpr ErrorMetric kDefaultAllocation = ErrorMetric::kDisplay;
-
 // Whichever limit is met first ends a pixel or the frame. 0: no such limit.
 struct AdaptiveSettings {
   std::string_view estimator = kDefaultEstimator;

@@ -5,8 +5,6 @@
 #include <optional>
 #include <string>
 
-#include "renderer/drivers/adaptive/adaptive_settings.h"
-#include "renderer/drivers/adaptive/error_estimator.h"
 #include "renderer/output/render_options.h"
 
 namespace emberline {

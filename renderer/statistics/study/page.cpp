@@ -9,7 +9,6 @@
 #include <optional>
 #include <span>
 
-#include "io/files/atomic_file.h"
 #include "renderer/core/readable.h"
 #include "renderer/statistics/html_page.h"
 #include "renderer/statistics/study/page_pictures.h"
@@ -127,11 +126,8 @@ PageTable speedups_by_budget(const StudyResults& results, StudyMetric metric) {
 
 // ---- curves ------------------------------------------------------------------------------------
 
-ChartPoint chart_point(const CurvePoint& point, StudyAxis axis) {
-  ChartPoint p{point.position(axis), point.error.value};
-  if (point.error.low) p.low = *point.error.low;
-  if (point.error.high) p.high = *point.error.high;
-  return p;
+ChartPoint chart_point(double x, const Estimate& y) {
+  return {x, y.value, y.low.value_or(NAN), y.high.value_or(NAN)};
 }
 
 Markup curve_chart(const StudyResults& results, StudyMetric metric, StudyAxis axis) {
@@ -148,7 +144,7 @@ Markup curve_chart(const StudyResults& results, StudyMetric metric, StudyAxis ax
     ChartSeries series{results.methods[m].name};
     series.spread = ChartSpread::kBand;
     for (const CurvePoint& point : study_curve(results, m, metric)) {
-      series.points.push_back(chart_point(point, axis));
+      series.points.push_back(chart_point(position(point, axis), point.error));
     }
     chart.series.push_back(std::move(series));
   }
@@ -272,12 +268,9 @@ void add_calibration(HtmlPage& page, const StudyResults& results) {
   for (size_t m = 0; m < results.methods.size(); ++m) {
     ChartSeries series{results.methods[m].name, {}, int(m)};
     for (const CalibrationGroup& group : calibration(results, m)) {
-      ChartPoint p{group.mean_samples, group.ratio.value};
-      if (group.ratio.low) p.low = *group.ratio.low;
-      if (group.ratio.high) p.high = *group.ratio.high;
-      series.points.push_back(p);
-      least = std::min(least, p.x);
-      most = std::max(most, p.x);
+      series.points.push_back(chart_point(group.mean_samples, group.ratio));
+      least = std::min(least, group.mean_samples);
+      most = std::max(most, group.mean_samples);
     }
     if (!series.points.empty()) chart.series.push_back(std::move(series));
   }
@@ -447,11 +440,6 @@ std::string study_page(const StudyResults& results, const std::string& folder) {
   add_runs(page, results);
   add_settings(page, results);
   return page.finish();
-}
-
-void write_study_page(const StudyResults& results, const std::string& folder) {
-  write_file_atomically((std::filesystem::path(folder) / "study.html").string(),
-                        study_page(results, folder));
 }
 
 }  // namespace emberline
