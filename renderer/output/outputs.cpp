@@ -52,25 +52,26 @@ ExrHeader exr_header(const AovSet& aovs, int width, int height, const Rect& crop
 }
 
 OutputSettings output_settings(const RenderOptions& options, const Rect& crop) {
-  OutputSettings settings{options.width,
-                          options.height,
-                          crop,
-                          tile_size(find_driver(options.driver), options.bucket_size),
-                          aovs_of(options),
-                          settings_attributes(options),
-                          options.display,
-                          options.transparent,
-                          heatmap_requests(options),
-                          options.heatmap_style,
-                          options.clamp_indirect.has_value(),
-                          denoises(options),
-                          options.light_groups,
-                          parse_cryptomattes(options.cryptomattes),
-                          options.cryptomatte_levels,
-                          parse_half_layers(options.half),
-                          options.exr_compression,
-                          options.exr_parts,
-                          view_of(options)};
+  OutputSettings settings;
+  settings.width = options.width;
+  settings.height = options.height;
+  settings.tile_size = tile_size(find_driver(options.driver), options.bucket_size);
+  settings.view = view_of(options);
+  settings.compression = options.exr_compression;
+  settings.parts = options.exr_parts;
+  settings.attributes = settings_attributes(options);
+  settings.crop = crop;
+  settings.aovs = aovs_of(options);
+  settings.display = options.display;
+  settings.transparent = options.transparent;
+  settings.heatmaps = heatmap_requests(options);
+  settings.heatmap_style = options.heatmap_style;
+  settings.clamps = options.clamp_indirect.has_value();
+  settings.denoise = denoises(options);
+  settings.light_groups = options.light_groups;
+  settings.cryptomattes = parse_cryptomattes(options.cryptomattes);
+  settings.cryptomatte_levels = options.cryptomatte_levels;
+  settings.half = parse_half_layers(options.half);
   for (const HeatmapRequest& heatmap : settings.heatmaps) {
     if (heatmap.quantity->aov) settings.aovs.insert(*heatmap.quantity->aov);
   }
@@ -83,15 +84,9 @@ ExrHeader frame_header(const OutputSettings& settings, std::vector<ExrChannel> c
     const bool half = channel.type == ChannelType::kFloat && is_half(channel.name, settings.half);
     if (half) channel.type = ChannelType::kHalf;
   }
-  ExrHeader header = {.width = settings.width,
-                      .height = settings.height,
-                      .data_window = settings.crop,
-                      .tile_size = settings.tile_size,
-                      .channels = std::move(channels),
-                      .view = settings.view,
-                      .compression = settings.compression,
-                      .parts = settings.parts,
-                      .attributes = settings.attributes};
+  ExrHeader header = settings;
+  header.data_window = settings.crop;
+  header.channels = std::move(channels);
   header.view.camera = layers.camera;
   header.attributes.emplace_back(kCompleteAttribute, "false");
   header.attributes.emplace_back(kSamplesAttribute, std::string(kMostDigits, ' '));

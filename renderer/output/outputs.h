@@ -28,25 +28,20 @@
 
 namespace emberline {
 
-struct OutputSettings {
-  int width = 0, height = 0;
+// What the files of a frame are to hold. The header is that of an EXR, without channels and camera.
+struct OutputSettings : ExrHeader {
   Rect crop;
-  int tile_size = 64;
   AovSet aovs;
-  std::vector<std::pair<std::string, std::string>> attributes;
   DisplaySettings display;
-  bool transparent = false;                   // PNG gets an alpha channel
-  std::vector<HeatmapRequest> heatmaps = {};  // whose channels are among `aovs`
-  HeatmapStyle heatmap_style = {};
+  bool transparent = false;              // PNG gets an alpha channel
+  std::vector<HeatmapRequest> heatmaps;  // whose channels are among `aovs`
+  HeatmapStyle heatmap_style;
   bool clamps = false;   // --clamp-indirect
   bool denoise = false;  // the files get the denoised picture, too
   bool light_groups = false;
-  std::vector<CryptomatteKind> cryptomattes = {};
+  std::vector<CryptomatteKind> cryptomattes;
   int cryptomatte_levels = 0;
-  std::vector<std::string> half = {};  // layers
-  ExrCompression compression = ExrCompression::kZip;
-  ExrParts parts = ExrParts::kOne;
-  ExrView view = {};  // without a camera
+  std::vector<std::string> half;  // layers
 };
 
 // With the channels that the heatmaps need.

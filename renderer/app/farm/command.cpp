@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <set>
 
 #include "io/files/atomic_file.h"
@@ -129,12 +130,6 @@ void check_frame(const RenderOptions& options, uint32_t parts) {
   }
 }
 
-std::vector<uint64_t> jobs_of(const FarmRecord& record) {
-  std::vector<uint64_t> jobs = record.arrays;
-  if (record.merge) jobs.push_back(*record.merge);
-  return jobs;
-}
-
 std::vector<SlurmTask> tasks_of(const std::vector<uint64_t>& jobs) {
   auto tasks = queued_tasks(jobs);
   if (tasks) return *std::move(tasks);
@@ -143,7 +138,7 @@ std::vector<SlurmTask> tasks_of(const std::vector<uint64_t>& jobs) {
 
 void refuse_running(const FarmFolder& folder) {
   if (!fs::exists(folder.file("job.json"))) return;
-  const std::vector<uint64_t> jobs = jobs_of(read_record(folder));
+  const std::vector<uint64_t> jobs = read_record(folder).jobs();
   if (jobs.empty()) return;
   const std::vector<SlurmTask> tasks = tasks_of(jobs);
   if (tasks.empty()) return;
@@ -188,7 +183,7 @@ void forget_progress(const FarmFolder& folder, const std::vector<uint32_t>& part
 
 std::vector<uint32_t> all_parts(uint32_t count) {
   std::vector<uint32_t> parts(count);
-  for (uint32_t i = 0; i < count; ++i) parts[i] = i + 1;
+  std::iota(parts.begin(), parts.end(), 1u);
   return parts;
 }
 
@@ -315,14 +310,14 @@ int retry_frame(const FarmFolder& folder) {
   read_settings(folder.file("settings.json"), settings);
   settings.scene = record.scene;
   check_checkpoints(folder, settings, record.parts);
-  const std::vector<SlurmTask> tasks = tasks_of(jobs_of(record));
+  const std::vector<SlurmTask> tasks = tasks_of(record.jobs());
   bool merge_waits = false;
   std::set<uint32_t> busy;
   std::vector<std::string> others;
   for (const SlurmTask& task : tasks) {
     merge_waits |= record.merge == task.job;
     if (!task.task || !busy.insert(*task.task).second) continue;
-    others.push_back(fmt::format("{}_{}", task.job, *task.task));
+    others.push_back(task.id());
   }
   std::vector<uint32_t> lacking;
   for (const uint32_t part : all_parts(record.parts)) {
@@ -343,7 +338,7 @@ int retry_frame(const FarmFolder& folder) {
 }
 
 int cancel_frame(const FarmFolder& folder) {
-  const std::vector<uint64_t> jobs = jobs_of(read_record(folder));
+  const std::vector<uint64_t> jobs = read_record(folder).jobs();
   if (jobs.empty())
     throw UsageError("{}: nothing was submitted to Slurm (farm --print)", folder.path);
   cancel_jobs(jobs);

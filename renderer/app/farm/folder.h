@@ -47,6 +47,8 @@ struct FarmRecord {
   SlurmRequest request;
   std::vector<uint64_t> arrays;   // of the parts, the last submitted last
   std::optional<uint64_t> merge;  // absent: nothing was submitted
+
+  std::vector<uint64_t> jobs() const;  // all of them
 };
 
 // Throws InputError where there is none, or one that cannot be: anything may stand there.

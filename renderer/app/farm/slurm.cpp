@@ -58,6 +58,10 @@ std::array<std::string, kCount> fields_of(const std::string& line) {
 
 }  // namespace
 
+std::string SlurmTask::id() const {
+  return task ? fmt::format("{}_{}", job, *task) : std::to_string(job);
+}
+
 bool is_partition(const std::string& text) {
   return std::ranges::all_of(text, [](char c) { return is_plain(c) || c == ','; });
 }

@@ -35,6 +35,8 @@ struct SlurmTask {
   std::optional<uint32_t> task;
   bool running = false;
   std::string state, node, reason;
+
+  std::string id() const;  // "JOB_TASK" or "JOB"
 };
 // Those of these jobs; nothing where nobody knows: no Slurm, or its controller does not answer.
 std::optional<std::vector<SlurmTask>> queued_tasks(std::span<const uint64_t> jobs);

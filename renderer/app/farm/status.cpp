@@ -94,16 +94,12 @@ struct Queue {
   std::map<std::string, std::string> ended;
 
   explicit Queue(const FarmRecord& record) {
-    std::vector<uint64_t> jobs = record.arrays;
-    if (record.merge) jobs.push_back(*record.merge);
+    const std::vector<uint64_t> jobs = record.jobs();
     if (jobs.empty()) return;
     const auto queued = queued_tasks(jobs);
     known = queued.has_value();
     if (!queued) return;
-    for (const SlurmTask& task : *queued) {
-      tasks[task.task ? fmt::format("{}_{}", task.job, *task.task) : std::to_string(task.job)] =
-          task;
-    }
+    for (const SlurmTask& task : *queued) tasks[task.id()] = task;
     ended = ended_tasks(jobs);
   }
 };

@@ -161,9 +161,7 @@ Json method_summary(const StudyResults& r, size_t method) {
 }
 
 Json pairs_json(const std::vector<std::pair<std::string, std::string>>& pairs) {
-  Json json = Json::object();
-  for (const auto& [key, value] : pairs) json[key] = value;
-  return json;
+  return Json::object_t(pairs.begin(), pairs.end());
 }
 
 Json settings_json(const StudySettings& s) {
