@@ -19,7 +19,7 @@ DenoiserFeatures FeatureRecorder::background(const Rgb& light) {
 
 void FeatureRecorder::see(const SampleBatch& batch, const Ray& ray, float length,
                           const ShadedPoint& point, const SurfaceBsdf& bsdf, const Rgb& throughput,
-                          DenoiserFeatures* seen) {
+                          DenoiserFeatures* features) {
   if (state_ != State::kOnTheWay) {
     state_ = State::kPast;
     return;
@@ -30,11 +30,11 @@ void FeatureRecorder::see(const SampleBatch& batch, const Ray& ray, float length
   length_ += length;
   const bool unlit = point.surface.material->unlit();
   const Rgb albedo = unlit ? Rgb(0.0f) : bsdf.albedo();
-  seen->albedo = at_most_1(throughput * (albedo + point.material.emission));
-  seen->normal = point.frame.shading.normal;
+  features->albedo = at_most_1(throughput * (albedo + point.material.emission));
+  features->normal = point.frame.shading.normal;
   const float nearness = float(batch.scene.scale()) / (axial_share_ * length_);
-  seen->nearness = nearness < DenoiserFeatures::kMostNearness ? std::max(nearness, 0.0f)
-                                                              : DenoiserFeatures::kMostNearness;
+  features->nearness = nearness < DenoiserFeatures::kMostNearness ? std::max(nearness, 0.0f)
+                                                                  : DenoiserFeatures::kMostNearness;
   if (unlit || bsdf.has_non_delta()) state_ = State::kThere;
 }
 

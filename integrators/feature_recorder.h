@@ -13,14 +13,14 @@ class FeatureRecorder {
   // Each vertex of the path as it is shaded; the ray that came to it has this length. A path that
   // ends before a surface that scatters in all directions shows its last.
   void see(const SampleBatch& batch, const Ray& ray, float length, const ShadedPoint& point,
-           const SurfaceBsdf& bsdf, const Rgb& throughput, DenoiserFeatures* seen);
+           const SurfaceBsdf& bsdf, const Rgb& throughput, DenoiserFeatures* features);
   // The light that was sampled at the vertex is not hidden.
-  void see_light(DenoiserFeatures* seen) const {
-    if (state_ == State::kThere) seen->visibility = 1.0f;
+  void see_light(DenoiserFeatures* features) const {
+    if (state_ == State::kThere) features->visibility = 1.0f;
   }
   // The path has left the scene, towards this light.
-  void see_background(const Rgb& light, DenoiserFeatures* seen) const {
-    if (state_ == State::kOnTheWay) *seen = background(light);
+  void see_background(const Rgb& light, DenoiserFeatures* features) const {
+    if (state_ == State::kOnTheWay) *features = background(light);
   }
   static DenoiserFeatures background(const Rgb& light);
 

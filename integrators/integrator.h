@@ -80,12 +80,12 @@ struct SampleBatch {
   const LightGuide* guide = nullptr;
   // What each sample shows, if that is asked for: as many as there are rays, empty when they
   // arrive.
-  std::span<DenoiserFeatures> seen = {};
+  std::span<DenoiserFeatures> features = {};
   // Which surfaces camera rays see otherwise, and those that went straight through smooth panes;
   // null: none. Of `path` and `direct`.
   const SurfaceRoles* roles = nullptr;
   // What catchers receive, if that is asked for: as many as there are rays, empty when they arrive.
-  std::span<CatcherSample> caught = {};
+  std::span<CatcherSample> catcher_samples = {};
   // Then, where there is an environment: chooses its samples by all of its light, as no BSDF sample
   // finds what MIS compensation leaves out.
   const LightGuide* catcher_guide = nullptr;
@@ -112,7 +112,7 @@ struct IntegratorEntry {
   std::string_view summary;
   std::unique_ptr<Integrator> (*create)(const IntegratorSettings&);
   bool shows_uv = false;  // texture coordinates are looked at even if no material reads them
-  bool tells_lights_apart = false;  // fills SampleBatch::light_values, layer_values and `seen`
+  bool tells_lights_apart = false;  // fills SampleBatch::light_values, layer_values and `features`
 };
 std::span<const IntegratorEntry> integrator_table();
 

@@ -71,7 +71,7 @@ void PathBatch<kGlass, kSplit>::trace(std::span<SampleValue> values) {
     values[size_t(lane)].rays = paths_[lane].rays;
     if (batch_.clamped) values[size_t(lane)].clamped = clamped_[lane];
   }
-  if (!caught_.empty()) [[unlikely]]
+  if (!catcher_lanes_.empty()) [[unlikely]]
     catch_shadows(values);
 }
 
@@ -114,13 +114,13 @@ void PathBatch<kGlass, kSplit>::find_first_hits(std::span<SampleValue> values) {
     }
     prefetch_hit(lane, &before);
     if (batch_.clamped) clamped_.emplace(lane) = Rgb(0.0f);
-    if (!batch_.seen.empty()) looks_.emplace(lane);
+    if (!batch_.features.empty()) feature_recorders_.emplace(lane);
     values[size_t(lane)].alpha = 1.0f;
     alive_.add(lane);
   }
   if (lights_.environment() && !settings_.transparent) see_background(missed, values);
-  if (batch_.roles && !batch_.caught.empty()) [[unlikely]] {
-    for (const int lane : missed) batch_.caught[size_t(lane)].background = 1.0f;
+  if (batch_.roles && !batch_.catcher_samples.empty()) [[unlikely]] {
+    for (const int lane : missed) batch_.catcher_samples[size_t(lane)].background = 1.0f;
   }
 }
 
@@ -136,8 +136,8 @@ void PathBatch<kGlass, kSplit>::see_background(const LaneList& missed,
   for (int i = 0; i < missed.size(); ++i) {
     values[size_t(missed[i])].radiance = radiance[i];
     values[size_t(missed[i])].alpha = 1.0f;
-    if (!batch_.seen.empty())
-      batch_.seen[size_t(missed[i])] = FeatureRecorder::background(radiance[i]);
+    if (!batch_.features.empty())
+      batch_.features[size_t(missed[i])] = FeatureRecorder::background(radiance[i]);
     if constexpr (kSplit) {
       if (batch_.light_values)
         batch_.light_values->add(missed[i], group_of_environment(), Rgb(1.0f), radiance[i]);
@@ -219,8 +219,8 @@ bool PathBatch<kGlass, kSplit>::find_seen_face(uint32_t depth, int lane) {
       ray.origin = point.spawn_origin(ray.direction);
       path.rays.scatter++;
       if (!intersect(ray, &path.hit)) {
-        if (!batch_.seen.empty()) [[unlikely]]
-          looks_[lane].see_background(Rgb(0.0f), &batch_.seen[size_t(lane)]);
+        if (!batch_.features.empty()) [[unlikely]]
+          feature_recorders_[lane].see_background(Rgb(0.0f), &batch_.features[size_t(lane)]);
         return false;
       }
       find_surface(scene_, ray, path.hit, &point);
@@ -325,9 +325,9 @@ void PathBatch<kGlass, kSplit>::shade(uint32_t depth, std::span<SampleValue> val
       fill_first_hit(batch_, path.hit, point, path.ray.time, bsdfs_[lane].albedo(),
                      &values[size_t(lane)].first_hit);
     }
-    if (!batch_.seen.empty()) [[unlikely]] {
-      looks_[lane].see(batch_, path.ray, path.hit.t, point, bsdfs_[lane], path.throughput,
-                       &batch_.seen[size_t(lane)]);
+    if (!batch_.features.empty()) [[unlikely]] {
+      feature_recorders_[lane].see(batch_, path.ray, path.hit.t, point, bsdfs_[lane],
+                                   path.throughput, &batch_.features[size_t(lane)]);
     }
     const Rgb emitted = surface_emission(path, point);
     if (!is_black(emitted)) {
@@ -491,8 +491,8 @@ void PathBatch<kGlass, kSplit>::add_connection(int lane) {
   Connection& c = connections_[lane];
   Path& path = paths_[lane];
   if (!passes(lane, &c.scattered)) return;
-  if (!batch_.seen.empty()) [[unlikely]]
-    looks_[lane].see_light(&batch_.seen[size_t(lane)]);
+  if (!batch_.features.empty()) [[unlikely]]
+    feature_recorders_[lane].see_light(&batch_.features[size_t(lane)]);
   // balance / (n pdf) = 1 / (n pdf + other); a point-like light has no other technique.
   const float light_pdf = float(path.last.light_samples) * c.light.pdf;
   const Rgb arriving =
@@ -693,8 +693,8 @@ void PathBatch<kGlass, kSplit>::follow_rays(std::span<SampleValue> values) {
       return true;
     }
     missed.add(lane);
-    if (!batch_.seen.empty()) [[unlikely]]
-      looks_[lane].see_background(Rgb(0.0f), &batch_.seen[size_t(lane)]);
+    if (!batch_.features.empty()) [[unlikely]]
+      feature_recorders_[lane].see_background(Rgb(0.0f), &batch_.features[size_t(lane)]);
     return false;
   });
   if (!missed.empty()) leave_scene(&missed, values);
@@ -716,15 +716,15 @@ bool PathBatch<kGlass, kSplit>::is_straight(const Path& path) const {
 // back. Light that they tint has three such numbers; alpha is one.
 template <bool kGlass, bool kSplit>
 void PathBatch<kGlass, kSplit>::see_nothing(LaneList* missed, std::span<SampleValue> values) {
-  const bool seen = lights_.environment() && !settings_.transparent;
-  if (seen && batch_.caught.empty()) return;
+  const bool visible = lights_.environment() && !settings_.transparent;
+  if (visible && batch_.catcher_samples.empty()) return;
   missed->filter([&](int lane) {
     const Path& path = paths_[lane];
     if (!is_straight(path)) return true;
     const float through = luminance(path.throughput);
-    if (!batch_.caught.empty()) batch_.caught[size_t(lane)].background = through;
-    if (!seen) values[size_t(lane)].alpha = 1.0f - through;
-    return seen;
+    if (!batch_.catcher_samples.empty()) batch_.catcher_samples[size_t(lane)].background = through;
+    if (!visible) values[size_t(lane)].alpha = 1.0f - through;
+    return visible;
   });
 }
 
@@ -737,13 +737,13 @@ void PathBatch<kGlass, kSplit>::see_roles(std::span<SampleValue> values, uint32_
     const SurfaceRole role = batch_.roles->of(path.hit.instance);
     if (role == SurfaceRole::kSeen || !is_straight(path)) return true;
     const float through = luminance(path.throughput);
-    const bool catches = role == SurfaceRole::kCatcher && !batch_.caught.empty();
-    if (catches) {
+    const bool is_catcher = role == SurfaceRole::kCatcher && !batch_.catcher_samples.empty();
+    if (is_catcher) {
       catches_.emplace(lane) = {path.ray, path.hit, depth + 1, through};
-      if (!caught_.contains(lane)) caught_.add(lane);
+      if (!catcher_lanes_.contains(lane)) catcher_lanes_.add(lane);
     }
     if (role == SurfaceRole::kCatcher && !settings_.transparent) return true;
-    if (catches) batch_.caught[size_t(lane)].hidden = through;
+    if (is_catcher) batch_.catcher_samples[size_t(lane)].hidden = through;
     values[size_t(lane)].alpha = 1.0f - through;
     return false;
   });
@@ -753,12 +753,12 @@ void PathBatch<kGlass, kSplit>::see_roles(std::span<SampleValue> values, uint32_
 template <bool kGlass, bool kSplit>
 void PathBatch<kGlass, kSplit>::catch_shadows(std::span<SampleValue> values) {
   if (lights_.empty()) return;
-  for (const int lane : caught_) {
+  for (const int lane : catcher_lanes_) {
     const Catch& at = catches_[lane];
     samples_.resume_sample(lane);
     samples_.start_slot(at.slot);
     catch_light(scene_, *batch_.roles, at.ray, at.hit, at.weight, batch_.catcher_guide, samples_,
-                &values[size_t(lane)].rays, &batch_.caught[size_t(lane)]);
+                &values[size_t(lane)].rays, &batch_.catcher_samples[size_t(lane)]);
   }
 }
 
@@ -784,9 +784,9 @@ void PathBatch<kGlass, kSplit>::see_environment(const LaneList& missed) {
   }
   for (int i = 0; i < missed.size(); ++i) {
     Path& path = paths_[missed[i]];
-    if (!batch_.seen.empty()) [[unlikely]]
-      looks_[missed[i]].see_background(path.throughput * radiance[i],
-                                       &batch_.seen[size_t(missed[i])]);
+    if (!batch_.features.empty()) [[unlikely]]
+      feature_recorders_[missed[i]].see_background(path.throughput * radiance[i],
+                                                   &batch_.features[size_t(missed[i])]);
     const LastVertex& from = sampled_from(path);
     if (from.light_samples > 0) {
       const float light_pdf = float(from.light_samples) * pdf[i] *

@@ -149,14 +149,14 @@ class PathBatch {
   LaneArray<TexelPlaces> texels_;
   LaneArray<SurfaceBsdf> bsdfs_;
   LaneArray<Connection> connections_;
-  LaneArray<FeatureRecorder> looks_;  // if SampleBatch::seen is asked for
+  LaneArray<FeatureRecorder> feature_recorders_;  // if SampleBatch::features is asked for
   struct Catch {
     Ray ray;
     SurfaceHit hit;
     uint32_t slot;  // of the surface's numbers
     float weight;
   };
-  LaneList caught_;
+  LaneList catcher_lanes_;
   LaneArray<Catch> catches_;  // of catchers that the camera sees, if that is asked for
   LaneArray<Rgb> clamped_;    // if light is clamped: what the lane's sample has lost
 };

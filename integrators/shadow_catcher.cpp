@@ -39,8 +39,8 @@ bool plate_blocks(const Scene& scene, const SurfaceRoles& roles, Vec3f from,
 
 void catch_light(const Scene& scene, const SurfaceRoles& roles, const Ray& ray,
                  const SurfaceHit& hit, float weight, const LightGuide* guide,
-                 PixelSamples& samples, SampleRays* rays, CatcherSample* caught) {
-  caught->catcher = weight;
+                 PixelSamples& samples, SampleRays* rays, CatcherSample* sample) {
+  sample->catcher = weight;
   SurfaceInteraction surface;
   scene.interaction(hit, ray.time, &surface);
   const SurfaceFrame frame = make_surface_frame(surface.geometric_normal, surface.shading_normal,
@@ -67,10 +67,10 @@ void catch_light(const Scene& scene, const SurfaceRoles& roles, const Ray& ray,
   Rgb through = through_clear_faces(scene, from, light, target, ray.time, key, &interior,
                                     &travelled, samples, rays, nullptr);
   if (interior.solid()) through *= absorption(scene, interior.solid(), light.distance - travelled);
-  caught->received = arriving * through;
+  sample->received = arriving * through;
   const bool in_plate =
       through != Rgb(1.0f) && plate_blocks(scene, roles, from, light, target, ray.time, key, rays);
-  caught->unshadowed = in_plate ? caught->received : arriving;
+  sample->unshadowed = in_plate ? sample->received : arriving;
 }
 
 }  // namespace emberline

@@ -11,6 +11,6 @@ namespace emberline {
 // those of the surface's own light sample, and `guide` is SampleBatch::catcher_guide.
 void catch_light(const Scene& scene, const SurfaceRoles& roles, const Ray& ray,
                  const SurfaceHit& hit, float weight, const LightGuide* guide,
-                 PixelSamples& samples, SampleRays* rays, CatcherSample* caught);
+                 PixelSamples& samples, SampleRays* rays, CatcherSample* sample);
 
 }  // namespace emberline

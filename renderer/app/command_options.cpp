@@ -120,13 +120,13 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
   add_grading(app, o.display);
 }
 
-constexpr ValidName kPictureFormats[] = {{"linear", "four floats a pixel, linear Rec. 709"},
+const SettingChoice kPictureFormats[] = {{"linear", "four floats a pixel, linear Rec. 709"},
                                          {"display", "four bytes, through OpenColorIO"}};
 
 // What both the window and a session are told of the frame in them.
 void add_live_options(CLI::App* app, RenderOptions& o,
                       std::initializer_list<std::string_view> left_out) {
-  std::vector<ValidName> drivers = setting_named("driver").values;
+  std::vector<SettingChoice> drivers = find_setting("driver")->choices;
   drivers.insert(
       drivers.begin(),
       {kLiveDriver,
@@ -213,14 +213,14 @@ void add_study_choices(CLI::App* app, StudyOptions& o) {
            "folder of the results; it is made if it is not there");
   add_text(app, "--drivers", o.drivers, "LIST",
            table_help("frame drivers, a list [bucket,bisection,adaptive]",
-                      setting_named("driver").values));
+                      find_setting("driver")->choices));
   add_text(app, "--estimators", o.estimators, "LIST",
            table_help("of the adaptive driver, a list of ESTIMATOR[/ALLOCATION][/unbiased] [" +
                           o.estimators + "]",
-                      setting_named("estimator").values));
+                      find_setting("estimator")->choices));
   add_text(app, "--samplers", o.samplers, "LIST",
            table_help("samplers, a list [sobol; of --convergence all]",
-                      setting_named("sampler").values));
+                      find_setting("sampler")->choices));
   add_text(app, "--spp", o.spp, "LIST",
            "budgets: samples per pixel on average, ascending [1,2,4,8,16,32,64]");
   add_text(app, "--seconds", o.seconds, "LIST", "budgets: seconds of rendering instead, ascending");
@@ -252,9 +252,7 @@ void add_study_choices(CLI::App* app, StudyOptions& o) {
 void add_option_rules(CLI::App* app) {
   for (CLI::Option* option : app->get_options()) {
     const std::string name = option->get_single_name();
-    const bool setting = std::ranges::find(setting_table(), name, &Setting::name) !=
-                         std::ranges::end(setting_table());
-    if (setting) continue;
+    if (find_setting(name)) continue;
     option->description(option->get_description() + rules_of(option_rules(), name));
   }
 }
@@ -349,7 +347,7 @@ void add_extend_options(CLI::App* app, ExtendOptions& o) {
       ->required();
   add_text(app, "--scene", o.scene, "FILE", "where its scene is now [where it was]");
   for (const char* name : {"spp", "noise-threshold", "max-spp", "time-limit"}) {
-    add_setting(app, setting_named(name), o.more);
+    add_setting(app, *find_setting(name), o.more);
   }
   add_outputs(app, o.more, "picture, as of render; may be given more than once [the frame's own]",
               "what was done, as of render");

@@ -10,7 +10,7 @@
 
 #include "renderer/core/archive.h"
 #include "renderer/core/parallel.h"
-#include "renderer/drivers/adaptive/refinement_views.h"
+#include "renderer/drivers/adaptive/smooth_reconstruction.h"
 #include "renderer/drivers/bisection_picture.h"
 #include "renderer/drivers/frame.h"
 #include "renderer/film/film.h"

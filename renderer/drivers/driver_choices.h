@@ -16,15 +16,14 @@ enum class BucketOrder { kHilbert, kSpiral, kScanline, kRandom };
 // Which lines `bisection` halves the frame by: whole rows, whole columns, or both in turn.
 enum class BisectionAxis { kRows, kColumns, kBoth };
 
+// Which estimator decides how large an error is, unless settings say so.
+inline constexpr std::string_view kDefaultEstimator = "nested";
+
 // What a pixel without samples shows.
 enum class Reconstruction { kDuplicate, kLinear };
 
 // In what units an error counts (drivers/adaptive/error_metric.h).
 enum class ErrorMetric { kMse, kRelMse, kDisplay, kDenoised };
-
-// What the adaptive driver takes where a frame names no estimator and no allocation.
-inline constexpr std::string_view kDefaultEstimator = "nested";
-inline constexpr ErrorMetric kDefaultAllocation = ErrorMetric::kDisplay;
 
 // Every `count`-th tile of the driver's order, from the `index`-th on, 1 the first.
 struct FramePart {

@@ -1,4 +1,4 @@
-// What films take, in bytes per pixel, before there are any.
+// Memory of films in bytes per pixel, known before they are allocated.
 #pragma once
 
 #include <cstddef>
@@ -9,20 +9,20 @@
 
 namespace emberline {
 
-// What a film holds of a pixel, and RenderJob::deliver() beside it where it fills in.
+// A film's bytes, and those that RenderJob::deliver() adds for pixels without samples.
 uint64_t film_bytes_per_pixel(const AovSet& aovs, const FilmExtras& extras);
 
-// What a job holds of each pixel of the crop in render() and deliver(), beside its workers' tiles,
-// at most; with light groups 24 bytes for each and 24 more. 0 by tiles.
+// The most that render() and deliver() of a job keep of a pixel of the crop, without its workers'
+// tiles; each light group adds 24 bytes, and 24 more for all. 0 for drivers of tiles.
 uint64_t kept_bytes_per_pixel(const DriverFactory& drivers, const AovSet& aovs);
-// Of each pixel of a worker's tile.
+// The bytes of a pixel of a worker's tile.
 uint64_t tile_bytes_per_pixel(const DriverFactory& drivers, const AovSet& aovs);
 
-// What RenderJob::deliver() takes of a film whose pixels do not all have a sample, for so many
-// layers or lights: each as it is shown, and a picture that they are taken from.
+// Further bytes of RenderJob::deliver() for a film with pixels without samples, for this number of
+// layers or lights: their values as shown, and a picture to take them from.
 uint64_t shown_layer_bytes_per_pixel(size_t layers);
 
-// Makes the film ready for the crop. Throws RenderError if there is not the memory for it.
+// Resets the film to the crop. Throws RenderError if there is not enough memory.
 void reset_film(const Rect& crop, FilmTile* film);
 
 }  // namespace emberline

@@ -121,7 +121,7 @@ void apply_lens(const FrameSettings& settings, CameraDescription& camera) {
   camera.lens_radius = lens_radius(*settings.f_stop, camera.fov_y);
 }
 
-// What the settings make of a camera, whosever it is.
+// Applies the settings to a camera, which may be the file's or the edits'.
 CameraDescription placed(const FrameSettings& settings, const SceneDescription& scene,
                          CameraDescription camera) {
   apply_lens(settings, camera);
@@ -135,7 +135,7 @@ bool later_is_wanted(const FrameSettings& settings) {
   return is_instant(settings) && AovSet::parse(settings.aovs).contains(Aov::kVelocity);
 }
 
-// A camera's transform after so many of `count` frames of a turn.
+// The camera's transform after some of the `count` frames of a turn.
 Mat44d turned_by(Mat44d m, int64_t frames, int64_t count, const Vec3d& center) {
   const int64_t place = (frames % count + count) % count;
   if (place == 0) return m;

@@ -18,20 +18,20 @@ namespace emberline {
 // The edits of the settings, or none. Throws InputError.
 SceneEdits load_edits(const FrameSettings& settings, const LoadProgress& progress);
 
-// When the scene is posed, in seconds; absent: at rest, if no animation is chosen. Throws
-// UsageError where it is said twice.
+// The time that the scene is posed for, in seconds; absent: no animation is chosen. Throws
+// UsageError if `time` and `frame` are both given.
 std::optional<double> chosen_time(const FrameSettings& settings);
 
 // Whether the shutter is open for no time.
 bool is_instant(const FrameSettings& settings);
 
-// The animation, time and shutter of edits, where the settings say nothing of them.
+// Fills in animation, time and shutter from the edits where the settings have none.
 void apply_animation(const AnimationEdit& edit, FrameSettings& settings);
 
-// How the settings have the scene's file read, but for what edits need. Throws UsageError.
+// The options that the scene's file is read with, before what edits need. Throws UsageError.
 GltfOptions load_options(const FrameSettings& settings);
 
-// Of a picture whose texels had to be repaired: says so, once.
+// Warns, once per file, that texels of a picture had to be repaired.
 void warn_of_repaired(const std::string& file, uint64_t texels);
 
 // The variant that the settings choose takes the place of that of `edits`. Throws UsageError that
@@ -46,19 +46,19 @@ CameraDescription choose_camera(const FrameSettings& settings, const SceneDescri
 // one of that index.
 std::vector<size_t> cameras_called(const std::string& wanted,
                                    const std::vector<CameraDescription>& cameras);
-// The same with edits: theirs, unless the command line asks for a view of its own; the command
-// line's lens goes onto either. Throws InputError for edits that do not fit the scene.
+// The edits' camera, unless the settings choose a view; a lens of the settings applies to either.
+// Throws InputError for edits that do not fit the scene.
 CameraDescription choose_camera(const FrameSettings& settings, const SceneDescription& scene,
                                 const SceneEdits& edits);
 
-// A camera in the settings' frame of a turntable, or as it stands without: it goes to its right, on
-// a circle round the vertical axis through the middle of the bounds, and turns with it.
-// choose_camera does that with the scene's.
+// Moves the camera to the settings' frame of a turntable: to its right, on a circle around the
+// vertical axis through the centre of the bounds. choose_camera() does that with the scene's
+// bounds. Without a turntable the camera is returned unchanged.
 CameraDescription turned(CameraDescription camera, const FrameSettings& settings,
                          const WorldBounds& bounds);
 
-// It in the settings' frame of a scene. Throws UsageError where the command line's view or lens
-// cannot be rendered, InputError where the file's cannot.
+// The camera for a frame of this size. Throws UsageError if the view or lens of the settings cannot
+// be rendered, InputError if the file's cannot.
 Camera create_camera(const FrameSettings& settings, const CameraDescription& camera,
                      const Scene& scene);
 

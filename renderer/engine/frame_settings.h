@@ -1,5 +1,4 @@
-// All that decides a frame, with its defaults: what `render`, `study` and the window are told, and
-// what a program of one's own sets.
+// The settings of a frame, with the only defaults. Every client fills in this struct.
 #pragma once
 
 #include <cstdint>
@@ -17,8 +16,8 @@ namespace emberline {
 
 enum class EmbreeIsa;  // renderer/scene/embree_isa.h
 
-// Where light samples go: by each light alone, or to those kinds of light that arrive, and where
-// little of the environment is seen towards what is (renderer/scene/light_survey.h).
+// Where light samples go: by each light's power alone, or guided by a survey of the light that
+// arrives (renderer/scene/light_survey.h).
 enum class EnvironmentSampling { kGuided, kByLight };
 
 // Samples [first, end) of each pixel.
@@ -40,7 +39,7 @@ struct Turntable {
   bool operator==(const Turntable&) const = default;
 };
 
-// Of a clear day, in degrees: above the horizon; from -Z over +X, which is east.
+// The sun of a clear sky, in degrees: above the horizon; from -Z over +X, which is east.
 struct SunPosition {
   double elevation = 0, azimuth = 0;
   bool operator==(const SunPosition&) const = default;
@@ -49,7 +48,7 @@ struct SunPosition {
 // Names are those of the tables: driver_table(), integrator_table() and so on.
 struct FrameSettings {
   std::string scene;          // a file
-  std::string resource_root;  // what the scene may refer to; empty: its own folder
+  std::string resource_root;  // files outside it are refused; empty: the scene's own folder
 
   // Samples and where they go.
   std::string driver = "bucket";
@@ -66,7 +65,7 @@ struct FrameSettings {
   std::optional<double> time_limit_s;
   int max_depth = 16;
   std::optional<float> clamp_indirect;  // radiance; absent: nothing is clamped
-  int light_samples = 1;                // at what is seen, also in mirrors and through smooth glass
+  int light_samples = 1;  // at surfaces that are visible directly, in mirrors or through glass
   uint32_t seed = 0;
   std::optional<int> streams;  // 1, or what the estimator needs
   int bucket_size = 64;        // pixels
@@ -84,13 +83,13 @@ struct FrameSettings {
   bool panorama = false;  // all around the camera's place, as a latitude-longitude map
   std::optional<Turntable> turntable;
 
-  // The scene: its pose. Without an animation and a time it stands as the file places it.
+  // The scene: its pose. Without an animation and a time, nodes keep the file's transforms.
   std::string animation;              // name, index or "all"; empty: the first, if there is a time
   std::optional<double> time, frame;  // seconds; or frames, at `fps`. At most one of them
   double fps = 24;
   std::optional<Shutter> shutter;  // absent: an instant
 
-  // The scene: what is changed of it.
+  // Changes to the scene.
   std::string edits;        // a file of them; empty: none
   std::string variant;      // name or index; empty: the file's own materials
   std::string environment;  // a file; empty: `sun`, or the scene's
@@ -104,7 +103,7 @@ struct FrameSettings {
   bool lenient = false;
   std::optional<EmbreeIsa> isa;  // absent: the widest of the machine
 
-  // Which part of the frame, to be merged with the others; absent: all.
+  // A part of the frame, for `merge`; absent: all of it.
   std::optional<FramePart> part;
   std::optional<SampleSpan> sample_range;
 
@@ -117,7 +116,7 @@ struct FrameSettings {
   std::string half;                // layers of it in half floats, a list
   ExrCompression exr_compression = ExrCompression::kZip;
   ExrParts exr_parts = ExrParts::kOne;
-  bool denoise = false;  // the picture, a second time
+  bool denoise = false;  // adds a denoised picture
 };
 
 }  // namespace emberline

@@ -17,7 +17,7 @@ std::span<const HalfLayer> half_layer_table();
 
 // "N,albedo" -> those names. Throws UsageError that lists the valid ones.
 std::vector<std::string> parse_half_layers(std::string_view list);
-// Whether the channel is of one of these layers, or of one that stands for several: "light".
+// Whether the channel belongs to one of these layers; "light" and others name several layers.
 bool is_half(std::string_view channel, const std::vector<std::string>& layers);
 
 }  // namespace emberline

@@ -1,6 +1,5 @@
-// A scene that is open: read from its file, built, and put into one pose after another. Whatever
-// renders does it through here (`info`, which does not, reads the file alone). What throws leaves
-// the scene as it was.
+// An open scene: read from its file, built, and put into one pose after another. The only code that
+// loads, poses, edits, rebuilds and rolls back; a step that throws leaves the scene unchanged.
 #pragma once
 
 #include <memory>
@@ -24,21 +23,18 @@ namespace emberline {
 class OpenScene;
 class SceneSource;
 
-// What will be asked of an open scene.
+// The operations that an open scene must support.
 struct OpenOptions {
   SceneBuildOptions build = {};
-  // Its edits will change: it has editable(), and is built without the edits it is opened with.
-  bool edits = false;
-  // Other times will be asked for: the file stays open if it has animations.
-  bool poses = false;
+  bool edits = false;  // editable(); the scene is built without the edits that it is opened with
+  bool poses = false;  // read() and pose() for other times; keeps an animated file open
 };
 
-// A scene that is read and posed but not built. What it has reserved is given back unless it is
-// built.
+// A scene that is read and posed but not built. Its reservations are released unless it is built.
 class ReadScene {
  public:
-  // Reads the file and the environment of the settings, at the settings' time or else the edits'.
-  // The variant of the settings replaces that of `edits`. Throws InputError, UsageError,
+  // Reads the settings' file and environment, posed for the settings' time or else the edits'. The
+  // settings' variant replaces that of `edits`. Throws InputError, UsageError,
   // RenderError and Cancelled.
   ReadScene(const FrameSettings& settings, SceneEdits edits, const OpenOptions& options,
             LoadProgress& progress);
@@ -68,25 +64,25 @@ class ReadScene {
 
 class OpenScene {
  public:
-  // For other threads while nothing poses or edits it.
+  // May be used from any thread while nothing poses or edits it.
   const Scene& scene() const { return editable_ ? editable_->scene() : *scene_; }
   // Valid until the scene is posed.
   SceneParts parts() const { return parts_.pointers(); }
-  // Of the file in the pose that the scene is in.
+  // Reports on the file in the current pose.
   const CoverageReport& coverage() const { return coverage_; }
   const LoadRepairs& repairs() const { return repairs_; }
 
-  // With OpenOptions::poses. False: the scene is the same at all times.
+  // Requires OpenOptions::poses. False if the scene has no animation.
   bool can_pose() const;
-  // The scene with other animation settings. Meshes that it holds already are left out of the
-  // description. Throws as the constructor of ReadScene does.
+  // Reads the scene with other animation settings. The description omits meshes that the scene
+  // already holds. Throws what the constructor of ReadScene does.
   ReadScene read(const FrameSettings& settings, SceneEdits edits, LoadProgress& progress);
-  // Puts it into a pose that was read from it, with the edits of that. Nobody may use scene()
-  // meanwhile, and it may be another object afterwards. Throws what build() does. False: the pose
-  // needed another internal space, and all was built anew.
+  // Puts the scene into a pose that read() returned, with that pose's edits. scene() must not be in
+  // use meanwhile, and may be another object afterwards. Throws what build() does. False: the pose
+  // needed another internal space, so the whole scene was rebuilt.
   bool pose(ReadScene read, LoadProgress& progress);
 
-  // With OpenOptions::edits.
+  // Require OpenOptions::edits.
   EditableScene& editable() { return *editable_; }
   const EditableScene& editable() const { return *editable_; }
 

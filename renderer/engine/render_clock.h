@@ -1,4 +1,4 @@
-// What time a render took, without what was done for its onlookers meanwhile.
+// Render time, excluding observers.
 #pragma once
 
 #include <chrono>
@@ -17,7 +17,7 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-// Wall time and the processor time of all threads, of rendering alone.
+// Wall time and processor time of all threads, without excluded work.
 class RenderClock {
  public:
   double seconds() const { return wall_.seconds() - left_out_s_; }

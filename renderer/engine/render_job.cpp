@@ -10,13 +10,14 @@
 #include "renderer/drivers/bucket_schedule.h"
 #include "renderer/engine/film_memory.h"
 #include "renderer/engine/render_loop.h"
+#include "renderer/film/film.h"
 #include "renderer/film/light_mix.h"
 
 namespace emberline {
 namespace {
 
-// What each light group, or layer by light path, gives to each pixel of an incomplete picture, by
-// pixel, then by group.
+// The contribution of each light group or light-path layer to each pixel of an incomplete picture,
+// by pixel, then by group.
 std::vector<Rgb> shown_groups(const LivePicture& picture, LightMix::Of of, size_t groups) {
   const auto pixels = size_t(picture.film().rect().area());
   std::vector<Rgb> lights(groups * pixels);
@@ -31,8 +32,8 @@ std::vector<Rgb> shown_groups(const LivePicture& picture, LightMix::Of of, size_
   return lights;
 }
 
-// How many parts from `begin` on come before the next pause: all, unless a picture is wanted with
-// so many samples.
+// The end of the parts before the next pause: all parts, unless a picture is wanted after
+// `samples_wanted` samples.
 size_t pause_after(const FrameDriver& driver, const Round& round, size_t begin,
                    std::optional<uint64_t> samples_wanted) {
   if (!samples_wanted) return round.parts;
@@ -71,6 +72,8 @@ void show_picture(const FrameDriver& driver, FilmTile& film) {
 RenderJob::RenderJob(Frame frame, DriverFactory drivers)
     : frame_(std::move(frame)), drivers_(std::move(drivers)) {}
 
+RenderJob::~RenderJob() = default;
+
 RenderResult RenderJob::render(RenderSink& sink, std::stop_token stop) {
   RenderLoop loop(frame_, sink, std::move(stop), counters_);
   drivers_.tiles ? render_tiles(loop) : render_crop(loop);
@@ -79,8 +82,8 @@ RenderResult RenderJob::render(RenderSink& sink, std::stop_token stop) {
 }
 
 void RenderJob::begin() {
-  film_.emplace(frame_.aovs, film_extras());
-  reset_film(frame_.crop, &*film_);
+  film_ = std::make_unique<FilmTile>(frame_.aovs, film_extras());
+  reset_film(frame_.crop, film_.get());
   driver_ = drivers_.create(frame_, frame_.crop);
   counters_ = frame_.no_counts();
 }
@@ -159,6 +162,13 @@ void RenderJob::render_crop(RenderLoop& loop) {
   counters_.min_samples = driver_->least_samples(*film_);
   counters_.stopped = !driver_->finished();
 }
+
+uint64_t RenderJob::kept_bytes_per_pixel() const {
+  if (drivers_.tiles) return 0;
+  return film_bytes_per_pixel(frame_.aovs, film_extras()) + drivers_.bytes_per_pixel;
+}
+
+uint64_t RenderJob::film_bytes() const { return driver_ ? film_->bytes() + driver_->bytes() : 0; }
 
 SampleReplay RenderJob::replay(int x, int y, uint32_t sample) const {
   RenderWorker worker(frame_);

@@ -1,5 +1,5 @@
-// One frame that is rendered: asks a driver what comes next, has workers carry it out, pauses where
-// a picture is wanted, tells the sink. Whatever renders does it through here.
+// Renders one frame: asks a driver what comes next, has workers carry it out, pauses when a picture
+// is due, and calls the sink. All clients render through it.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,7 @@
 #include "renderer/drivers/frame.h"
 #include "renderer/drivers/frame_driver.h"
 #include "renderer/engine/render_sink.h"
-#include "renderer/film/film.h"
+#include "renderer/film/sample_value.h"
 
 namespace emberline {
 
@@ -24,7 +24,7 @@ class RenderLoop;
 class RenderWorker;
 class TileOwner;
 
-// What becomes of a tile beside its film.
+// What is known of a finished tile, apart from its film.
 struct TileResult {
   std::optional<double> error = {};  // estimated, of the displayed tile
   uint32_t least_samples = 0;        // of any pixel
@@ -33,30 +33,30 @@ struct TileResult {
   void archive(Archive& archive);
 };
 
-// Keeps the state of finished tiles, so that a later run need not render them again. Called from
-// worker threads, concurrently, for each tile once. Tiles are numbered row by row.
+// Stores the state of finished tiles for a later run. Called from worker threads, concurrently,
+// once for each tile. Tiles are numbered row by row.
 class TileStore {
  public:
   virtual ~TileStore() = default;
-  // What save() was given, of at most `most` bytes; nothing: the tile is to be rendered.
+  // The state passed to save(), of at most `most` bytes; absent: the tile must be rendered.
   virtual std::optional<std::vector<std::byte>> load(size_t tile, uint64_t most) = 0;
   // `state`: a TileResult, the film, the driver's state.
   virtual void save(size_t tile, std::span<const std::byte> state) = 0;
-  // The same for an equal frame of fewer samples, which is finished and goes on in this one.
+  // The state of the tile in a finished frame of fewer samples, which this frame extends.
   virtual std::optional<std::vector<std::byte>> load_finished(size_t /*tile*/, uint64_t /*most*/) {
     return std::nullopt;
   }
-  // What load() or load_finished() gave cannot be used: the tile is rendered.
+  // Reports that the state from load() or load_finished() is unusable: the tile is rendered.
   virtual void unusable(bool /*finished*/) {}
 
-  // The most that load() takes for a tile whose film has `film_bytes`.
+  // The largest state that load() accepts for a tile whose film has `film_bytes`.
   static uint64_t most_of_state(uint64_t film_bytes) { return 4 * film_bytes + (1 << 16); }
 };
 
 struct RenderResult {
   RenderCounters counters;
-  // All was done, or the frame has a picture that a time limit has ended; then that counts as all.
-  // A frame of tiles has no picture before its last tile.
+  // All samples were rendered, or a time limit ended a frame that has a whole picture. (A frame of
+  // tiles has none before its last tile.)
   bool complete = false;
 };
 
@@ -67,54 +67,58 @@ struct SampleReplay {
   RayCounters rays;
 };
 
-// A driver of tiles hands them to the sink as they are finished, and nothing is kept; another's
-// film is kept, and is the picture. Made by RenderPlan::prepare(), or of a frame and the drivers
-// that make it. What the frame refers to must outlive the job.
+// Drivers of tiles hand each finished tile to the sink, and keep nothing; others keep one film,
+// which is the picture. Made by RenderPlan::prepare(). Everything that the frame refers to must
+// outlive the job.
 class RenderJob final : public LivePicture {
  public:
   RenderJob(Frame frame, DriverFactory drivers);
   RenderJob(const RenderJob&) = delete;  // its driver refers to its frame
   RenderJob& operator=(const RenderJob&) = delete;
+  ~RenderJob() override;
 
   const Frame& frame() const { return frame_; }
   bool by_tiles() const { return drivers_.tiles; }
 
-  // Before render(), by tiles: those that `store` has are not rendered, and it is given the others.
+  // Call before render() of a job by tiles: tiles in `store` are not rendered, others are added.
   void keep_tiles(TileStore* store) { store_ = store; }
-  // Before render(), of one film: makes it, for save(), load() and extend(). Decisions are then
-  // made to their end when a stop is requested, since amid one there is nothing to save.
+  // Call before render() of a job with one film, and before save(), load() and extend(). A stop
+  // request then waits for the end of a decision, since its middle cannot be saved.
   void make_resumable();
-  // Goes on from what save() has saved of an equal frame, to the same bits. Throws InputError for
-  // what it cannot have saved.
+  // Continues from a state of save() of an equal frame, to the same bits. Throws InputError for an
+  // invalid state.
   void load(std::span<const std::byte> state);
-  // The same for an equal frame of fewer samples, or a higher threshold, which is finished.
+  // Continues from a finished frame with fewer samples or a higher threshold.
   void extend(std::span<const std::byte> finished);
-  // At any call of picture_changed() and cut_short(), and after render(): a TileResult of the
-  // whole, whether it is finished, the film, the driver's state, and how far it is.
+  // Call from picture_changed() and cut_short(), and after render(): saves a TileResult, whether
+  // the frame is finished, the film, the driver's state, and the position in its round.
   void save(std::vector<std::byte>& state);
 
-  // Renders on the calling thread's TBB arena; once. Returns soon after a stop is requested. Throws
-  // RenderError where the film does not fit into memory, and what the sink throws.
+  // Renders on the calling thread's TBB arena. Call once. Returns soon after a stop is requested.
+  // Throws RenderError if the film does not fit into memory, and what the sink throws.
   RenderResult render(RenderSink& sink, std::stop_token stop);
-  // After render(): writes into a film that was kept why its pixels stopped; those that a stop
-  // request cut short, because of `cut_short`.
+  // After render(): records in a kept film why each pixel stopped; `cut_short` for those that a
+  // stop request ended.
   void end(PixelStop cut_short);
-  // After render(), once: end(), then hands over the film that was kept as finished tiles.
+  // After render(), once: calls end(), then passes a kept film to the sink as finished tiles.
   void deliver(RenderSink& sink);
 
-  // Held by now.
-  uint64_t film_bytes() const { return driver_ ? film_->bytes() + driver_->bytes() : 0; }
+  // The most bytes per pixel of the crop that render() and deliver() keep, without workers' tiles;
+  // 0 by tiles.
+  uint64_t kept_bytes_per_pixel() const;
+  // Bytes of film and driver now.
+  uint64_t film_bytes() const;
 
   SampleReplay replay(int x, int y, uint32_t sample) const;
 
-  // So far.
+  // The counts so far.
   const RenderCounters& counters() const { return counters_; }
-  // Expected RMS error of the displayed frame, if the driver has estimated it; end() of a frame
-  // that was stopped may do so.
+  // Expected RMS error of the displayed frame, if the driver has estimated it; end() may do so for
+  // a stopped frame.
   std::optional<double> error_estimate() const;
-  // The frame as it can be shown, from the first pause on; null if nothing is kept.
+  // The frame as it can be shown, from the first pause on; null if no film is kept.
   const LivePicture* picture() const { return driver_ ? this : nullptr; }
-  // The driver's, while picture() is there.
+  // The driver's facts; requires picture().
   DriverFacts facts() const { return driver_->facts(); }
   std::string explain(int x, int y) const { return driver_->explain(*film_, x, y); }
   void follow(int x, int y) { driver_->follow(x, y); }
@@ -143,20 +147,19 @@ class RenderJob final : public LivePicture {
 
   const Frame frame_;
   const DriverFactory drivers_;
-  std::optional<FilmTile> film_;
+  std::unique_ptr<FilmTile> film_;
   std::unique_ptr<FrameDriver> driver_;
   RenderCounters counters_;
   std::optional<double> tiles_error_;
   TileStore* store_ = nullptr;
   bool resumable_ = false;
-  // Of a frame of one film: the parts of the round under way that are done, and whether pixels of
-  // later ones may have samples already.
+  // For a frame of one film: finished parts of the current round, and whether pixels of later parts
+  // may already have samples.
   size_t parts_done_ = 0;
   bool film_is_ahead_ = false;
 };
 
-// Root of the mean square over the tiles' pixels, added in this order; nothing where one is
-// unknown.
+// Root of the mean square over the tiles' pixels, added in this order; absent if one is unknown.
 std::optional<double> error_of_tiles(std::span<const Rect> tiles,
                                      std::span<const std::optional<double>> errors);
 

@@ -18,16 +18,16 @@ namespace emberline {
 namespace {
 
 constexpr uint32_t kDefaultSamples = 64;
-// Where a threshold alone is given, a pixel that never meets it ends somewhere.
+// A pixel that never meets the threshold ends here, if no other limit is given.
 constexpr uint32_t kDefaultMostSamples = 4096;
 
-// As many as are asked for, or `least`.
+// The requested number of streams, or `least`.
 StreamCount streams_of(const FrameSettings& o, StreamCount least) {
   if (o.streams) return static_cast<StreamCount>(*o.streams);
   return aovs_of(o).contains(Aov::kDenoising) ? StreamCount::kTwo : least;
 }
 
-// Of two halves, where a pixel may have no more than so many samples.
+// Shortens the blocks of the two halves for pixels with few samples.
 void part_few_samples(uint32_t samples, RenderPlan& plan) {
   if (!plan.aovs.contains(Aov::kDenoising) || samples >= kLeastStreamSamples) return;
   plan.half_block = (samples + 1) / 2;
@@ -126,6 +126,17 @@ std::shared_ptr<const LightGuide> guide_by_all_light(const Scene& scene) {
 std::unique_ptr<RenderJob> RenderPlan::prepare(const OpenScene& scene, const Camera& camera,
                                                const std::stop_token& stop) const {
   return std::make_unique<RenderJob>(frame(scene.scene(), camera, scene.parts(), stop), drivers());
+}
+
+std::unique_ptr<RenderJob> RenderPlan::prepare_stage(const OpenScene& scene, const Camera& camera,
+                                                     const StageOptions& stage) const {
+  DriverSettings settings = driver_settings;
+  settings.explained = stage.explained;
+  Frame part = frame(scene.scene(), camera, {.light_groups = stage.light_groups});
+  part.crop = stage.crop;
+  part.samples_per_pixel = stage.samples_per_pixel;
+  part.exact_counts = even || find_driver(stage.driver).sharing == Sharing::kEven;
+  return std::make_unique<RenderJob>(std::move(part), driver_factory(stage.driver, settings));
 }
 
 Frame RenderPlan::frame(const Scene& scene, const Camera& camera, const SceneParts& parts,

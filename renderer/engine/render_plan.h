@@ -1,11 +1,11 @@
-// What the settings of a frame come to before there is a scene, and the one place where a frame is
-// made of them.
+// Checked settings of a frame, and the one place where they become a frame.
 #pragma once
 
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <stop_token>
+#include <string_view>
 
 #include "integrators/integrator.h"
 #include "renderer/core/rect.h"
@@ -22,28 +22,39 @@ namespace emberline {
 
 class OpenScene;
 
-// What a client wants of its frames beside what the settings say.
+// Choices of a client that are no settings.
 struct PrepareOptions {
-  // The channels, in place of those that the settings ask for.
+  // Replaces the channels that the settings request.
   std::optional<AovSet> aovs = {};
-  // Before a frame begins, some 20 ms of one thread for 10^5 triangles (EmptyPixels). The bits are
-  // the same: clients that wait for the first picture do without.
+  // Takes some 20 ms of one thread per 10^5 triangles before the frame begins (EmptyPixels). The
+  // bits are the same; clients that wait for the first picture do without.
   bool find_empty_pixels = true;
-  std::optional<Vec2i> explained = {};  // the pixel that RenderJob::explain is asked about
-  bool keep_tree = false;               // RenderJob::facts() is asked for the refinement tree
-  bool extending = false;               // RenderJob::extend() is called
+  std::optional<Vec2i> explained = {};  // the pixel for RenderJob::explain()
+  bool keep_tree = false;               // RenderJob::facts() has the refinement tree
+  bool extending = false;               // RenderJob::extend() will be called
+};
+
+// A frame in part or in advance: some of its pixels, with fewer samples each or by another driver.
+struct StageOptions {
+  std::string_view driver;
+  Rect crop;
+  uint32_t samples_per_pixel = 0;
+  std::optional<Vec2i> explained = {};        // as in PrepareOptions
+  const LightGroups* light_groups = nullptr;  // kept apart in its film
 };
 
 struct RenderPlan {
-  // Looks all names up, and checks ranges and combinations. Throws UsageError that names the
-  // option, the reason and what is valid.
+  // Looks up names, and checks ranges and combinations. Throws UsageError that names the setting,
+  // the reason and the valid values.
   explicit RenderPlan(const FrameSettings& settings, const PrepareOptions& options = {});
 
-  // A job refers to the plan, the scene and its parts, and the camera. The lights are looked for
-  // until a stop is requested (renderer/scene/light_survey.h); no sample may be made then, as
-  // RenderJob makes none.
+  // The plan, scene and camera must outlive the job. May survey the lights first
+  // (renderer/scene/light_survey.h), until a stop is requested; such a job must not render.
   std::unique_ptr<RenderJob> prepare(const OpenScene& scene, const Camera& camera,
                                      const std::stop_token& stop) const;
+  // A job for a stage. Its samples are those of the frame.
+  std::unique_ptr<RenderJob> prepare_stage(const OpenScene& scene, const Camera& camera,
+                                           const StageOptions& stage) const;
   Frame frame(const Scene& scene, const Camera& camera, const SceneParts& parts = {},
               const std::stop_token& stop = {}) const;
   DriverFactory drivers() const { return driver_factory(driver->name, driver_settings); }
@@ -55,7 +66,7 @@ struct RenderPlan {
   int width, height;
   Rect crop;  // the whole frame, if it is not cropped
   uint32_t first_sample = 0;
-  uint32_t samples_per_pixel = 0;  // of every pixel, or on average; 0: until the threshold is met
+  uint32_t samples_per_pixel = 0;  // of each pixel, or on average; 0: until the threshold is met
   bool even = true;                // every pixel gets as many
   uint32_t seed;
   StreamCount streams = StreamCount::kOne;
@@ -65,31 +76,32 @@ struct RenderPlan {
   double shutter_frames;
   float clamp_indirect;  // 0: nothing is clamped
   bool find_empty_pixels;
-  bool guides_lights = false;  // where that pays (renderer/scene/light_survey.h)
-  SceneBuildOptions build;     // what the settings want of the scene
+  bool guides_lights = false;  // if the light survey finds that it pays
+  SceneBuildOptions build;
   PixelFilter filter;
   std::unique_ptr<Integrator> integrator;
   std::unique_ptr<Sampler> sampler;
 };
 
-// Every pixel gets the same number of samples. Throws UsageError for a driver that there is not.
+// Whether every pixel gets the same number of samples. Throws UsageError for an unknown driver.
 bool shares_evenly(const FrameSettings& settings);
 
-// The driver finishes one tile after another and shows no picture of the whole frame before.
+// Whether the driver finishes one tile after another and shows no picture of the whole frame
+// before.
 bool finishes_tiles(const FrameSettings& settings);
 
-// The name of the error that samples are shared out by; empty where the frame shares evenly or its
+// The name of the error by which samples are shared out. Empty where the frame shares evenly or its
 // estimator says only which pixels are not finished.
 std::string_view allocation_of(const FrameSettings& settings);
 
-// The settings ask for a denoised picture, by name or because samples are to go where it gains.
+// Whether the settings request a denoised picture, directly or for `allocation` denoised.
 bool denoises(const FrameSettings& settings);
 
-// The channels that the settings ask for, by name or because something needs them.
+// The channels that the settings request, directly or because another setting needs them.
 AovSet aovs_of(const FrameSettings& settings);
 
-// A frame whose pixels have fewer samples, all of them or the least, has no eight for each of two
-// streams: its halves are the first and the second half of so many samples, and so on.
+// Below this number of samples a pixel cannot have blocks of eight for each of two streams: its
+// halves are then the first and the second half of its samples.
 inline constexpr uint32_t kLeastStreamSamples = 16;
 
 // The crop, or the whole frame.

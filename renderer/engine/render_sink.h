@@ -1,32 +1,15 @@
-// How window, progress bar, writers and checkpoints see a frame while it renders.
+// How window, progress bar, writers and checkpoints follow a job.
 #pragma once
 
 #include <cstdint>
 #include <optional>
-#include <span>
 
 #include "renderer/core/rect.h"
-#include "renderer/film/pixel_stop.h"
+#include "renderer/engine/live_picture.h"
 
 namespace emberline {
 
 class FilmTile;
-class LightMix;
-
-// The frame as it can be shown while it renders: complete at every moment, the pixels without
-// samples filled from their neighbours.
-class LivePicture {
- public:
-  virtual ~LivePicture() = default;
-  // R G B A of every pixel of the crop, interleaved, rows from its top. With a mix, of a frame
-  // with light groups, under other lights: each group times its weight (renderer/film/light_mix.h).
-  virtual void resolve(std::span<float> rgba, const LightMix* mix = nullptr) const = 0;
-  virtual const FilmTile& film() const = 0;
-  // Why the pixel of the crop gets no more samples, as far as the driver has decided that by now;
-  // kGoingOn for the others, also where a stop request has cut them short.
-  virtual PixelStop stop_so_far(int x, int y) const = 0;
-};
-
 // How far a progressive render has come.
 struct JobProgress {
   int pass = 0;             // passes that have begun; the first brings every pixel its first sample
@@ -38,8 +21,8 @@ struct JobProgress {
   std::optional<double> error_estimate;
 };
 
-// How window, progress bar, writers and checkpoints follow a job. Drivers do not know it. Functions
-// are called from worker threads, concurrently, unless they say otherwise.
+// Receives tiles and pictures of a job. Functions are called from worker threads, concurrently,
+// unless they say otherwise.
 class RenderSink {
  public:
   virtual ~RenderSink() = default;
@@ -48,7 +31,7 @@ class RenderSink {
   // All samples of the tile's pixels are in. The tile is reused after the call returns. May throw:
   // the frame is then abandoned and render() rethrows.
   virtual void tile_finished(const FilmTile& tile) = 0;
-  // The same for a tile that an earlier run has finished with this many samples.
+  // As tile_finished(), for a tile that an earlier run finished with this many samples.
   virtual void tile_loaded(const FilmTile& tile, uint64_t /*samples*/) { tile_finished(tile); }
   // This many samples of a tile come from an earlier run.
   virtual void samples_loaded(uint64_t /*count*/) {}
@@ -62,7 +45,7 @@ class RenderSink {
   // for saving the frame.
   virtual void cut_short() {}
   // True: a progressive driver pauses after the parts that are under way, some milliseconds of
-  // work, instead of after the round. Asked after each part. What is rendered is the same.
+  // work, instead of after the round. Asked after each part. Does not change what is rendered.
   virtual bool picture_wanted() const { return false; }
   // The least number of samples of the frame at which the next picture is wanted: a progressive
   // driver pauses with the part that reaches it, whatever the number of threads. Asked at pauses.

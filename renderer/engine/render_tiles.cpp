@@ -10,6 +10,7 @@
 #include "renderer/drivers/bucket_schedule.h"
 #include "renderer/engine/render_job.h"
 #include "renderer/engine/render_loop.h"
+#include "renderer/film/film.h"
 
 namespace emberline {
 
@@ -61,7 +62,7 @@ void RenderJob::render_tiles(RenderLoop& loop) {
   const std::vector<Rect> tiles = this->tiles();
   std::atomic<size_t> next{0};
   std::atomic<bool> all_finished{true};
-  std::vector<std::optional<double>> errors(tiles.size());  // summed in order, whoever brought them
+  std::vector<std::optional<double>> errors(tiles.size());  // summed in this order
   std::vector<uint32_t> least(tiles.size(), 0);
   SharedTiles shared(loop.sink, loop.stop);
   const auto take_tiles = [&](RenderWorker& worker, const auto& going) {

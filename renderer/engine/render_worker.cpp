@@ -17,8 +17,8 @@
 namespace emberline {
 namespace {
 
-// What trace_batch asks slot 0 for: kPixelX and kPixelY, with a lens kLensX and kLensY, and kTime
-// where something moves.
+// Dimensions that a camera ray takes from slot 0: kPixelX and kPixelY, with a lens kLensX and
+// kLensY, and kTime if something moves.
 int camera_dimensions(const Frame& frame) {
   return frame.moves() ? 5 : frame.camera.has_lens() ? 4 : 2;
 }
@@ -31,7 +31,7 @@ constexpr uint64_t kReportedSamples = 2048;
 RenderWorker::RenderWorker(const Frame& frame)
     : frame_(frame),
       seed_(frame.seed),
-      // Of a sampler that weighs its points, the first one's weight is 1 only if all are.
+      // The first point's weight is 1 only if all points weigh 1.
       weighted_(frame.exact_counts &&
                 frame.sampler.integration_weight(0, frame.samples_per_pixel) != 1.0f),
       samples_(frame.sampler, camera_dimensions(frame)),
@@ -40,7 +40,7 @@ RenderWorker::RenderWorker(const Frame& frame)
       path_layers_(frame.aovs),
       layer_values_(path_layers_.size()) {}
 
-// Of one pixel, consecutive.
+// Starts a batch of consecutive samples of one pixel.
 void RenderWorker::begin_batch(int x, int y, uint32_t first_sample, int count) {
   for (int i = 0; i < count; ++i) {
     addresses_[i] = {uint32_t(x), uint32_t(y), first_sample + uint32_t(i)};
@@ -49,7 +49,7 @@ void RenderWorker::begin_batch(int x, int y, uint32_t first_sample, int count) {
   samples_.start_batch({uint32_t(x), uint32_t(y), seed_}, first_sample, count);
 }
 
-// Of a lens, which only some frames have: the samples' numbers a second time.
+// Restarts the samples to read their lens dimensions, which only some frames need.
 void RenderWorker::make_lens_rays(std::span<const Vec2f> film) {
   Vec2f lens[kSampleLanes];
   for (int i = 0; i < count_; ++i) {
@@ -59,7 +59,7 @@ void RenderWorker::make_lens_rays(std::span<const Vec2f> film) {
   frame_.camera.rays(film, {lens, film.size()}, rays_);
 }
 
-// Of a frame in which something moves: each at its time.
+// Rays of a frame in which something moves, each at its own time.
 void RenderWorker::make_timed_rays(std::span<const Vec2f> film) {
   const Camera& camera = frame_.camera;
   if (!camera.moves()) {
@@ -88,7 +88,7 @@ void RenderWorker::make_rays(std::span<const Vec2f> film) {
   }
 }
 
-// Whether no surface is where the batch's pixels are.
+// Whether no surface is visible in any pixel of the batch.
 bool RenderWorker::all_empty() const {
   if (!frame_.empty_pixels) return false;
   return std::all_of(addresses_, addresses_ + count_, [this](const SampleAddress& a) {
@@ -96,24 +96,29 @@ bool RenderWorker::all_empty() const {
   });
 }
 
-void RenderWorker::trace_batch() {
-  Vec2f film[kSampleLanes];
+// Draws where on the film each sample of the batch lies, and what it weighs.
+void RenderWorker::place_samples(Vec2f* film) {
   for (int i = 0; i < count_; ++i) {
     samples_.start_sample(i);
     const FilterSample offset = frame_.filter.sample(
         {samples_.get(camera_dim::kPixelX), samples_.get(camera_dim::kPixelY)});
     weights_[i] = offset.weight;
-    if (sees()) shares_[i] = frame_.filter.shares(offset.offset);
+    if (records_features()) shares_[i] = frame_.filter.shares(offset.offset);
     if (weighted_) {
       const float weight =
           frame_.sampler.integration_weight(addresses_[i].sample, frame_.samples_per_pixel);
       weights_[i] *= weight;
-      for (float& share : shares_[i]) share = sees() ? share * weight : 0.0f;
+      for (float& share : shares_[i]) share = records_features() ? share * weight : 0.0f;
     }
     film[i] = {float(addresses_[i].x) + 0.5f + offset.offset.x,
                float(addresses_[i].y) + 0.5f + offset.offset.y};
     values_[i] = SampleValue{};
   }
+}
+
+void RenderWorker::trace_batch() {
+  Vec2f film[kSampleLanes];
+  place_samples(film);
   const auto count = size_t(count_);
   if (frame_.moves()) [[unlikely]] {
     make_timed_rays({film, count});
@@ -141,9 +146,9 @@ void RenderWorker::trace_batch() {
     batch.layer_values = &layer_values_;
   }
   if (counters_.clamped.clamps()) batch.clamped = &counters_.clamped;
-  if (sees()) {
-    std::fill_n(seen_, count, DenoiserFeatures{});
-    batch.seen = {seen_, count};
+  if (records_features()) {
+    std::fill_n(features_, count, DenoiserFeatures{});
+    batch.features = {features_, count};
   }
   batch.roles = frame_.roles;
   batch.optics = &counters_.optics;
@@ -151,9 +156,9 @@ void RenderWorker::trace_batch() {
     frame_.camera_solids->interiors({rays_, count}, {interiors_, count});
     batch.interiors = interiors_;
   }
-  if (catches()) [[unlikely]] {
-    std::fill_n(caught_, count, CatcherSample{});
-    batch.caught = {caught_, count};
+  if (records_catchers()) [[unlikely]] {
+    std::fill_n(catcher_samples_, count, CatcherSample{});
+    batch.catcher_samples = {catcher_samples_, count};
     batch.catcher_guide = frame_.catcher_guide.get();
   }
   frame_.integrator.estimate(batch, samples_, {values_, count});
@@ -161,7 +166,7 @@ void RenderWorker::trace_batch() {
     add_background_velocity();
 }
 
-// What lies behind everything is infinitely far away.
+// The background is infinitely far away.
 void RenderWorker::add_background_velocity() {
   for (int i = 0; i < count_; ++i) {
     FirstHit& hit = values_[i].first_hit;
@@ -174,18 +179,20 @@ void RenderWorker::add_background_velocity() {
 bool RenderWorker::add(int lane, FilmTile& tile) {
   const SampleAddress& a = addresses_[lane];
   const int x = int(a.x), y = int(a.y);
-  if (catches() && !is_finite(caught_[lane])) [[unlikely]]  // no sample then, as a whole
+  if (records_catchers() && !is_finite(catcher_samples_[lane]))
+      [[unlikely]]  // no sample then, as a whole
     values_[lane].radiance = Rgb(std::numeric_limits<float>::quiet_NaN());
   if (tile.add(x, y, frame_.half_of(a.sample), weights_[lane], values_[lane],
-               sees() ? &seen_[lane] : nullptr, sees() ? &shares_[lane] : nullptr)) {
+               records_features() ? &features_[lane] : nullptr,
+               records_features() ? &shares_[lane] : nullptr)) {
     if (counters_.clamped.clamps()) counters_.clamped.keep(values_[lane].radiance);
     const float alpha = values_[lane].alpha;
     if (frame_.cryptomattes && alpha != 0.0f) [[unlikely]] {
       tile.add_ids(x, y, weights_[lane] * alpha,
                    frame_.cryptomattes->of_hit(values_[lane].first_hit.id));
     }
-    if (catches()) [[unlikely]]
-      tile.add_caught(x, y, weights_[lane], caught_[lane]);
+    if (records_catchers()) [[unlikely]]
+      tile.add_catcher_sample(x, y, weights_[lane], catcher_samples_[lane]);
     return true;
   }
   counters_.non_finite_samples++;
@@ -197,7 +204,7 @@ bool RenderWorker::add(int lane, FilmTile& tile) {
   return false;
 }
 
-// Of a batch that the film has taken.
+// Adds the light groups of a batch that the film has accepted.
 void RenderWorker::add_lights(FilmTile& tile) const {
   for (int i = 0; i < count_; ++i) {
     const SampleAddress& a = addresses_[i];
@@ -213,8 +220,8 @@ void RenderWorker::add_layers(FilmTile& tile) const {
   }
 }
 
-// Traces the batch and adds it to the film, with what it cost. Samples of several pixels share the
-// time evenly: it cannot be told apart.
+// Traces the batch and adds it to the film, with its cost. Samples of several pixels share the time
+// evenly.
 void RenderWorker::add_batch(FilmTile& tile) {
   using Clock = std::chrono::steady_clock;
   const bool timed = frame_.aovs.contains(Aov::kTime);

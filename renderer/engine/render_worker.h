@@ -27,27 +27,27 @@ class RenderWorker {
   RenderWorker(const RenderWorker&) = delete;
   RenderWorker& operator=(const RenderWorker&) = delete;
 
-  // Draws the following samples from another seed than the frame's.
+  // The seed of the samples that follow, in place of the frame's.
   void set_seed(uint32_t seed) { seed_ = seed; }
 
-  // Adds the samples of a list of pixels, none of which is in it twice, to `tile`, which covers
-  // them. Each pixel's samples are added in index order; where a pixel wants few, samples of
-  // several pixels share a batch. Stops between batches of 16 samples when asked to; returns false
-  // then.
+  // Adds the samples of a list of distinct pixels to `tile`, which covers them. Each pixel's
+  // samples are added in index order; pixels with few samples share a batch. Stops between batches
+  // of 16 samples when asked to, and returns false then.
   bool render(std::span<const PixelWork> list, FilmTile& tile, RenderSink& sink,
               const std::stop_token& stop);
 
   // One sample alone, as render() would compute it.
   SampleValue replay(int x, int y, uint32_t sample, Ray* camera_ray);
 
-  // Since the last call.
+  // The counts since the last call.
   RenderCounters take_counters() { return std::exchange(counters_, frame_.no_counts()); }
 
  private:
-  bool catches() const { return frame_.aovs.contains(Aov::kShadow); }
-  bool sees() const { return frame_.aovs.contains(Aov::kDenoising); }
+  bool records_catchers() const { return frame_.aovs.contains(Aov::kShadow); }
+  bool records_features() const { return frame_.aovs.contains(Aov::kDenoising); }
   void begin_batch(int x, int y, uint32_t first_sample, int count);
   bool all_empty() const;
+  void place_samples(Vec2f* film);
   void trace_batch();
   void add_background_velocity();
   void make_rays(std::span<const Vec2f> film);
@@ -61,7 +61,7 @@ class RenderWorker {
 
   const Frame& frame_;
   uint32_t seed_;
-  const bool weighted_;  // the sampler's points stand for unequal volumes
+  const bool weighted_;  // the sampler's points have unequal weights
   PixelSamples samples_;
   RenderCounters counters_;
   SampleAddress addresses_[kSampleLanes];  // of the batch under way
@@ -69,9 +69,9 @@ class RenderWorker {
   Ray rays_[kSampleLanes];
   float weights_[kSampleLanes];
   SampleValue values_[kSampleLanes];
-  DenoiserFeatures seen_[kSampleLanes];
+  DenoiserFeatures features_[kSampleLanes];
   SampleShares shares_[kSampleLanes];
-  CatcherSample caught_[kSampleLanes];
+  CatcherSample catcher_samples_[kSampleLanes];
   Interior interiors_[kSampleLanes];
   LightGroupValues light_values_;
   const PathLayers path_layers_;

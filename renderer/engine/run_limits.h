@@ -1,4 +1,4 @@
-// What a run may take of the machine: --memory-limit and --load-timeout.
+// Limits of a run: memory and load time.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace emberline {
 
-// What --threads and --load-timeout take: the latter a millisecond to thirty years, in seconds.
+// Ranges of --threads and --load-timeout, the latter in seconds: a millisecond to thirty years.
 inline constexpr int kMostThreads = 4096;
 inline constexpr double kLeastLoadTimeout = 0.001, kMostLoadTimeout = 1e9;
 
@@ -24,20 +24,20 @@ struct LimitOptions {
 // A new budget, and the time from now on.
 LoadLimits limits_of(const LimitOptions& options, const std::string& scene);
 
-// For reading a picture that a run of ours wrote, of so many pixels: what it takes, and no more,
-// since somebody may have put another in its place.
+// Limits for reading a picture of this many pixels that a run wrote: no more than such a picture
+// takes, since another file may have replaced it.
 LoadLimits limits_of_own_picture(int64_t pixels);
 
 // Throws InputError if the process has grown by more than the limit and a tenth since its peak was
-// `before`, what its libraries take for themselves left out: the check behind all estimates.
+// `before`, apart from its libraries' own memory: the check behind all estimates.
 void check_growth(uint64_t before, const MemoryBudget& budget, const std::string& scene);
 
 // As many open files as the system lets this process have.
 void allow_many_files();
 
-// Three quarters of what the machine has, or of what the container, the shell or a job of Slurm
-// leaves this process. Of all memory, not of what happens to be free: whether a scene loads must
-// not depend on who else is at work.
+// Three quarters of the memory of the machine, or of the limit set by a container, the shell or a
+// Slurm job. Counts all memory, not only free memory: whether a scene loads must not depend on
+// other processes.
 uint64_t default_memory_limit();
 
 // The least limit that the control groups of a process set, of both versions (Linux:

@@ -1,4 +1,4 @@
-// A scene's file that is posed for one frame after another.
+// The scene's file, posed for one frame after another, and the memory that a scene reserves.
 #pragma once
 
 #include <array>
@@ -17,16 +17,16 @@ namespace emberline {
 // A scene's file and the environment of the settings, posed for one time after another.
 class SceneFile {
  public:
-  // Of the settings all but animation, time and shutter count. `variants` and `tangents` as in
-  // GltfOptions, for those who edit it (need_tangents() in scene_edits.h); where the settings
-  // choose a variant, they are read in any case. Throws InputError, and Cancelled.
+  // Ignores animation, time and shutter of the settings. `variants` and `tangents` are those of
+  // GltfOptions, which edits may need (need_tangents() in scene_edits.h); variants are also read if
+  // the settings choose one. Throws InputError, and Cancelled.
   SceneFile(const FrameSettings& settings, LoadProgress& progress, bool variants, bool tangents);
 
   // The scene as the settings have it animated; `held` as in GltfFile::pose. Throws as that does.
   SceneDescription pose(const FrameSettings& settings, std::span<const uint64_t> held,
                         LoadProgress& progress);
   const GltfFile& gltf() const { return *gltf_; }
-  // Of all images so far, the settings' environment included.
+  // Bytes of all images read so far, including the settings' environment.
   uint64_t image_bytes() const { return gltf_->image_bytes() + environment_bytes_; }
 
  private:
@@ -37,25 +37,25 @@ class SceneFile {
   uint64_t repaired_texels_ = 0, environment_bytes_ = 0;  // of it
 };
 
-// An open scene's file, and what the scene has reserved that nothing else gives back. (Embree gives
-// back what its BVHs take, and the file what it holds itself.)
+// An open scene's file, and the scene's reservations that nothing else releases. (Embree releases
+// those of its BVHs, the file its own.)
 class SceneSource {
  public:
   explicit SceneSource(std::shared_ptr<MemoryBudget> budget) : budget_(std::move(budget)) {}
   SceneSource(const SceneSource&) = delete;
   SceneSource& operator=(const SceneSource&) = delete;
-  // When the scene is gone.
+  // Must come after the scene's destructor.
   ~SceneSource();
 
   // As the constructor of SceneFile.
   void open(const FrameSettings& settings, LoadProgress& progress, bool variants, bool tangents);
   bool is_open() const { return file_ != nullptr; }
   SceneFile& file() { return *file_; }
-  // No other pose is read.
+  // Call when no other pose will be read.
   void close() { file_.reset(); }
 
-  // Around reading a pose and building it: what the scene of before had is given back when the next
-  // one stands, or what was reserved in between if that fails.
+  // Bracket reading and building a pose: stand() releases the previous scene's reservations, fail()
+  // those made since begin().
   void begin();
   void stand();
   void fail();

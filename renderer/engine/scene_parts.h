@@ -1,4 +1,4 @@
-// What settings name in a scene.
+// Objects and lights that settings name in a scene.
 #pragma once
 
 namespace emberline {
@@ -7,7 +7,7 @@ class CryptomatteIds;
 class LightGroups;
 class SurfaceRoles;
 
-// Of the scene as it is built. Null: the settings name nothing of the kind.
+// Null: the settings name nothing of that kind. Valid while the built scene is.
 struct SceneParts {
   const LightGroups* light_groups = nullptr;
   const CryptomatteIds* cryptomattes = nullptr;

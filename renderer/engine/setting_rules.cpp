@@ -18,11 +18,6 @@
 namespace emberline {
 namespace {
 
-const Setting* find_setting(std::string_view name) {
-  const auto found = std::ranges::find(setting_table(), name, &Setting::name);
-  return found == setting_table().end() ? nullptr : &*found;
-}
-
 std::string text_of(const FrameSettings& settings, std::string_view name) {
   const Setting* const setting = find_setting(name);
   return setting ? setting->text(settings) : std::string();
@@ -73,7 +68,7 @@ bool mentions(const AnySetting& list, std::string_view name, std::string_view va
       list, [&](const SettingIs& is) { return is.name == name && is.value == value; });
 }
 
-// What the setting must not come with, whichever of the two the rule is about.
+// The settings that exclude this one, whichever of the two a rule is about.
 AnySetting excluded_by(std::span<const SettingRule> rules, std::string_view name,
                        std::string_view value) {
   AnySetting excluded;
@@ -170,7 +165,7 @@ std::vector<SettingRule> view_rules() {
   };
 }
 
-// Of the EXR's layers.
+// Rules about the EXR's layers.
 std::vector<SettingRule> channel_rules() {
   std::vector<SettingRule> rules = {
       {.about = {{"aov", "clamped"}},
@@ -218,7 +213,7 @@ SettingRule rule_of_lights() {
           .reason = "{} knows no lights"};
 }
 
-// Of adaptive sampling.
+// Rules about adaptive sampling.
 std::vector<SettingRule> error_rules() {
   const auto estimators = [](const auto& fits) {
     return values_of("estimator", estimator_table(), fits);
@@ -271,7 +266,7 @@ std::vector<SettingRule> error_rules() {
   };
 }
 
-// Of parts of a frame, and of samplers that have to know counts beforehand.
+// Rules about parts of a frame, and about samplers that need to know counts beforehand.
 std::vector<SettingRule> sample_rules() {
   const auto samplers = [](const auto& fits) {
     return values_of("sampler", sampler_table(), fits);
@@ -369,6 +364,16 @@ void check_rules(const FrameSettings& settings, std::string_view about) {
   }
 }
 
+bool setting_is_allowed(const FrameSettings& settings, std::string_view name) {
+  const auto holds = [&](const SettingIs& is) {
+    return (is.name == name && is.value.empty()) || setting_holds(settings, is);
+  };
+  return std::ranges::none_of(setting_rules(), [&](const SettingRule& rule) {
+    return !rule.wrong && mentions(rule.about, name, "") &&
+           !broken_rule(rule, settings, holds).empty();
+  });
+}
+
 std::string rules_of(std::span<const SettingRule> rules, std::string_view name,
                      std::string_view value) {
   std::string text;
@@ -385,9 +390,9 @@ namespace {
 
 RulesHelp tell_rules(const Setting& setting) {
   RulesHelp help = {rules_of(setting_rules(), setting.name), ""};
-  for (const auto& [name, summary] : setting.values) {
-    help.values +=
-        fmt::format("\n  {}: {}{}", name, summary, rules_of(setting_rules(), setting.name, name));
+  for (const SettingChoice& choice : setting.choices) {
+    help.values += fmt::format("\n  {}: {}", choice.name, choice.summary) +
+                   rules_of(setting_rules(), setting.name, choice.name);
   }
   return help;
 }

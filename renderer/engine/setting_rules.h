@@ -1,5 +1,5 @@
-// Which settings go together: a table of rules, the function that checks them, and what help texts
-// say of them. Names of drivers, integrators, samplers and estimators come from their own tables.
+// Which settings go together: a table of rules, the function that checks them, and their help
+// texts. Names of drivers, integrators, samplers and estimators come from their own tables.
 #pragma once
 
 #include <functional>
@@ -33,10 +33,10 @@ struct SettingRule {
   AnySetting unless = {};
   // Why, for messages. "{}" is the value that the first setting of `needs` has.
   std::string reason = {};
-  // Of a rule that compares numbers, in place of `needs` and `excludes`: what is wrong, with the
-  // names of the settings, or nothing.
+  // For rules that compare numbers, in place of `needs` and `excludes`: returns what is wrong, with
+  // the names of the settings, or an empty text.
   std::function<std::string(const FrameSettings&)> wrong = {};
-  bool in_help = true;  // false: the help of the setting says it in words of its own
+  bool in_help = true;  // false: the setting's help already says it
 };
 
 // The rules for the settings of every frame. Clients that have further options add tables.
@@ -46,7 +46,7 @@ std::span<const SettingRule> setting_rules();
 using SettingHolds = std::function<bool(const SettingIs&)>;
 bool setting_holds(const FrameSettings& settings, const SettingIs& is);
 
-// What is wrong, in one line; empty if the settings obey the rule.
+// Returns what is wrong in one line; empty if the settings obey the rule.
 std::string broken_rule(const SettingRule& rule, const FrameSettings& settings,
                         const SettingHolds& holds);
 // Throws UsageError for the first rule that is broken: the setting, what it needs or excludes, the
@@ -57,15 +57,18 @@ void check_rules(const FrameSettings& settings);
 // Only the rules about this setting.
 void check_rules(const FrameSettings& settings, std::string_view about);
 
+// Whether the rules allow this setting, which need not be given, beside the others.
+bool setting_is_allowed(const FrameSettings& settings, std::string_view name);
+
 // The drivers that fit, from their table.
 AnySetting drivers_that(const std::function<bool(const DriverEntry&)>& fits);
 
-// What the rules say of a setting, or of one of its values: "; requires `env` or `sun`". Empty if
-// they say nothing.
+// Describes the rules about a setting, or one of its values: "; requires `env` or `sun`". Empty if
+// there are none.
 std::string rules_of(std::span<const SettingRule> rules, std::string_view name,
                      std::string_view value = {});
 
-// What follows a setting's help, and its line for each valid name with what the rules say of it.
+// Texts that follow a setting's help: its rules, and a line for each valid name with its rules.
 struct RulesHelp {
   std::string rules, values;
 };

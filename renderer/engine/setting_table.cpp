@@ -101,10 +101,12 @@ Setting number(const std::string& name, SettingGroup group, T least, T most,
 }
 
 template <typename Table>
-std::vector<ValidName> names_of(const Table& table) {
-  std::vector<ValidName> names;
-  for (const auto& entry : table) names.push_back({entry.name, entry.summary});
-  return names;
+std::vector<SettingChoice> choices_of(const Table& table) {
+  std::vector<SettingChoice> choices;
+  for (const auto& entry : table) {
+    choices.push_back({std::string(entry.name), std::string(entry.summary)});
+  }
+  return choices;
 }
 
 // A name of `table`.
@@ -114,7 +116,7 @@ Setting named(const std::string& name, SettingGroup group, const std::string& ki
   const auto read = [=](FrameSettings& settings, std::string_view text) {
     settings.*Member = find_named(table, fmt::format("`{}`", name), kind, text).name;
   };
-  return {name, group, "NAME", help, names_of(table), false, read, member_text<Member>};
+  return {name, group, "NAME", help, choices_of(table), false, read, member_text<Member>};
 }
 
 // A value of `table`, or, of an optional member, none.
@@ -128,7 +130,7 @@ Setting choice(const std::string& name, SettingGroup group, const std::string& k
     const std::optional<T> value = settings.*Member;
     return std::string(value ? name_of(table, *value) : "");
   };
-  return {name, group, "NAME", help, names_of(table), false, read, text};
+  return {name, group, "NAME", help, choices_of(table), false, read, text};
 }
 
 template <auto Member>
@@ -148,17 +150,32 @@ Setting flag(const std::string& name, SettingGroup group, const std::string& hel
   return {name, group, "", help, {}, false, read, member_text<Member>};
 }
 
+// `N` numbers with `separator` between them, of which `make` makes the member's value, or nothing:
+// then they are refused as not being `expected`.
+template <auto Member, size_t N, typename T, typename Make>
+Setting numbers(const std::string& name, SettingGroup group, const std::string& type,
+                char separator, const std::string& expected, const std::string& help,
+                const Make& make) {
+  const auto read = [=](FrameSettings& settings, std::string_view text) {
+    std::array<T, N> values;
+    if (!parse_numbers(text, separator, values)) refuse(name, text, expected);
+    const auto value = make(values);
+    if (!value) refuse(name, text, expected);
+    settings.*Member = *value;
+  };
+  return {name, group, type, help, {}, false, read, member_text<Member>};
+}
+
 template <auto Member>
 Setting point(const std::string& name, const std::string& help) {
-  const auto read = [=](FrameSettings& settings, std::string_view text) {
-    std::array<double, 3> v;
-    if (!parse_numbers(text, ',', v) ||
-        std::ranges::any_of(v, [](double c) { return std::abs(c) > kFarthest; })) {
-      refuse(name, text, fmt::format("X,Y,Z with numbers from -{} to {}", kFarthest, kFarthest));
-    }
-    settings.*Member = Vec3d(v[0], v[1], v[2]);
-  };
-  return {name, kView, "X,Y,Z", help, {}, false, read, member_text<Member>};
+  const std::string expected =
+      fmt::format("X,Y,Z with numbers from -{} to {}", kFarthest, kFarthest);
+  return numbers<Member, 3, double>(
+      name, kView, "X,Y,Z", ',', expected, help,
+      [](const std::array<double, 3>& v) -> std::optional<Vec3d> {
+        if (std::ranges::any_of(v, [](double c) { return std::abs(c) > kFarthest; })) return {};
+        return Vec3d(v[0], v[1], v[2]);
+      });
 }
 
 Setting size() {
@@ -176,50 +193,32 @@ Setting size() {
 }
 
 Setting crop() {
-  const auto read = [](FrameSettings& settings, std::string_view text) {
-    std::array<int, 4> v;
-    if (!parse_numbers(text, ',', v)) refuse("crop", text, "X0,Y0,X1,Y1 in whole pixels");
-    settings.crop = Rect{v[0], v[1], v[2], v[3]};
-  };
-  return {"crop", kView, "X0,Y0,X1,Y1", "render these pixels only, X1 and Y1 excluded",
-          {},     false, read,          member_text<&FrameSettings::crop>};
+  return numbers<&FrameSettings::crop, 4, int>(
+      "crop", kView, "X0,Y0,X1,Y1", ',', "X0,Y0,X1,Y1 in whole pixels",
+      "render these pixels only, X1 and Y1 excluded", [](const std::array<int, 4>& v) {
+        return std::optional(Rect{v[0], v[1], v[2], v[3]});
+      });
 }
 
 Setting part() {
-  const auto read = [](FrameSettings& settings, std::string_view text) {
-    std::array<uint32_t, 2> v;
-    if (!parse_numbers(text, '/', v) || v[0] < 1 || v[0] > v[1] || v[1] > kMostParts) {
-      refuse("part", text, fmt::format("K/N with 1 <= K <= N <= {}", kMostParts));
-    }
-    settings.part = FramePart{v[0], v[1]};
-  };
-  return {"part",
-          kPart,
-          "K/N",
-          "every N-th bucket, from the K-th on. Nothing is written but the checkpoint "
-          "OUTPUT.part-K-of-N.checkpoint, for `emberline merge`",
-          {},
-          false,
-          read,
-          member_text<&FrameSettings::part>};
+  return numbers<&FrameSettings::part, 2, uint32_t>(
+      "part", kPart, "K/N", '/', fmt::format("K/N with 1 <= K <= N <= {}", kMostParts),
+      "every N-th bucket, from the K-th on. Nothing is written but the checkpoint "
+      "OUTPUT.part-K-of-N.checkpoint, for `emberline merge`",
+      [](const std::array<uint32_t, 2>& v) -> std::optional<FramePart> {
+        if (v[0] < 1 || v[0] > v[1] || v[1] > kMostParts) return {};
+        return FramePart{v[0], v[1]};
+      });
 }
 
 Setting sample_range() {
-  const auto read = [](FrameSettings& settings, std::string_view text) {
-    std::array<uint32_t, 2> v;
-    if (!parse_numbers(text, '-', v) || v[0] >= v[1] || v[1] > kMaxSamples) {
-      refuse("sample-range", text, fmt::format("A-B with 0 <= A < B <= {}", kMaxSamples));
-    }
-    settings.sample_range = SampleSpan{v[0], v[1]};
-  };
-  return {"sample-range",
-          kPart,
-          "A-B",
-          "samples A to B - 1 of each pixel alone, likewise for `emberline merge`",
-          {},
-          false,
-          read,
-          member_text<&FrameSettings::sample_range>};
+  return numbers<&FrameSettings::sample_range, 2, uint32_t>(
+      "sample-range", kPart, "A-B", '-', fmt::format("A-B with 0 <= A < B <= {}", kMaxSamples),
+      "samples A to B - 1 of each pixel alone, likewise for `emberline merge`",
+      [](const std::array<uint32_t, 2>& v) -> std::optional<SampleSpan> {
+        if (v[0] >= v[1] || v[1] > kMaxSamples) return {};
+        return SampleSpan{v[0], v[1]};
+      });
 }
 
 Setting turntable() {
@@ -248,70 +247,28 @@ Setting turntable() {
           member_text<&FrameSettings::turntable>};
 }
 
-// One that is not said unless it differs from the default: it means nothing to a scene at rest.
-Setting fps() {
-  Setting setting = number<&FrameSettings::fps>("fps", kLoading, kLeastFps, kMostFps,
-                                                "frames a second, of `frame` [24]");
-  setting.text = [](const FrameSettings& s) {
-    return s.fps == FrameSettings().fps ? "" : text_of(s.fps);
-  };
-  return setting;
-}
-
 Setting shutter() {
-  const auto read = [](FrameSettings& settings, std::string_view text) {
-    std::array<double, 2> v;
-    if (!parse_numbers(text, ',', v) || !(v[0] <= v[1]) || !(v[0] >= -kMostOpen) ||
-        !(v[1] <= kMostOpen)) {
-      refuse("shutter", text,
-             fmt::format("OPEN,CLOSE with -{0} <= OPEN <= CLOSE <= {0}", kMostOpen));
-    }
-    settings.shutter = Shutter{v[0], v[1]};
-  };
-  return {"shutter",
-          kLoading,
-          "OPEN,CLOSE",
-          "when the shutter opens and closes, in frames from the frame's time on; what moves "
-          "meanwhile is blurred. 0,0.5 is a shutter of 180 degrees, -0.25,0.25 the same about the "
-          "frame's time",
-          {},
-          false,
-          read,
-          member_text<&FrameSettings::shutter>};
+  return numbers<&FrameSettings::shutter, 2, double>(
+      "shutter", kLoading, "OPEN,CLOSE", ',',
+      fmt::format("OPEN,CLOSE with -{0} <= OPEN <= CLOSE <= {0}", kMostOpen),
+      "when the shutter opens and closes, in frames from the frame's time on; what moves meanwhile "
+      "is blurred. 0,0.5 is a shutter of 180 degrees, -0.25,0.25 the same about the frame's time",
+      [](const std::array<double, 2>& v) -> std::optional<Shutter> {
+        if (!(v[0] <= v[1]) || !(v[0] >= -kMostOpen) || !(v[1] <= kMostOpen)) return {};
+        return Shutter{v[0], v[1]};
+      });
 }
 
 Setting sun() {
-  const auto read = [](FrameSettings& settings, std::string_view text) {
-    std::array<double, 2> v;
-    if (!parse_numbers(text, ',', v) || !(std::abs(v[0]) <= 90) || !(std::abs(v[1]) <= 360)) {
-      refuse("sun", text, "ELEVATION,AZIMUTH with degrees from -90 to 90 and from -360 to 360");
-    }
-    settings.sun = SunPosition{v[0], v[1]};
-  };
-  return {"sun",
-          kLight,
-          "ELEVATION,AZIMUTH",
-          "a clear sky with the sun so many degrees above the horizon, and from -Z towards +X "
-          "(north and east). Below the horizon it is twilight, then night",
-          {},
-          false,
-          read,
-          member_text<&FrameSettings::sun>};
-}
-
-Setting backfaces() {
-  const auto read = [](FrameSettings& settings, std::string_view text) {
-    if (text != "show" && text != "cull") {
-      throw UsageError("`backfaces`: " +
-                       unknown_word_message("treatment", std::string(text), {"cull", "show"}));
-    }
-    settings.show_backfaces = text == "show";
-  };
-  const auto text = [](const FrameSettings& s) { return s.show_backfaces ? "show" : "cull"; };
-  return {"backfaces", kLight,
-          "cull|show", "single-sided faces seen from behind: cull (as glTF says) or show",
-          {},          false,
-          read,        text};
+  return numbers<&FrameSettings::sun, 2, double>(
+      "sun", kLight, "ELEVATION,AZIMUTH", ',',
+      "ELEVATION,AZIMUTH with degrees from -90 to 90 and from -360 to 360",
+      "a clear sky with the sun so many degrees above the horizon, and from -Z towards +X (north "
+      "and east). Below the horizon it is twilight, then night",
+      [](const std::array<double, 2>& v) -> std::optional<SunPosition> {
+        if (!(std::abs(v[0]) <= 90) || !(std::abs(v[1]) <= 360)) return {};
+        return SunPosition{v[0], v[1]};
+      });
 }
 
 // Names of `table`, a list, which `check` refuses where there is another among them.
@@ -322,7 +279,7 @@ Setting names(const std::string& name, const std::string& help, const Table& tab
     check(text);
     settings.*Member = text;
   };
-  return {name, kChannels, "LIST", help, names_of(table), false, read, member_text<Member>};
+  return {name, kChannels, "LIST", help, choices_of(table), false, read, member_text<Member>};
 }
 
 // Not said unless it differs from the default.
@@ -342,9 +299,8 @@ constexpr NamedValue<EnvironmentSampling> kEnvironmentSamplings[] = {
      EnvironmentSampling::kGuided},
     {"light", "by its light alone", EnvironmentSampling::kByLight}};
 
-std::span<const NamedValue<EnvironmentSampling>> environment_sampling_table() {
-  return kEnvironmentSamplings;
-}
+constexpr NamedValue<bool> kBackfaces[] = {{"cull", "they are not there, as glTF says", false},
+                                           {"show", "as if they were double-sided", true}};
 
 // The rows, in the order of the help.
 std::vector<Setting> edit_settings() {
@@ -490,14 +446,16 @@ std::vector<Setting> light_settings() {
                                        "multiplies the environment"),
       number<&S::environment_rotation>("env-rotation", kLight, -36000.0f, 36000.0f,
                                        "degrees; 90 brings what was at +X to -Z"),
-      unless_default(choice<&S::environment_sampling>("env-sampling", kSample, "sampling",
-                                                      "where light samples go [guided]",
-                                                      environment_sampling_table())),
+      unless_default(choice<&S::environment_sampling>(
+          "env-sampling", kSample, "sampling", "where light samples go [guided]",
+          std::span<const NamedValue<EnvironmentSampling>>(kEnvironmentSamplings))),
       flag<&S::transparent>("transparent", kSample, "the camera does not see the environment"),
       unless_default(choice<&S::working_space>("working-space", kLight, "space",
                                                "primaries that are rendered and written [rec709]",
                                                working_space_table())),
-      backfaces(),
+      choice<&S::show_backfaces>("backfaces", kLight, "treatment",
+                                 "single-sided faces seen from behind",
+                                 std::span<const NamedValue<bool>>(kBackfaces)),
   };
 }
 
@@ -509,7 +467,9 @@ std::vector<Setting> loading_settings() {
                        "seconds into the animation [0]; beyond its ends it stands still"),
       number<&S::frame>("frame", kLoading, -kLatest * kMostFps, kLatest * kMostFps,
                         "the same in frames, which may be broken"),
-      fps(),
+      // It means nothing to a scene at rest.
+      unless_default(number<&S::fps>("fps", kLoading, kLeastFps, kMostFps,
+                                     "frames a second, of `frame` [24]")),
       shutter(),
       flag<&S::lenient>("lenient", kLoading,
                         "take images that are cut short, replace those that do not decode and "
@@ -551,8 +511,9 @@ std::span<const Setting> setting_table() {
   return table;
 }
 
-const Setting& setting_named(std::string_view name) {
-  return find_named(setting_table(), "setting", "setting", name);
+const Setting* find_setting(std::string_view name) {
+  const auto found = std::ranges::find(setting_table(), name, &Setting::name);
+  return found == setting_table().end() ? nullptr : &*found;
 }
 
 SettingTexts setting_texts(const FrameSettings& settings,

@@ -1,5 +1,5 @@
-// The settings of a frame by name: what a command line, a file of settings, a picture's header and
-// a study's records call them. One row for each.
+// The settings of a frame by name, one row each, for command lines, files of settings, pictures'
+// headers and study records.
 #pragma once
 
 #include <cstdint>
@@ -31,17 +31,17 @@ enum class SettingGroup : uint8_t {
   kTurn,      // which of several frames
 };
 
-struct ValidName {
-  std::string_view name, summary;
+struct SettingChoice {
+  std::string name, summary;
 };
 
 struct Setting {
   std::string name;  // of its option, without the dashes
   SettingGroup group;
-  std::string type;  // of its value, for --help; empty: on or off
-  std::string help;  // a line; in brackets what holds where nothing is given
-  std::vector<ValidName> values = {};
-  bool file = false;  // its value is a path
+  std::string type;                         // of its value, for --help; empty: on or off
+  std::string help;                         // a line; in brackets what holds where nothing is given
+  std::vector<SettingChoice> choices = {};  // the valid names, if its value is one of a table
+  bool file = false;                        // its value is a path
   // Throws UsageError: the option, the text, what is valid.
   std::function<void(FrameSettings& settings, std::string_view text)> read;
   // A text of which read() makes the same value; empty: none is given.
@@ -49,8 +49,8 @@ struct Setting {
 };
 
 std::span<const Setting> setting_table();
-// For names that are in the table.
-const Setting& setting_named(std::string_view name);
+// Null for an unknown name.
+const Setting* find_setting(std::string_view name);
 
 // Names and texts of the settings that have a text, in the table's order: of all, or of these
 // groups.
@@ -66,7 +66,7 @@ std::string text_of_json(const nlohmann::json& value, const JsonReader& reader);
 // how a frame is rendered, and not of which scene. A relative path in it is relative to the file.
 // Settings that it does not name stay as they are. Throws InputError with the place.
 void read_settings(const std::string& path, FrameSettings& settings);
-// Of all that differ from the defaults; read_settings() makes the same of it.
+// Writes all settings that differ from the defaults, as read_settings() reads them.
 std::string settings_json(const FrameSettings& settings, const std::string& path);
 
 }  // namespace emberline

@@ -1,6 +1,5 @@
-// Tiles whose work is shared at the end of a frame: a worker that finds no tile left takes parts of
-// the rounds that others have under way, so that no thread is idle while the dearest tile is
-// finished by another.
+// Shares the last tiles of a frame: a worker that finds no tile left helps with the rounds of other
+// workers' tiles, so that no thread is idle while the most expensive tile is finished.
 #pragma once
 
 #include <algorithm>
@@ -47,12 +46,12 @@ class RoundWork {
     }
   }
 
-  // Of a frame that is lost: nobody takes another part.
+  // Hands out no further part: the frame is lost.
   void abandon() { next_.store(end_, std::memory_order_relaxed); }
 
   size_t parts_left() const { return end_ - std::min(end_, next_.load(std::memory_order_relaxed)); }
-  // When all workers have come back, and none has abandoned it. `stopped`: if parts are left, it is
-  // by a stop request.
+  // Call after all workers have returned and unless it was abandoned. `stopped`: remaining parts
+  // are due to a stop request.
   RenderedParts rendered(bool stopped) const;
 
  private:
@@ -81,8 +80,8 @@ class SharedTiles {
   struct OpenRound {
     RoundWork& work;
     int helpers = 0;
-    RenderCounters counters = {};    // theirs
-    std::exception_ptr thrown = {};  // by the last of them that did
+    RenderCounters counters = {};    // the helpers'
+    std::exception_ptr thrown = {};  // the last exception of a helper
   };
 
   OpenRound* longest_round() const;
@@ -96,7 +95,7 @@ class SharedTiles {
   std::vector<OpenRound*> open_;
 };
 
-// A worker, for as long as it takes tiles.
+// Marks a worker as the owner of tiles while it lives.
 class TileOwner {
  public:
   explicit TileOwner(SharedTiles& tiles);
@@ -104,9 +103,8 @@ class TileOwner {
   TileOwner(const TileOwner&) = delete;
   TileOwner& operator=(const TileOwner&) = delete;
 
-  // Takes the round's parts together with those that help, whose counts are added to `counters`.
-  // Returns when all have come back. Where one of them throws, no other begins a part; throws it
-  // again.
+  // Carries out the round together with the helpers, whose counts are added to `counters`. Returns
+  // after all helpers have. If one throws, no further part begins, and it is rethrown here.
   void carry_out(RoundWork& work, RenderWorker& worker, RenderCounters& counters);
 
  private:

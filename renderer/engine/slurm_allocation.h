@@ -1,5 +1,6 @@
-// What a job of Slurm has given this process, from the environment that Slurm sets (sbatch(1),
-// "OUTPUT ENVIRONMENT VARIABLES"). Outside of a job: nothing. Values that cannot be are ignored.
+// The allocation of the Slurm job that this process runs in, from its environment variables
+// (sbatch(1), "OUTPUT ENVIRONMENT VARIABLES"). Absent outside of a job. Impossible values are
+// ignored.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +12,8 @@ std::optional<uint64_t> slurm_memory_bytes();  // SLURM_MEM_PER_NODE
 std::optional<int> slurm_cpus();               // SLURM_CPUS_PER_TASK
 
 // From now until a minute before SLURM_JOB_END_TIME, 0 at least: the minute is for the checkpoint.
-// Where this machine's clock is not within the job's time, SLURM_JOB_START_TIME and the age of this
-// process tell, with a warning.
+// If this machine's clock is outside the job's time, SLURM_JOB_START_TIME and the age of this
+// process are used instead, with a warning.
 std::optional<double> slurm_seconds_left();
 
 }  // namespace emberline

@@ -1,4 +1,4 @@
-// A request to end the frame before its work is done, and whose it was.
+// A request to end the frame before its work is done, with its cause.
 #pragma once
 
 #include <atomic>
@@ -15,7 +15,7 @@ class StopRequest {
   bool request(PixelStop cause) {
     PixelStop none = PixelStop::kNone;
     if (!cause_.compare_exchange_strong(none, cause)) return false;
-    source_.request_stop();  // whoever sees it sees the cause
+    source_.request_stop();  // after the cause, so that a reader of the token finds it
     return true;
   }
   // kNone without a request.

@@ -28,7 +28,7 @@ constexpr int kOtherThreads = 4;
 
 constexpr const char* kWhy = "(ulimit -u, a container's limit of processes, or memory)";
 
-// How many of so many more threads the system starts, with stacks like those of TBB's.
+// How many of `wanted` further threads the system starts, with stacks of TBB's size.
 int count_startable(int wanted) {
   std::latch end(1);
   std::vector<pthread_t> threads;

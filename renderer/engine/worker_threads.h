@@ -8,8 +8,8 @@
 
 namespace emberline {
 
-// While one lives, TBB's loops use so many threads. TBB starts them as work comes, in threads of
-// its own, and a thread that the system refuses then ends the process; so it is tried beforehand.
+// Limits TBB's loops to a number of threads while it lives. TBB starts threads when work comes, and
+// ends the process if the system refuses one; so starting them is tried beforehand.
 class WorkerThreads {
  public:
   // 0: one for each processor that this process may use, no more than its job of Slurm has, or as

@@ -46,13 +46,13 @@ void FilmTile::reset(const Rect& rect) {
 }
 
 bool FilmTile::add(int x, int y, int half, float filter_weight, const SampleValue& value,
-                   const DenoiserFeatures* seen, const SampleShares* shares) {
+                   const DenoiserFeatures* features, const SampleShares* shares) {
   const size_t i = index(x, y);
   PixelSums& sums = sums_[i];
   sums.count[half]++;
   const Rgb weighted = value.radiance * filter_weight;
   if (!emberline::is_finite(weighted) || !is_finite(value.first_hit) ||
-      (seen && !emberline::is_finite(*seen))) {
+      (features && !emberline::is_finite(*features))) {
     sums.non_finite++;
     return false;
   }
@@ -88,7 +88,7 @@ bool FilmTile::add(int x, int y, int half, float filter_weight, const SampleValu
     const Rgb clamped = value.clamped * filter_weight;
     for (int c = 0; c < 3; ++c) clamped_[3 * i + size_t(c)] += double(clamped[c]);
   }
-  if (seen) halves_.add(i, half, *seen);
+  if (features) halves_.add(i, half, *features);
   if (shares) halves_.add_shares(i, half, value.radiance, *shares);
   return true;
 }

@@ -57,10 +57,10 @@ class FilmTile {
   const FilmExtras& extras() const { return extras_; }
 
   // Adds sample value x filter weight. `half` (0 or 1) is the stream the sample belongs to. Returns
-  // false, and counts the sample as black and non-finite, if the value is NaN or infinite. `seen`
-  // and `shares` come with the channels of `denoising`.
+  // false, and counts the sample as black and non-finite, if the value is NaN or infinite.
+  // `features` and `shares` come with the channels of `denoising`.
   bool add(int x, int y, int half, float filter_weight, const SampleValue& value,
-           const DenoiserFeatures* seen = nullptr, const SampleShares* shares = nullptr);
+           const DenoiserFeatures* features = nullptr, const SampleShares* shares = nullptr);
   // Asks for a pixel's sums ahead of add().
   void prefetch(int x, int y) const {
     const char* sums = reinterpret_cast<const char*>(&sums_[index(x, y)]);
@@ -87,8 +87,8 @@ class FilmTile {
     cryptomattes_.add(index(x, y), weight, ids);
   }
   // What shadow catchers received in a sample, which add() took.
-  void add_caught(int x, int y, float filter_weight, const CatcherSample& caught) {
-    shadows_.add(index(x, y), filter_weight, caught);
+  void add_catcher_sample(int x, int y, float filter_weight, const CatcherSample& sample) {
+    shadows_.add(index(x, y), filter_weight, sample);
   }
   void add_time(int x, int y, double seconds);
   void add_rays(int x, int y, uint32_t rays);

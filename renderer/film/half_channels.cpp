@@ -13,7 +13,7 @@ namespace {
 
 constexpr const char* kNames[] = {"R",   "G",   "B",   "albedo.R", "albedo.G",  "albedo.B",
                                   "N.X", "N.Y", "N.Z", "nearness", "visibility"};
-static_assert(std::size(kNames) == 3 + kSeenValues);
+static_assert(std::size(kNames) == 3 + kFeatureValues);
 
 double per(uint32_t count) { return count > 0 ? 1.0 / count : 0.0; }
 

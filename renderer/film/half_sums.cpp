@@ -11,9 +11,9 @@
 namespace emberline {
 namespace {
 
-std::array<float, kSeenValues> values_of(const DenoiserFeatures& seen) {
-  return {seen.albedo.x, seen.albedo.y, seen.albedo.z, seen.normal.x,
-          seen.normal.y, seen.normal.z, seen.nearness, seen.visibility};
+std::array<float, kFeatureValues> values_of(const DenoiserFeatures& features) {
+  return {features.albedo.x, features.albedo.y, features.albedo.z, features.normal.x,
+          features.normal.y, features.normal.z, features.nearness, features.visibility};
 }
 
 // Four sums more at a time: no lane is NaN, since none of the sums is infinite.
@@ -29,8 +29,8 @@ void add_finite(Color4 more, float* sums) {
 
 }  // namespace
 
-bool is_finite(const DenoiserFeatures& seen) {
-  return std::ranges::all_of(values_of(seen), [](float value) { return std::isfinite(value); });
+bool is_finite(const DenoiserFeatures& features) {
+  return std::ranges::all_of(values_of(features), [](float value) { return std::isfinite(value); });
 }
 
 void HalfSums::reset(size_t pixels) {
@@ -39,10 +39,10 @@ void HalfSums::reset(size_t pixels) {
   second_lights_.reset(pixels);
 }
 
-void HalfSums::add(size_t pixel, int half, const DenoiserFeatures& seen) {
-  std::array<double, kSeenValues>& sums = sums_[pixel].halves[half];
-  const std::array<float, kSeenValues> values = values_of(seen);
-  for (size_t i = 0; i < kSeenValues; ++i) sums[i] += double(values[i]);
+void HalfSums::add(size_t pixel, int half, const DenoiserFeatures& features) {
+  std::array<double, kFeatureValues>& sums = sums_[pixel].halves[half];
+  const std::array<float, kFeatureValues> values = values_of(features);
+  for (size_t i = 0; i < kFeatureValues; ++i) sums[i] += double(values[i]);
 }
 
 void HalfSums::add_shares(size_t pixel, int half, const Rgb& radiance, const SampleShares& shares) {
@@ -60,7 +60,7 @@ void HalfSums::copy(const HalfSums& from, size_t from_pixel, size_t pixel) {
 void HalfSums::add_sums(const HalfSums& from, size_t pixel) {
   if (!kept_) return;
   for (int half = 0; half < 2; ++half) {
-    for (size_t i = 0; i < kSeenValues; ++i) {
+    for (size_t i = 0; i < kFeatureValues; ++i) {
       sums_[pixel].halves[half][i] += from.sums_[pixel].halves[half][i];
     }
     for (size_t i = 0; i < kSharedValues; i += 4) {

@@ -33,7 +33,7 @@ class HalfSums {
   bool empty() const { return sums_.empty(); }
 
   // Finite. A pixel's samples have one owner, and come in index order.
-  void add(size_t pixel, int half, const DenoiserFeatures& seen);
+  void add(size_t pixel, int half, const DenoiserFeatures& features);
   void add_shares(size_t pixel, int half, const Rgb& radiance, const SampleShares& shares);
   // Of a sample of the second half, likewise; those of the first are what this leaves of the
   // film's.
@@ -45,7 +45,7 @@ class HalfSums {
   void add_sums(const HalfSums& from, size_t pixel);
 
   // Sums over the samples of a half, in the order of DenoiserFeatures.
-  const std::array<double, kSeenValues>& sums(size_t pixel, int half) const {
+  const std::array<double, kFeatureValues>& sums(size_t pixel, int half) const {
     return sums_[pixel].halves[half];
   }
   // Of radiance x share, and of the shares.
@@ -59,7 +59,7 @@ class HalfSums {
 
  private:
   struct Sums {
-    std::array<double, kSeenValues> halves[2];
+    std::array<double, kFeatureValues> halves[2];
     std::array<float, kSharedValues> shared[2];
   };
 

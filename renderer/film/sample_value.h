@@ -53,8 +53,8 @@ struct DenoiserFeatures {
 
   static constexpr float kMostNearness = 1e6f;
 };
-inline constexpr size_t kSeenValues = 8;  // as many numbers, in this order
-bool is_finite(const DenoiserFeatures& seen);
+inline constexpr size_t kFeatureValues = 8;  // as many numbers, in this order
+bool is_finite(const DenoiserFeatures& features);
 
 // What shadow catchers receive of the lights in one sample.
 struct CatcherSample {
@@ -64,7 +64,7 @@ struct CatcherSample {
   float hidden = 0.0f;         // the same, if the catcher itself is not to be seen
   float background = 0.0f;     // how much of what is behind everything
 };
-bool is_finite(const CatcherSample& caught);
+bool is_finite(const CatcherSample& sample);
 
 // The depth channel where no surface was hit. Finite, so that filters and viewers survive it; the
 // same value Cycles writes.

@@ -20,20 +20,20 @@ double luminance_of(const double (&rgb)[3]) {
 
 }  // namespace
 
-bool is_finite(const CatcherSample& caught) {
-  return is_finite(caught.received) && is_finite(caught.unshadowed) &&
-         std::isfinite(caught.catcher + caught.hidden + caught.background);
+bool is_finite(const CatcherSample& sample) {
+  return is_finite(sample.received) && is_finite(sample.unshadowed) &&
+         std::isfinite(sample.catcher + sample.hidden + sample.background);
 }
 
-void ShadowSums::add(size_t pixel, float filter_weight, const CatcherSample& caught) {
+void ShadowSums::add(size_t pixel, float filter_weight, const CatcherSample& sample) {
   Sums& sums = sums_[pixel];
   for (int c = 0; c < 3; ++c) {
-    sums.received[c] += double(caught.received[c] * filter_weight);
-    sums.unshadowed[c] += double(caught.unshadowed[c] * filter_weight);
+    sums.received[c] += double(sample.received[c] * filter_weight);
+    sums.unshadowed[c] += double(sample.unshadowed[c] * filter_weight);
   }
-  sums.catcher += double(caught.catcher * filter_weight);
-  sums.hidden += double(caught.hidden * filter_weight);
-  sums.background += double(caught.background * filter_weight);
+  sums.catcher += double(sample.catcher * filter_weight);
+  sums.hidden += double(sample.hidden * filter_weight);
+  sums.background += double(sample.background * filter_weight);
 }
 
 void ShadowSums::add_sums(const ShadowSums& from, size_t pixel) {

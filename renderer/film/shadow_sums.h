@@ -21,7 +21,7 @@ class ShadowSums {
   bool empty() const { return sums_.empty(); }
 
   // Finite. A pixel's samples have one owner, and come in index order.
-  void add(size_t pixel, float filter_weight, const CatcherSample& caught);
+  void add(size_t pixel, float filter_weight, const CatcherSample& sample);
   void add_sums(const ShadowSums& from, size_t pixel);
   void copy(const ShadowSums& from, size_t from_pixel, size_t pixel);
 

@@ -374,14 +374,35 @@ void LightSampler::sample_environment(std::span<const GuidedRequest> requests,
   }
 }
 
+namespace {
+
+// The requests of a batch that pick the environment, and where their samples go.
+struct EnvironmentBatch {
+  GuidedRequest requests[kRayBatch];
+  LightSample* out[kRayBatch];
+  size_t count = 0;
+
+  // `pick`, in [0, weight), is the number that picked the environment.
+  void add(const LightRequest& request, double pick, float weight, const EnvironmentGuide* guide,
+           LightSample* result) {
+    GuidedRequest& guided = requests[count];
+    guided.u = request.u;
+    if (guide && !request.query.both_sides) [[unlikely]] {
+      guided.region = guide->region_of(request.query.point, request.query.normal);
+      guided.u_part = std::min(float(pick / double(weight)), kOneMinusEpsilon);
+    }
+    out[count++] = result;
+  }
+};
+
+}  // namespace
+
 void LightSampler::sample(std::span<const LightRequest> requests, LightSample* const* out,
                           const LightGuide* guide) const {
   assert(requests.size() <= size_t(kRayBatch));
   const EnvironmentGuide* const environment_guide = guide ? guide->environment.get() : nullptr;
   // Those that pick the environment are answered together, and those that pick triangles.
-  GuidedRequest environment_requests[kRayBatch];
-  LightSample* environment_out[kRayBatch];
-  size_t environment_count = 0;
+  EnvironmentBatch environment;
   TriangleBatch triangles;
   LightSample* triangle_out[kRayBatch];
   for (size_t i = 0; i < requests.size(); ++i) {
@@ -394,14 +415,7 @@ void LightSampler::sample(std::span<const LightRequest> requests, LightSample* c
       if (pick < split) {
         const double weight = pick / split * double(infinite.total);
         if (environment_ && weight < double(infinite.environment)) {
-          GuidedRequest& request = environment_requests[environment_count];
-          request.u = requests[i].u;
-          if (environment_guide && !query.both_sides) [[unlikely]] {
-            request.region = environment_guide->region_of(query.point, query.normal);
-            request.u_part =
-                std::min(float(weight / double(infinite.environment)), kOneMinusEpsilon);
-          }
-          environment_out[environment_count++] = out[i];
+          environment.add(requests[i], weight, infinite.environment, environment_guide, out[i]);
           out[i]->pdf = infinite.probability * (infinite.environment / infinite.total);
         } else {
           *out[i] = sample_directional(query, infinite, weight - double(infinite.environment));
@@ -430,9 +444,9 @@ void LightSampler::sample(std::span<const LightRequest> requests, LightSample* c
     triangles.add(corners(t, query.time), query.point, requests[i].u);
   }
   if (triangles.size() > 0) sample_triangles(triangles, triangle_out);
-  if (environment_count > 0) {
-    sample_environment({environment_requests, environment_count}, environment_guide,
-                       environment_out);
+  if (environment.count > 0) {
+    sample_environment({environment.requests, environment.count}, environment_guide,
+                       environment.out);
   }
 }
 

@@ -42,13 +42,18 @@ ExrView view_of(const FrameSettings& settings) {
 
 }  // namespace
 
-ExrHeader exr_header(const AovSet& aovs, int width, int height, const Rect& crop,
-                     std::vector<std::pair<std::string, std::string>> attributes) {
-  return {.width = width,
-          .height = height,
-          .data_window = crop,
-          .channels = summed_channels(exr_channels(aovs)),
-          .attributes = std::move(attributes)};
+void write_film_exr(const std::string& path, const AovSet& aovs, int width, int height,
+                    const Rect& crop, std::vector<std::pair<std::string, std::string>> attributes,
+                    std::vector<float> values) {
+  std::vector<std::string> names = film_channel_names(aovs);
+  sum_shared(crop, names, values);
+  write_exr_file(path,
+                 {.width = width,
+                  .height = height,
+                  .data_window = crop,
+                  .channels = summed_channels(exr_channels(aovs)),
+                  .attributes = std::move(attributes)},
+                 values);
 }
 
 OutputSettings output_settings(const RenderOptions& options, const Rect& crop) {

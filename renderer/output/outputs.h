@@ -63,9 +63,10 @@ ExrHeader frame_header(const OutputSettings& settings, std::vector<ExrChannel> c
                        const SceneLayers& layers);
 void set_state(const OutputSettings& settings, const FrameState& state, ExrWriter& writer);
 
-// Of a film's channels.
-ExrHeader exr_header(const AovSet& aovs, int width, int height, const Rect& crop,
-                     std::vector<std::pair<std::string, std::string>> attributes);
+// Writes a whole film as an EXR. `values`: its channels as FilmTile::resolve() gives them.
+void write_film_exr(const std::string& path, const AovSet& aovs, int width, int height,
+                    const Rect& crop, std::vector<std::pair<std::string, std::string>> attributes,
+                    std::vector<float> values);
 
 // Passes finished tiles on to every file, heatmaps included. Those of a frame with the channels of
 // `denoising` wait in a scratch file until finish_spooled() has the rows around them.

@@ -10,7 +10,7 @@ namespace {
 
 using Bytes = std::array<uint8_t, 3>;
 
-// Of grey values, by the transform itself.
+// Transforms grey values by the transform itself.
 std::vector<Bytes> transformed(const DisplayTransform& transform, const std::vector<float>& grey) {
   std::vector<float> rgb;
   for (const float x : grey) rgb.insert(rgb.end(), 3, x);

@@ -14,7 +14,7 @@ class Grading {
  public:
   // Throws as DisplayTransform does.
   explicit Grading(const DisplaySettings& settings);
-  // The same transform at another exposure: nothing is read or compiled again.
+  // Reuses the transform of `other` at another exposure, without reading or compiling it again.
   Grading(const Grading& other, float exposure);
 
   const DisplaySettings& settings() const { return settings_; }

@@ -18,7 +18,7 @@ namespace {
 // More than all events of a moment, and than most answers.
 constexpr size_t kMostUnread = size_t(64) << 10;
 constexpr size_t kReadBytes = size_t(64) << 10;
-// What a pipe with room takes without making the writer wait (POSIX, pipe(7)).
+// A pipe with room accepts this much without blocking the writer (POSIX, pipe(7)).
 constexpr size_t kWriteBytes = PIPE_BUF;
 constexpr auto kFlushTime = std::chrono::seconds(2);
 
@@ -75,7 +75,7 @@ void LineStream::wait(std::optional<int> milliseconds) {
     while (::read(wake_[0], bytes, sizeof bytes) > 0) {
     }
   }
-  // Of a writer that is gone, too, although nobody reads: what is left in the pipe ends soon.
+  // Also reads when the writer is gone while output is congested: the rest of the pipe ends soon.
   if (ends[0].revents) read_some();
 }
 

@@ -1,8 +1,7 @@
 // Lines of text in from one descriptor and out to another, for one thread that waits for both and
 // for news of other threads: the standard streams of `emberline session`.
 //
-// Neither end can make it grow: a line has a limit, and who does not read what is written is not
-// listened to.
+// Neither end can make it grow: a line has a limit, and a reader that lags is not listened to.
 #pragma once
 
 #include <optional>
@@ -24,7 +23,7 @@ class LineStream {
   std::optional<std::string> take();
   // No more will come.
   bool ended() const { return ended_; }
-  // What has come behind the last line's end.
+  // Whether text has come after the last line's end.
   bool mid_line() const { return !in_text_.empty(); }
 
   // For the reader, in its own time.
@@ -32,13 +31,12 @@ class LineStream {
   // The reader lags: nothing is to be taken or written that can wait.
   bool congested() const;
 
-  // Until there is something to take, room for what is to be written, news, or so many milliseconds
-  // have passed; without a number, as long as that takes. Throws InputError for a line that is too
-  // long, RenderError if nobody reads any more.
+  // Waits for input, room for output, wake(), or the end of this time; without one, for as long as
+  // it takes. Throws InputError for a line that is too long, RenderError if the reader is gone.
   void wait(std::optional<int> milliseconds);
   // Any thread: there is news.
   void wake();
-  // Waits until all is written, as long as the reader takes some of it now and then.
+  // Waits until all is written, or the reader takes nothing for two seconds.
   void flush();
 
  private:

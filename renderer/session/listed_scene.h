@@ -27,7 +27,7 @@ struct ListedScene {
   // instances. Without vertices; with the light and the material that a file may leave to its
   // reader.
   SceneDescription outline;
-  // What it is seen through without edits, in a frame of the size that it was opened for.
+  // The camera without edits, for the frame size that the scene was opened for.
   CameraDescription camera;
   bool camera_frames_scene =
       false;                      // it is fitted to scene and frame: neither file nor user has one

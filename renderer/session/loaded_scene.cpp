@@ -14,11 +14,11 @@
 namespace emberline {
 namespace {
 
-// What choose_camera gives --look-from where nothing else is said, in degrees.
+// The field of view that choose_camera() gives `look-from` by default, in degrees.
 constexpr double kLookFromFov = 40.0;
 
-// What edits count in. It has its light and its default material already, so that instances and
-// meshes, of which there may be hundreds of thousands, are not needed for that.
+// The lists that edits index. Light and default material are already added, so that instances and
+// meshes, which may be hundreds of thousands, are not needed for that.
 SceneDescription lists_of(const SceneDescription& outline) {
   SceneDescription lists;
   static_cast<SceneLists&>(lists) = outline;
@@ -38,7 +38,7 @@ LightEdit& edit_of(std::vector<LightEdit>& edits, EditedLight kind, size_t index
   return fresh;
 }
 
-// An environment's file is read when it is rendered; until then something stands for it.
+// An environment's file is read when it is rendered; until then a placeholder is used.
 SceneDescription applied(SceneEdits edits, const LoadedScene& scene) {
   if (!edits.environment.file.empty() && !edits.environment.image) {
     edits.environment.image = std::make_shared<const Image>();
@@ -187,7 +187,7 @@ SceneEdits with_view(const SceneEdits& edits, const RenderOptions& options,
                      const LoadedScene& scene) {
   SceneEdits result = edits;
   CameraEdit& view = result.camera;
-  if (view.camera) return result;  // in place of all that the options say of the view
+  if (view.camera) return result;  // replaces the options' view
   const CameraDescription& base = scene.open->camera;
   const std::vector<CameraDescription>& cameras = scene.open->outline.cameras;
   if (!options.camera.empty()) {

@@ -7,8 +7,8 @@
 
 #include "io/image/output.h"
 #include "renderer/core/readable.h"
-#include "renderer/drivers/adaptive/refinement_views.h"
-#include "renderer/film/pixel_stop.h"
+#include "renderer/engine/live_picture.h"
+#include "renderer/output/refinement_output.h"
 #include "renderer/statistics/quantity_plane.h"
 
 namespace emberline {

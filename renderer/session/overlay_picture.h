@@ -1,4 +1,4 @@
-// What lies over a session's picture, or stands in its place.
+// Overlays of a session's picture: heatmaps and the refinement tree.
 #pragma once
 
 #include <cstdint>
@@ -8,13 +8,13 @@
 #include <string_view>
 #include <vector>
 
-#include "renderer/drivers/adaptive/refinement_tree.h"
-#include "renderer/film/film_channels.h"
 #include "renderer/session/grading.h"
 #include "renderer/session/view_settings.h"
 #include "renderer/statistics/heatmap_quantity.h"
 
 namespace emberline {
+
+class RefinementTree;
 
 struct OverlayEntry {
   std::string_view name, summary;
@@ -35,8 +35,8 @@ std::string draw_overlay(const HeatmapQuantity& quantity, std::span<const std::s
                          std::span<const float> channels, const Rect& crop,
                          const HeatmapStyle& style, std::span<uint8_t> rgba8);
 
-// The same of reasons alone, PixelStop values of each pixel of the crop, which may be those of a
-// frame that goes on: the words say how much of it does.
+// Draws the PixelStop values of the crop's pixels. The legend says which share of a frame still
+// goes on.
 std::string draw_stops(std::span<const float> stops, const Rect& crop, std::span<uint8_t> rgba8);
 
 // The picture as displayed, with the borders of the tree's leaves over it.

@@ -5,22 +5,17 @@
 
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
-#include "renderer/film/shared_samples.h"
 #include "renderer/output/heatmap_file.h"
 #include "renderer/output/outputs.h"
 #include "renderer/output/report.h"
 #include "renderer/session/overlay_picture.h"
 
 namespace emberline {
+
 void write_picture(const std::string& path, const FilmCopy& film, const DisplaySettings& display) {
   if (lower_suffix(path) == ".exr") {
-    std::vector<std::string> names = film_channel_names(film.aovs);
-    std::vector<float> values = film.channels;
-    sum_shared(film.crop, names, values);
-    write_exr_file(path,
-                   exr_header(film.aovs, film.options.width, film.options.height, film.crop,
-                              settings_attributes(film.options)),
-                   values);
+    write_film_exr(path, film.aovs, film.options.width, film.options.height, film.crop,
+                   settings_attributes(film.options), film.channels);
     return;
   }
   const size_t channels = film_channels(film.aovs).size(), pixels = film.channels.size() / channels;

@@ -1,4 +1,4 @@
-// Gives a session's newest picture out, as the display settings have it, and says what is wrong.
+// Publishes a session's newest picture, graded by the display settings, and its problems.
 #pragma once
 
 #include <condition_variable>
@@ -13,34 +13,33 @@
 
 namespace emberline {
 
-// Thread-safe. Pictures are given out as shared pointers, whose memory comes back when
-// the last is let go: a frame of 1280 x 720 takes 18 MB, and 2 ms to be touched for the first time.
+// Thread-safe. Pictures are shared pointers, whose memory is reused when the last is released: a
+// frame of 1280 x 720 takes 18 MB, and 2 ms to touch for the first time.
 class PicturePublisher {
  public:
   PicturePublisher();
   PicturePublisher(const PicturePublisher&) = delete;
   PicturePublisher& operator=(const PicturePublisher&) = delete;
 
-  // Grades from now on by these settings, and the newest picture anew, without a new sample; in the
-  // background. With an overlay, the newest picture stays as it is: colours of maps are no light.
-  // Settings that cannot be are a problem, and the ones of before stay.
+  // Grades the newest picture again, and later ones, by these settings; in the background, without
+  // new samples. Pictures with an overlay are not graded. Impossible settings are a problem(); the
+  // previous ones stay.
   void set_display(const DisplaySettings& settings);
-  // Waits for the first set_display() to be done. Null if nothing was ever possible.
+  // Waits for the first set_display(). Null if no settings were possible yet.
   std::shared_ptr<const Grading> grading();
 
-  // A picture to fill in, with the memory of one that nobody looks at any more.
+  // A picture to fill in, with the memory of a released one.
   std::shared_ptr<ShownPicture> blank();
-  // Gives out a picture that was graded by `grading`, gives it its serial number, wakes the owner
-  // up.
+  // Publishes a picture that was graded by `grading`: numbers it, and wakes the owner.
   void publish(std::shared_ptr<ShownPicture> picture, std::shared_ptr<const Grading> grading);
   std::shared_ptr<const ShownPicture> picture() const;
 
-  // A picture of before, graded as the newest one is; in the background, and anew whenever the
-  // display settings change. With an overlay it stays as it is. Null: none.
+  // Grades an older picture like the newest one, in the background, again after each change of the
+  // display settings. One with an overlay stays unchanged. Null: none.
   void compare_with(std::shared_ptr<const ShownPicture> kept);
   std::shared_ptr<const ShownPicture> compared() const;  // null until it has been graded
 
-  // Of rendering; an empty text takes it back.
+  // Sets the problem of rendering; an empty text clears it.
   void set_problem(const std::string& text);
   std::string problem() const;
 

@@ -2,12 +2,17 @@
 
 #include <algorithm>
 
+#include "renderer/engine/live_denoiser.h"
+#include "renderer/engine/setting_rules.h"
 #include "renderer/engine/setting_table.h"
 #include "renderer/session/overlay_picture.h"
-#include "renderer/session/view_denoiser.h"
 
 namespace emberline {
 namespace {
+
+const DriverEntry& main_driver(const RenderOptions& options) {
+  return find_driver(is_live(options) ? "adaptive" : options.driver);
+}
 
 bool same_samples(const RenderOptions& a, const RenderOptions& b) {
   const auto texts = [](const RenderOptions& options) {
@@ -30,8 +35,16 @@ RenderPlan plan_of(RenderOptions options, const ViewSettings& settings) {
 
 bool is_live(const RenderOptions& options) { return options.driver == kLiveDriver; }
 
-const DriverEntry& main_driver(const RenderOptions& options) {
-  return find_driver(is_live(options) ? "adaptive" : options.driver);
+bool renders_buckets(const RenderOptions& options) { return main_driver(options).tiles; }
+
+bool is_allowed(const RenderOptions& options, std::string_view setting) {
+  FrameSettings settings = options;
+  settings.driver = main_driver(options).name;
+  return setting_is_allowed(settings, setting);
+}
+
+bool can_relight(const RenderOptions& options) {
+  return !renders_buckets(options) && find_integrator(options.integrator).tells_lights_apart;
 }
 
 RenderOptions main_options(const ViewSettings& settings) {
@@ -55,10 +68,10 @@ RenderOptions main_options(const ViewSettings& settings) {
 AovSet wanted_aovs(const ViewSettings& settings) {
   AovSet aovs = AovSet::parse(settings.render.aovs);
   // Why a pixel has ended a driver says that has its whole frame before it; buckets say it once.
-  const bool told = settings.overlay == ViewOverlay::kStop && !main_driver(settings.render).tiles;
+  const bool told = settings.overlay == ViewOverlay::kStop && !renders_buckets(settings.render);
   const std::optional<Aov> aov = overlay_aov(settings.overlay);
   if (aov && !told) aovs.insert(*aov);
-  if (settings.denoise) ViewDenoiser::add_channels(aovs);
+  if (settings.denoise) LiveDenoiser::add_channels(aovs);
   return aovs;
 }
 
@@ -78,7 +91,6 @@ PreparedSettings::PreparedSettings(const ViewSettings& settings)
     : options(main_options(settings)),
       live(is_live(settings.render)),
       plan(plan_of(options, settings)),
-      light_groups(settings.light_groups && !plan.driver->tiles &&
-                   find_integrator(options.integrator).tells_lights_apart) {}
+      light_groups(settings.light_groups && can_relight(options)) {}
 
 }  // namespace emberline

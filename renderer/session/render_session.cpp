@@ -108,7 +108,7 @@ void RenderSession::on_change(std::function<void()> wake) {
   publisher_->on_change(std::move(wake));
 }
 
-// What the newest picture shows of the pixel, with all else that is known of it there.
+// The pixel's values in the newest picture, with its latest inspection.
 std::optional<PixelInspection> RenderSession::look(const Vec2i& at, bool picked) const {
   const std::shared_ptr<const ShownPicture> picture = publisher_->picture();
   if (!picture || !picture->rect().contains(at.x, at.y)) {

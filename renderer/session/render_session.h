@@ -1,12 +1,11 @@
-// What the window looks at: a scene that renders in the background, again whenever something is
-// changed. Knows neither a window nor a graphics library, so that tests and benchmarks use it too.
+// A scene that renders in the background, again after every change. The window shows it; it knows
+// neither a window nor a graphics library, so tests and benchmarks use it too.
 //
-// One thread owns it (the window's) and calls everything here; nothing blocks that thread for more
-// than about a millisecond, but for the destructor. README.md has the session's own threads, and
-// what becomes of an edit.
+// One thread owns it and calls everything here. No call blocks for more than about a millisecond,
+// except the destructor. README.md describes the session's threads and the way of an edit.
 //
-// What is wrong with what the user asked for ends nothing: scenes say it in load_status(), all else
-// in problem(), and the picture of before stays.
+// A user's mistake ends nothing: load_status() reports it for scenes, problem() for all else, and
+// the previous picture stays.
 #pragma once
 
 #include <cstdint>
@@ -34,71 +33,69 @@ struct LoadedScene;
 class RenderSession {
  public:
   explicit RenderSession(ViewSettings settings);
-  // Stops what is under way, and waits for it; for files that are being written, too.
+  // Stops all work and waits for its end, also for files that are being written.
   ~RenderSession();
   RenderSession(const RenderSession&) = delete;
   RenderSession& operator=(const RenderSession&) = delete;
 
-  // Loads in the background, with the surroundings and the camera of the settings' options; the
-  // scene of before stays until the new one is there. A scene that is loading already is cancelled.
+  // Loads in the background, with environment and camera of the settings' options. The previous
+  // scene stays until the new one has loaded. Cancels a scene that is still loading.
   void open(const std::string& scene, const std::string& edits_file = {});
   void cancel_load();
-  // Also where a scene that has been loaded comes in: scene(), edits() and edit() change here and
-  // nowhere else by themselves, so that edits of one scene never meet another. To be called after
-  // each on_change().
+  // Call after each on_change(). A loaded scene is adopted here: scene(), edits() and edit() change
+  // by themselves nowhere else, so edits of one scene are never applied to another.
   LoadStatus load_status();
   std::shared_ptr<const ListedScene> scene() const;  // null before the first
-  std::shared_ptr<MemoryBudget> memory() const;  // what all of it may take; null before the first
+  std::shared_ptr<MemoryBudget> memory() const;      // of the whole session; null before the first
 
   const ViewSettings& settings() const { return settings_; }
-  // Takes any combination. One that makes no sense (a sampler of fixed counts with an adaptive
-  // driver) is stated by problem(), and nothing is rendered until it is mended. Only what concerns
-  // samples restarts the frame: display, overlays whose channels are there, and `paused` do not.
+  // Accepts any combination. problem() names an impossible one (a sampler of fixed counts with an
+  // adaptive driver), and nothing renders until it is corrected. Only settings of samples restart
+  // the frame: display, overlays whose channels exist, and `paused` do not.
   void set_settings(const ViewSettings& settings);
 
   // The number of the newest edit, settings and scenes included: what ShownPicture::edit reaches.
   uint64_t edit() const { return edit_; }
-  // The whole of what differs from the file, as set or opened last.
+  // All differences from the file, as set or opened last.
   const SceneEdits& edits() const { return edits_; }
-  // Throws InputError for edits that do not fit the scene; all is then as it was. `solo`: only this
-  // light shines, without being an edit that is saved. An environment's file that has no image
-  // yet is read in the background. Nothing happens without a scene.
+  // Throws InputError for edits that do not fit the scene, and changes nothing then. `solo`:
+  // switches all other lights off, without becoming part of saved edits. An environment file
+  // without an image is read in the background. Does nothing without a scene.
   void set_edits(const SceneEdits& edits, const std::optional<LightEdit>& solo = std::nullopt);
 
   // The newest picture; null before the first.
   std::shared_ptr<const ShownPicture> picture() const;
-  // A picture of before, to be looked at beside the newest: its light, graded in the background by
-  // the display settings of now, whatever those are. Null: none any more. One with an overlay stays
-  // as it is.
+  // Keeps an older picture for comparison, graded in the background by the current display settings
+  // (unless it has an overlay). Null: no comparison.
   void compare_with(std::shared_ptr<const ShownPicture> kept);
   // Null until it has been graded, after which on_change() is called.
   std::shared_ptr<const ShownPicture> compared() const;
-  // Why there is none of the newest edit, in the words of the command line; empty while all is
-  // well.
+  // Why the newest edit has no picture, in the words of the command line; empty if nothing is
+  // wrong.
   std::string problem() const;
-  // Is called, from a thread of the session's, when there is a newer picture, load status, problem
-  // or inspection. Must not call the session, only wake its owner up. Never called after
+  // `wake` is called from a thread of the session when a picture, load status, problem or
+  // inspection has changed. It must not call the session, only wake its owner. Never called after
   // on_change({}) has returned.
   void on_change(std::function<void()> wake);
 
-  // What is known of the pixel, at once; and asks for the rest, after which on_change() is called:
-  // ask again. Nothing outside the picture, or before there is one.
+  // Returns what is known of the pixel now, and requests the rest: call again after on_change().
+  // Absent outside the picture, or before the first.
   std::optional<PixelInspection> inspect(int x, int y);
-  // No pixel is looked at any more.
+  // Ends the inspection of a pixel.
   void end_inspection();
-  // The pixel that is explained until another is, whatever inspect() looks at: frames that begin
-  // from now on keep its whole history, the one under way from here on.
+  // Chooses the pixel to explain, independent of inspect(). Later frames record its whole history,
+  // the current frame its history from now on.
   void pick(const std::optional<Vec2i>& pixel);
-  // As inspect() does, of that pixel.
+  // As inspect(), for the picked pixel.
   std::optional<PixelInspection> picked() const;
 
-  // The picture as it stands, with its channels: .exr, .png, .jpg. In the background; the returned
-  // future, which may be dropped, throws RenderError or UsageError, that for a file of the scene's
-  // too.
+  // Saves the current picture in the background: .exr with its channels, .png, .jpg. The future,
+  // which may be dropped, throws RenderError or UsageError, the latter also for a file of the
+  // scene.
   std::future<void> save(const std::string& path);
-  // Throws UsageError at once for an overlay that is none of a heatmap.
+  // Throws UsageError at once for an overlay that is no heatmap.
   std::future<void> save_heatmap(const std::string& path, ViewOverlay quantity);
-  // The edits, for `render --edits`: with the view stated if the settings' options chose it.
+  // Saves the edits for `render --edits`, including a view that the settings' options chose.
   std::future<void> save_edits(const std::string& path);
 
  private:
@@ -109,7 +106,7 @@ class RenderSession {
   std::future<void> save_later(const std::string& path, const std::function<void()>& write);
   std::optional<PixelInspection> look(const Vec2i& at, bool picked) const;
 
-  // What was asked for last. All else is in the threads of the last members.
+  // The last request. Everything else belongs to the threads of the last members.
   ViewSettings settings_;
   ViewSettings rendered_settings_;  // of the newest request
   uint64_t edit_ = 0;
@@ -118,7 +115,7 @@ class RenderSession {
   std::optional<LightEdit> solo_;
   std::optional<Vec2i> inspected_, picked_;
 
-  // In the order of their use: each may still call those before it while it ends.
+  // In this order, since each may call those before it while it ends.
   const std::unique_ptr<PicturePublisher> publisher_;
   const std::unique_ptr<TaskThread> writer_;
   const std::unique_ptr<SceneLoader> loader_;

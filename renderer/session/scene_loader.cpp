@@ -12,7 +12,7 @@ SceneLoader::SceneLoader(std::function<void()> wake) : wake_(std::move(wake)) {}
 void SceneLoader::load(const RenderOptions& options) {
   uint64_t number;
   std::stop_token stop;
-  std::shared_ptr<LoadedScene> unseen;  // that nobody took; freed by the thread
+  std::shared_ptr<LoadedScene> unseen;  // was never taken; freed by the thread
   {
     const std::lock_guard lock(mutex_);
     number = ++number_;
@@ -63,7 +63,7 @@ void SceneLoader::load_now(const RenderOptions& options, uint64_t number, std::s
     });
   };
   try {
-    // What is open stays until the new scene has come: that gets what is left.
+    // The open scene stays until the new one has loaded, which gets the remaining memory.
     LoadLimits limits = limits_of(options.limits, options.scene);
     if (!memory_) memory_ = limits.memory;
     limits.memory = memory_->rest();
@@ -85,7 +85,7 @@ void SceneLoader::load_now(const RenderOptions& options, uint64_t number, std::s
       loaded_ = std::move(scene);
     });
   } catch (const Cancelled&) {
-    // Whoever called it off has said so in the status.
+    // cancel() and load() have set the status.
   } catch (const EmberlineError& error) {
     fail(error.what());
   } catch (const std::bad_alloc&) {

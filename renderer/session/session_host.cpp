@@ -25,7 +25,7 @@
 namespace emberline {
 namespace {
 
-// Of log messages that wait to be told, and of files that wait to be written.
+// Limits of waiting warnings and of files that wait to be written.
 constexpr size_t kMostWarnings = 100, kMostSavings = 16;
 constexpr size_t kLongestId = 1000;
 // How often a host that waits for a file is served; and how much of a load is worth a line.
@@ -98,7 +98,8 @@ void SessionHost::settle() {
 
 void SessionHost::serve() {
   while (true) {
-    // What came before its end is heard, whether or not the host still reads; it is not much.
+    // Commands before the end of input are carried out even if the host does not read; they are
+    // few.
     while (!quit_ && (lines_.ended() || !lines_.congested())) {
       const std::optional<std::string> line = lines_.take();
       if (!line) break;

@@ -1,9 +1,9 @@
 // `emberline session`: a RenderSession for another process, the host, which speaks JSON lines and
 // looks at shared memory. PROTOCOL.md is what both sides agree on.
 //
-// One thread, which owns the session, carries out what the host says, and between its commands
-// tells what there is. Events are made of the state of that moment and only while the host reads,
-// so that a host that lags is told less, and nothing piles up.
+// One thread owns the session, carries out the host's commands, and sends events between them. An
+// event describes the state of its moment and is sent only while the host reads, so a host that
+// lags gets fewer, and nothing piles up.
 #pragma once
 
 #include <functional>

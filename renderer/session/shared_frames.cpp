@@ -36,8 +36,8 @@ int nameless_file() {
 #endif
 }
 
-// Nobody can cut it short, which would end whoever looks at it, nor write to it but by the mapping
-// that there is.
+// Seals the file: it cannot be truncated, which would kill its readers, nor written except through
+// the existing mapping.
 void seal([[maybe_unused]] int file) {
 #if defined(__linux__)
   constexpr int kFutureWrite = 0x10;  // F_SEAL_FUTURE_WRITE, of Linux 5.1

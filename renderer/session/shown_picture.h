@@ -1,4 +1,4 @@
-// What a RenderSession hands on: pictures, and what it knows of single pixels.
+// Pictures of a RenderSession, and inspections of single pixels.
 #pragma once
 
 #include <cstdint>
@@ -12,16 +12,16 @@
 
 namespace emberline {
 
-// A picture, and what is known of it. Immutable once it is handed on.
+// A picture and its state. Immutable once published.
 struct ShownPicture {
   uint64_t edit = 0;    // the last edit that it shows: what RenderSession::edit() returned
   uint64_t serial = 0;  // grows from picture to picture
   int width = 0, height = 0;
   int x = 0, y = 0;  // in the frame, of which it may be a crop
   Rect rect() const { return {x, y, x + width, y + height}; }
-  // Two notions of complete. `filled`: all that is shown is of this edit, if partly neighbours'
-  // samples; else, while a region has its turn, the picture of before shows around it. `complete`:
-  // every pixel has a sample of its own; of buckets, all of its samples.
+  // `filled`: all pixels show this edit, some perhaps a neighbour's sample; otherwise the previous
+  // picture is visible around a region. `complete`: every pixel has a sample of its own; with
+  // buckets, all of its samples.
   bool filled = false;
   bool complete = false;
   bool finished = false;          // nothing more will come
@@ -38,19 +38,19 @@ struct ShownPicture {
   std::string driver;          // which one is at work: of `live` and `bucket`, "bisection" first
   std::string overlay_legend;  // what the colours run from and to: "1 to 64 samples per pixel"
 
-  // What rgba8 shows where it shows light.
+  // The linear picture that rgba8 shows.
   const std::vector<float>& linear() const { return denoised.empty() ? rgba : denoised; }
 };
 
-// What the session knows of one pixel.
+// An inspection of one pixel.
 struct PixelInspection {
   int x = 0, y = 0;
   uint64_t edit = 0;  // of the picture that it is of
   Rgb radiance;       // with alpha: as in the newest picture
   float alpha = 0.0f;
   std::optional<Rgb> denoised;  // where the picture is
-  // The rest is of the frame's last pause, a moment before or after that picture. Until there was
-  // one since the pixel was asked for, `known` is false and nothing below counts.
+  // The members below describe the frame's last pause, shortly before or after that picture. Before
+  // the first pause since the request, `known` is false and they are invalid.
   bool known = false;
   uint32_t samples = 0;
   std::optional<Rgb> variance;  // of the mean, where the film has it: adaptive, or error overlay

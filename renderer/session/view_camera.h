@@ -21,7 +21,8 @@ struct ViewCamera {
   double distance = 1.0;   // from the eye to the pivot, > 0
   double azimuth = 0.0;    // of the eye about the pivot: 0 at +Z, pi / 2 at +X
   double elevation = 0.0;  // of the eye above the pivot, in [-pi / 2, pi / 2]
-  // Of the picture's right edge from the horizon, counterclockwise; of a mirrored one, of its left.
+  // Angle of the picture's right edge from the horizon, counterclockwise; mirrored, of its left
+  // edge.
   double roll = 0.0;
   bool mirrored = false;  // left and right are exchanged
   bool orthographic = false;
@@ -39,13 +40,13 @@ struct ViewCamera {
   // How high the frame is at the pivot, and the angle that this is from the eye.
   double frame_height() const;
   double frame_angle() const;
-  // What way through the scene is in proportion to: the distance, or that from which a perspective
-  // of kOrdinaryFov shows as much.
+  // The length that moves are proportional to: the distance, or the one from which a perspective of
+  // kOrdinaryFov shows as much.
   double reach() const;
 };
 
 inline constexpr double kLeastFov = 1e-3, kMostFov = 3.0;  // 0.06 and 172 degrees
-// Of what is given a perspective and had none.
+// Field of view for a view that is given a perspective.
 inline constexpr double kOrdinaryFov = kPiD / 6;
 
 // The view of a camera; the pivot is on its axis, abreast of the scene's centre, or `radius` away
@@ -69,12 +70,12 @@ ViewCamera dolly(ViewCamera view, double factor);
 // Moves eye and pivot along the picture's axes, in metres. Without perspective nothing comes nearer
 // that way, and `forward` enlarges as much as it would at the pivot's distance of reach().
 ViewCamera fly(ViewCamera view, double right, double up, double forward);
-// What is at the pivot keeps its size on a change of kind: the eye stays for an orthographic view,
-// and moves along the axis for a perspective one.
+// Objects at the pivot keep their size: the eye stays for an orthographic view, and moves along the
+// axis for a perspective one.
 ViewCamera without_perspective(ViewCamera view);
 ViewCamera with_perspective(ViewCamera view, double fov_y);
 // Turns to the point, which becomes the pivot; the eye stays. An orthographic view is shifted until
-// the point is in its middle, and keeps its direction. Nothing for a point where the eye is.
+// the point is in its middle, and keeps its direction. Does nothing for a point at the eye.
 ViewCamera look_towards(ViewCamera view, const Vec3d& point);
 // All of a sphere, from where it is looked from now. `aspect`: width over height of the frame.
 ViewCamera frame_all(ViewCamera view, const Vec3d& center, double radius, double aspect);

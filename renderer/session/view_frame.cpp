@@ -10,25 +10,20 @@
 
 #include "renderer/core/errors.h"
 #include "renderer/core/parallel.h"
-#include "renderer/drivers/adaptive/round_planner.h"
-#include "renderer/drivers/bisection_schedule.h"
-#include "renderer/drivers/driver_table.h"
-#include "renderer/engine/film_memory.h"
-#include "renderer/film/light_group_sums.h"
 #include "renderer/session/overlay_picture.h"
 
 namespace emberline {
 namespace {
 
-// The first picture of an edit is shown as soon as one pixel in so many has its sample, which a
-// frame of 1280 x 720 reaches in 10 to 20 ms on two cores; of a slow scene after so many seconds,
-// with what there is then.
+// The first picture of an edit is shown when this share of the pixels has a sample, which a frame
+// of 1280 x 720 reaches in 10 to 20 ms on two cores; for a slow scene after this time, whatever it
+// has.
 constexpr double kFirstCoverage = 1.0 / 64;
 constexpr double kFirstPatience_s = 0.012;
 
-// Later ones follow no faster than the eye takes them in, and cost no more than a share of the
-// time: a good one while the artist is still looking for what the edit has done, then one that is
-// not felt: `render` with the same driver is at most 7 % faster.
+// Later pictures come no faster than the eye follows, and may cost this share of the time: a larger
+// one while the artist looks for the effect of the edit, then one that does not matter (`render`
+// with the same driver is at most 7 % faster).
 constexpr double kLeastInterval_s = 1.0 / 30;
 constexpr double kLively_s = 1.0;
 constexpr double kLivelyShare = 0.1;
@@ -37,13 +32,14 @@ constexpr double kCalmShare = 0.01;
 // Samples that the region gets before the rest of the frame gets any.
 constexpr uint32_t kRegionSamples = 16;
 
-// Of the samples of a frame of buckets, what its first picture may cost, which is no part of them;
-// those that a threshold ends are taken to have the fewest that an estimator judges by.
+// The first picture of a frame of buckets may cost this share of the frame's samples, which do not
+// include it. With a threshold, a pixel is assumed to get the fewest samples that an estimator
+// needs.
 constexpr double kFirstPictureShare = 0.005;
 constexpr uint32_t kLeastJudged = 16;
 
-// Linear and graded, that the publisher keeps: the newest, one being drawn, one to compare with as
-// it was and as it is graded now.
+// Linear and graded pictures that the publisher keeps: the newest, one being drawn, one for
+// comparison as it was and as it is graded now.
 constexpr uint64_t kPictures = 4;
 
 Camera camera_of(const RenderRequest& request) {
@@ -72,7 +68,7 @@ void put_channel(std::string_view name, std::span<const float> values, FilmCopy*
 }  // namespace
 
 ViewFrame::ViewFrame(RenderRequest request, const PreparedSettings& prepared,
-                     PicturePublisher& publisher, ViewDenoiser& denoiser,
+                     PicturePublisher& publisher, LiveDenoiser& denoiser,
                      std::shared_ptr<StopRequest> stop, const std::atomic<ShownAs>& shown_as,
                      const std::atomic<bool>& pause_wanted, Pause pause)
     : request_(std::move(request)),
@@ -93,7 +89,7 @@ void ViewFrame::render(std::optional<Vec2i> explained) {
   explained_ = explained;
   const uint64_t pictures = kPictures * (4 * sizeof(float) + 4);
   reserve(crop_,
-          request_.settings.denoise ? 2 * pictures + ViewDenoiser::kBytesPerPixel : pictures);
+          request_.settings.denoise ? 2 * pictures + LiveDenoiser::kBytesPerPixel : pictures);
   if (request_.settings.region) render_region();
   const bool buckets = prepared_.plan.driver->tiles;
   if ((prepared_.live || buckets) && stop_->cause() == PixelStop::kNone) {
@@ -111,64 +107,51 @@ void ViewFrame::reserve(const Rect& pixels, uint64_t bytes_per_pixel) {
               fmt::format("a frame of {}x{} pixels", crop_.width(), crop_.height()));
 }
 
-// A frame of its own, so that each of its pixels gets the samples that it would get anyway.
+// A job of its own, so that each pixel gets the samples of the frame.
 void ViewFrame::render_region() {
   const Rect region = request_.settings.region->intersect(crop_);
   if (region.empty()) return;
   render_stage(Stage::kRegion, region_, "bisection", region, kRegionSamples);
 }
 
-RenderCounters ViewFrame::render_stage(Stage stage, std::optional<RenderJob>& job,
+RenderCounters ViewFrame::render_stage(Stage stage, std::unique_ptr<RenderJob>& job,
                                        const std::string& name, const Rect& crop,
                                        uint32_t samples_per_pixel) {
-  const bool main = stage == Stage::kMain;
-  const RenderPlan& plan = prepared_.plan;
   stage_ = stage;
   stage_name_ = name;
-  DriverSettings settings = plan.driver_settings;
+  StageOptions options = {name, crop, samples_per_pixel, {}, groups_.get()};
   const bool in_frame = explained_ && crop.contains(explained_->x, explained_->y);
-  if (main && in_frame) settings.explained = explained_;
-  Frame frame =
-      plan.frame(request_.scene->scene->scene(), camera_, {.light_groups = groups_.get()});
-  frame.crop = crop;
-  frame.samples_per_pixel = samples_per_pixel;
-  frame.exact_counts = !main || plan.even;
-  const uint64_t lights = groups_ ? LightGroupSums::bytes_per_pixel(groups_->list().size()) : 0;
-  const DriverFactory drivers = driver_factory(name, settings);
-  if (!drivers.tiles) reserve(crop, kept_bytes_per_pixel(drivers, plan.aovs) + lights);
-  job.emplace(std::move(frame), drivers);
+  if (stage == Stage::kMain && in_frame) options.explained = explained_;
+  job = prepared_.plan.prepare_stage(*request_.scene->scene, camera_, options);
+  reserve(crop, job->kept_bytes_per_pixel());
   stage_end_ = std::stop_source();
   const std::stop_callback with_the_frame(stop_->token(), [this] { stage_end_.request_stop(); });
   return job->render(*this, stage_end_.get_token()).counters;
 }
 
-// Buckets come over what the first picture shows.
+// Buckets are shown over the first picture.
 void ViewFrame::begin_buckets() {
-  const bool told = !prepared_.plan.even &&
-                    RoundPlanner::knows_variances(prepared_.plan.driver_settings.adaptive);
-  const FilmExtras extras{.sample_variance = told};
-  reserve(crop_, film_bytes_per_pixel(prepared_.plan.aovs, extras) + 4 * sizeof(float) + 4);
+  constexpr uint64_t kDisplayed = 4;
+  reserve(crop_, TilePicture::bytes_per_pixel(prepared_.plan) + kDisplayed);
   std::vector<float> rgba(4 * size_t(crop_.area()));
   resolve_whole(rgba);
   readable_ = nullptr;
   shown_render_ = nullptr;
   first_.reset();
   progress_ = {};
-  bucket_picture_.emplace(crop_, prepared_.plan.aovs,
-                          prepared_.plan.driver_settings.adaptive.unbiased, std::move(rgba),
-                          extras);
-  readable_ = &*bucket_picture_;
+  bucket_picture_.emplace(prepared_.plan, std::move(rgba));
+  readable_ = &bucket_picture_->picture();
   shown_at_s_ = -std::numeric_limits<double>::infinity();  // else it might be a bucket's time ago
 }
 
-// Buckets need no more of it than a picture that a hand can follow.
+// For buckets the first picture need only be good enough to judge an edit by.
 bool ViewFrame::first_is_enough() const {
   if (stage_ != Stage::kFirst || prepared_.live || !shown_) return false;
   const uint32_t samples = std::max(prepared_.plan.samples_per_pixel, kLeastJudged);
   return progress_.completion >= kFirstPictureShare * double(samples);
 }
 
-// Of buckets only they count: samples of the first picture are let go.
+// For a frame of buckets, the first picture's samples do not count.
 bool ViewFrame::complete() const {
   const bool counts = stage_ == Stage::kMain || (stage_ == Stage::kFirst && prepared_.live);
   return counts && progress_.completion >= 1.0;
@@ -194,9 +177,9 @@ void ViewFrame::picture_changed(const JobProgress& progress, const LivePicture& 
     readable_ = &picture;
     progress_ = progress;
     shown_name_ = stage_name_;
-    shown_render_ = stage_ == Stage::kRegion  ? &*region_
-                    : stage_ == Stage::kFirst ? &*first_
-                                              : &*main_;
+    shown_render_ = stage_ == Stage::kRegion  ? region_.get()
+                    : stage_ == Stage::kFirst ? first_.get()
+                                              : main_.get();
     if (stage_ == Stage::kMain) first_.reset();
     shown_now = due();
     if (shown_now) show();
@@ -207,7 +190,7 @@ void ViewFrame::picture_changed(const JobProgress& progress, const LivePicture& 
   if (first_is_enough()) stage_end_.request_stop();
 }
 
-// What is asked here changes at pauses alone.
+// The answer changes only at pauses.
 bool ViewFrame::picture_wanted() const {
   if (pause_wanted_.load(std::memory_order_relaxed)) return true;
   const double now = seconds();
@@ -232,8 +215,8 @@ void ViewFrame::tile_finished(const FilmTile& tile) {
   look_at_buckets();
 }
 
-// Isolated: a thread that waits for help with the picture must not begin another bucket, and ask
-// for the picture that it holds.
+// Isolated: a thread that waits for help with the picture must not begin another bucket, which
+// would lock the picture again.
 void ViewFrame::look_at_buckets() {
   tbb::this_task_arena::isolate([&] { buckets_changed(); });
 }
@@ -241,9 +224,9 @@ void ViewFrame::look_at_buckets() {
 void ViewFrame::buckets_changed() {
   shown_name_ = stage_name_;
   progress_.pass = 1;
-  progress_.samples = bucket_picture_->samples();
-  progress_.completion = bucket_picture_->completion();
-  const bool shown_now = stop_->cause() == PixelStop::kNone && due();  // else nobody waits for it
+  progress_.samples = bucket_picture_->picture().samples();
+  progress_.completion = bucket_picture_->picture().completion();
+  const bool shown_now = stop_->cause() == PixelStop::kNone && due();
   if (shown_now) show();
   check_time_limit();
   pause_(shown_now);
@@ -355,17 +338,16 @@ DriverFacts ViewFrame::driver_facts() const {
   return shown_render_ && shown_render_->picture() ? shown_render_->facts() : DriverFacts();
 }
 
-const FilmTile* ViewFrame::region_film() const {
-  return region_ && region_->picture() ? &region_->picture()->film() : nullptr;
+const LivePicture* ViewFrame::region_picture() const {
+  return region_ ? region_->picture() : nullptr;
 }
 
-const FilmTile& ViewFrame::film_of(int x, int y) const {
-  const FilmTile& film = readable_->film();
-  const FilmTile* region = region_film();
-  if (!region || !region->rect().contains(x, y)) return film;
-  const bool better =
-      !film.rect().contains(x, y) || region->sample_count(x, y) > film.sample_count(x, y);
-  return better ? *region : film;
+const LivePicture& ViewFrame::picture_of(int x, int y) const {
+  const LivePicture* const region = region_picture();
+  if (!region || !region->rect().contains(x, y)) return *readable_;
+  const bool better = !readable_->rect().contains(x, y) ||
+                      region->sample_count(x, y) > readable_->sample_count(x, y);
+  return better ? *region : *readable_;
 }
 
 void ViewFrame::resolve_whole(std::span<float> rgba) const {
@@ -380,22 +362,22 @@ void ViewFrame::resolve_whole(std::span<float> rgba) const {
       std::ranges::fill(rgba, 0.0f);
     }
   }
-  const FilmTile* film = region_film();
-  if (!film) return;
-  const Rect& region = film->rect();
+  const LivePicture* const picture = region_picture();
+  if (!picture) return;
+  const Rect& region = picture->rect();
   std::vector<float> inside(4 * size_t(region.area()));
-  region_->picture()->resolve(inside, mix_ ? &*mix_ : nullptr);
+  picture->resolve(inside, mix_ ? &*mix_ : nullptr);
   for (int y = region.y0; y < region.y1; ++y) {
     for (int x = region.x0; x < region.x1; ++x) {
-      if (stage_ != Stage::kRegion && &film_of(x, y) != film) continue;
+      if (stage_ != Stage::kRegion && &picture_of(x, y) != picture) continue;
       std::copy_n(&inside[4 * region.index_of(x, y)], 4, &rgba[4 * crop_.index_of(x, y)]);
     }
   }
 }
 
-// Of an incomplete frame, what bisection has of it; a region is finer than that.
+// An incomplete frame is filtered on the lattice of bisection, unless a region is finer.
 void ViewFrame::denoise(ShownPicture& picture) {
-  const bool possible = ViewDenoiser::has_channels(prepared_.plan.aovs) && stage_ != Stage::kRegion;
+  const bool possible = LiveDenoiser::has_channels(prepared_.plan.aovs) && stage_ != Stage::kRegion;
   const PixelLattice* lattice = nullptr;
   if (!complete()) {
     lattice = region_ ? nullptr : driver_facts().lattice;
@@ -407,16 +389,16 @@ void ViewFrame::denoise(ShownPicture& picture) {
   picture.raw8.resize(filtered && as.raw_beside ? picture.rgba.size() : 0);
   if (!filtered) return;
   const double samples = double(progress_.samples) / double(crop_.area());
-  denoiser_.denoise({readable_->film(), region_film(), lattice, samples, mix_.has_value()},
+  denoiser_.denoise({*readable_, region_picture(), lattice, samples, mix_.has_value()},
                     picture.rgba, picture.denoised);
 }
 
 // Only the last stage brings a pixel to its end.
 PixelStop ViewFrame::stop_at(int x, int y) const {
-  const bool last = bucket_picture_ || (main_ && shown_render_ == &*main_);
+  const bool last = bucket_picture_ || (main_ && shown_render_ == main_.get());
   const PixelStop stop = last ? readable_->stop_so_far(x, y) : PixelStop::kGoingOn;
   if (!finished_ || stop != PixelStop::kGoingOn) return stop;
-  return film_of(x, y).sample_count(x, y) > 0 ? stop_->cause() : PixelStop::kNone;
+  return picture_of(x, y).sample_count(x, y) > 0 ? stop_->cause() : PixelStop::kNone;
 }
 
 std::vector<float> ViewFrame::stops() const {
@@ -437,23 +419,23 @@ FilmCopy ViewFrame::copy() const {
   result.options.driver = shown_name_;
   const size_t count = film_channels(prepared_.plan.aovs).size();
   result.channels.resize(count * size_t(crop_.area()));
-  std::vector<float> values, rgba(4 * size_t(crop_.area()));
-  const auto put = [&](const FilmTile& film) {
-    film.resolve(values);
-    const Rect& rect = film.rect();
+  const auto put = [&](const LivePicture& picture) {
+    const std::vector<float> values = picture.channels();
+    const Rect& rect = picture.rect();
     for (int y = rect.y0; y < rect.y1; ++y) {
       for (int x = rect.x0; x < rect.x1; ++x) {
-        if (&film_of(x, y) != &film) continue;
+        if (&picture_of(x, y) != &picture) continue;
         std::copy_n(&values[count * rect.index_of(x, y)], count,
                     &result.channels[count * crop_.index_of(x, y)]);
       }
     }
   };
-  put(readable_->film());
-  if (const FilmTile* region = region_film()) put(*region);
+  put(*readable_);
+  if (const LivePicture* region = region_picture()) put(*region);
   if (prepared_.plan.aovs.contains(Aov::kStop)) put_channel("stop", result.stops, &result);
-  if (bucket_picture_)
-    return result;  // where no bucket is, there is nothing of this frame to be shown
+  // Without a bucket a pixel has nothing of this frame to show.
+  if (bucket_picture_) return result;
+  std::vector<float> rgba(4 * size_t(crop_.area()));
   resolve_whole(rgba);
   for (size_t i = 0; i < size_t(crop_.area()); ++i) {
     std::copy_n(&rgba[4 * i], 4, &result.channels[count * i]);
@@ -467,15 +449,15 @@ PixelInspection ViewFrame::look_at(int x, int y, bool explained) const {
   result.y = y;
   result.edit = request_.edit;
   if (!readable_) return result;
-  const FilmTile& film = film_of(x, y);
-  if (!film.rect().contains(x, y)) return result;
+  const LivePicture& picture = picture_of(x, y);
+  if (!picture.rect().contains(x, y)) return result;
   result.known = true;
-  result.samples = film.sample_count(x, y);
-  result.non_finite = film.non_finite(x, y);
-  result.variance = film.variance(x, y);
+  result.samples = picture.sample_count(x, y);
+  result.non_finite = picture.non_finite(x, y);
+  result.variance = picture.variance(x, y);
   result.stop = stop_at(x, y);
   const bool is_shown = shown_render_ && shown_render_->picture() == readable_;
-  if (explained && is_shown && &film == &readable_->film()) {
+  if (explained && is_shown && &picture == readable_) {
     shown_render_->follow(x, y);
     result.explanation = shown_render_->explain(x, y);
   }

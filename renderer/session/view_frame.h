@@ -1,9 +1,8 @@
-// One frame of a session: from an edit to the last sample or to the edit that ends it.
+// One frame of a session: from an edit to the last sample, or to the edit that ends it.
 //
-// It goes through stages, each a driver with a film of its own: the region, if there is one; of
-// `live` a first sample for every pixel by bisection, of `bucket` a first picture likewise; then
-// the driver that goes on. The picture changes from one film to the next when the next is as good
-// everywhere; buckets replace the first picture one by one.
+// It renders in stages, each a job with its own driver and film: the region, if there is one; for
+// `live` and `bucket` a first picture by bisection; then the main driver. The picture switches to
+// the next film when that is as good everywhere; buckets replace the first picture one by one.
 #pragma once
 
 #include <atomic>
@@ -15,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "renderer/drivers/frame_driver.h"
+#include "renderer/engine/live_denoiser.h"
 #include "renderer/engine/render_job.h"
 #include "renderer/engine/stop_request.h"
 #include "renderer/scene/camera.h"
@@ -23,13 +22,12 @@
 #include "renderer/session/loaded_scene.h"
 #include "renderer/session/picture_publisher.h"
 #include "renderer/session/prepared_settings.h"
-#include "renderer/session/view_denoiser.h"
 
 namespace emberline {
 
 using ViewClock = std::chrono::steady_clock;
 
-// What is to be rendered: everything that was edited and set, as of one moment.
+// All edits and settings of one moment.
 struct RenderRequest {
   uint64_t edit = 0;
   ViewClock::time_point posted;
@@ -38,14 +36,14 @@ struct RenderRequest {
   ViewSettings settings;
 };
 
-// The newest lights of a frame whose light groups are enough for it.
+// Other lights for a frame that can show them by its light groups alone.
 struct Relighting {
   uint64_t edit = 0;
   ViewClock::time_point posted;
   LightMix mix;
 };
 
-// A copy of what a film holds, that files can be made of.
+// A copy of a film, for writing files.
 struct FilmCopy {
   Rect crop;  // of the frame that `options` say
   AovSet aovs;
@@ -57,35 +55,36 @@ struct FilmCopy {
 
 class ViewFrame final : private RenderSink {
  public:
-  // Called at a pause of the driver, while the frame stands still: may read the frame, and may
-  // wait. `shown`: whether the newest picture is of this very moment.
+  // Called at a pause of the driver: may read the frame, and may wait. `shown`: whether the newest
+  // picture shows this very moment.
   using Pause = std::function<void(bool shown)>;
 
-  // All that is given must outlive the frame; the scene has the request's edits, and nobody changes
-  // it. `shown_as` and `pause_wanted`, that somebody waits for the next pause, may change while the
-  // frame renders. Throws what is wrong with the view.
+  // All arguments must outlive the frame. The scene must have the request's edits, and must not
+  // change. `shown_as` and `pause_wanted` (another thread waits for a pause) may change while the
+  // frame renders. Throws UsageError and InputError for an impossible view.
   ViewFrame(RenderRequest request, const PreparedSettings& prepared, PicturePublisher& publisher,
-            ViewDenoiser& denoiser, std::shared_ptr<StopRequest> stop,
+            LiveDenoiser& denoiser, std::shared_ptr<StopRequest> stop,
             const std::atomic<ShownAs>& shown_as, const std::atomic<bool>& pause_wanted,
             Pause pause);
-  // Before render(): keeps the lights apart, and shows them so mixed; without a mix, as they are.
+  // Call before render(): keeps these groups apart and shows them mixed, or unchanged without a
+  // mix.
   void set_lights(std::shared_ptr<const LightGroups> groups, std::optional<LightMix> mix);
   ~ViewFrame() override;
 
-  // On the calling thread's TBB arena; of `explained`, all will be known that look_at() can tell.
-  // Throws UsageError and RenderError.
+  // Renders on the calling thread's TBB arena, and records the history of `explained` for
+  // look_at(). Throws UsageError and RenderError.
   void render(std::optional<Vec2i> explained);
 
-  // What follows, from the pause or after render().
+  // The functions below may be called from the pause or after render().
   void show_again();
   void relight(const Relighting& lights);
   bool readable() const { return readable_ != nullptr; }
-  // A region's film is no picture of the frame.
+  // Whether there is a picture of the whole frame, not only of the region.
   bool whole() const { return readable_ && stage_ != Stage::kRegion; }
   FilmCopy copy() const;
-  // With the driver's explanation, if asked for.
+  // `explained`: includes the driver's explanation.
   PixelInspection look_at(int x, int y, bool explained) const;
-  // Time spent waiting in a pause is nobody's pace.
+  // Excludes time spent waiting in a pause from the frame's time.
   void exclude_time(ViewClock::duration waited) { waited_ += waited; }
 
   bool has_shown() const { return shown_; }
@@ -101,7 +100,7 @@ class ViewFrame final : private RenderSink {
   PixelStop stop_cause() const override { return stop_->cause(); }
 
   void render_region();
-  RenderCounters render_stage(Stage stage, std::optional<RenderJob>& job, const std::string& name,
+  RenderCounters render_stage(Stage stage, std::unique_ptr<RenderJob>& job, const std::string& name,
                               const Rect& crop, uint32_t samples_per_pixel);
   void begin_buckets();
   void reserve(const Rect& pixels, uint64_t bytes_per_pixel);
@@ -120,15 +119,15 @@ class ViewFrame final : private RenderSink {
   std::string draw(const std::shared_ptr<const Grading>& grading, ShownPicture& picture);
   void resolve_whole(std::span<float> rgba) const;
   DriverFacts driver_facts() const;
-  const FilmTile* region_film() const;
-  const FilmTile& film_of(int x, int y) const;  // that a pixel is shown from
+  const LivePicture* region_picture() const;
+  const LivePicture& picture_of(int x, int y) const;  // that a pixel is shown from
   PixelStop stop_at(int x, int y) const;
   std::vector<float> stops() const;
 
   RenderRequest request_;
   const PreparedSettings& prepared_;
   PicturePublisher& publisher_;
-  ViewDenoiser& denoiser_;
+  LiveDenoiser& denoiser_;
   const std::shared_ptr<StopRequest> stop_;
   const std::atomic<ShownAs>& shown_as_;
   const std::atomic<bool>& pause_wanted_;
@@ -140,10 +139,10 @@ class ViewFrame final : private RenderSink {
   std::string stage_name_;  // its driver's
   std::stop_source stage_end_;
   std::optional<Vec2i> explained_;
-  std::optional<RenderJob> region_, first_, main_;
+  std::unique_ptr<RenderJob> region_, first_, main_;
   std::optional<BucketPicture> bucket_picture_;
   MemoryReservation memory_;  // of films and pictures
-  // What is shown and looked at, from which driver, and how far that is.
+  // The picture that is shown and inspected, its job and driver, and its progress.
   const LivePicture* readable_ = nullptr;
   RenderJob* shown_render_ = nullptr;
   std::string shown_name_;

@@ -1,5 +1,5 @@
-// The thread of a session that renders: takes the newest request, renders it until a newer one
-// comes, and does at its pauses what others want of the film.
+// The rendering thread of a session: renders the newest request until a newer one comes, and serves
+// other threads' requests for the film at pauses.
 #pragma once
 
 #include <tbb/task_arena.h>
@@ -23,28 +23,27 @@ namespace emberline {
 class ViewRenderer {
  public:
   explicit ViewRenderer(PicturePublisher& publisher);
-  // Stops the frame and waits for that. What copies are still asked for get a RenderError.
+  // Stops the frame and waits for its end. Pending copies get a RenderError.
   ~ViewRenderer();
   ViewRenderer(const ViewRenderer&) = delete;
   ViewRenderer& operator=(const ViewRenderer&) = delete;
 
-  // Everything here may be called from any thread and waits for nothing but a lock.
+  // All functions below may be called from any thread, and wait only for a lock.
 
-  // Replaces a request that has not begun. One in which only edits differ from the request before
-  // lets the frame under way show its first picture before it is ended, and does not end it where
-  // its light groups are enough.
+  // Replaces a request that has not begun. If only edits differ from the previous request, the
+  // current frame shows its first picture before it ends, and does not end if its light groups
+  // suffice.
   void post(RenderRequest request, bool only_edits);
   void set_paused(bool paused);
-  // Shows the newest state of the film so.
+  // Changes how the newest state of the film is shown.
   void show_as(const ShownAs& shown_as);
   void show_again();
 
-  // The film as it stands, at the next pause of a frame of which there is something to be seen.
+  // The film at the next pause of a frame that has something to show.
   std::future<FilmCopy> copy();
-  // Two pixels that are looked at side by side. The picked one is explained as well.
+  // Two pixels are inspected independently; the picked one is explained as well.
   enum class Look : uint8_t { kPointed, kPicked };
-  // From the next pause on, inspection() knows this pixel, and is brought up to date with each
-  // picture.
+  // From the next pause on, inspection() describes this pixel, updated with each picture.
   void inspect(Look look, std::optional<Vec2i> pixel);
   std::optional<PixelInspection> inspection(Look look) const;
 
@@ -90,12 +89,12 @@ class ViewRenderer {
   ViewClock::time_point relit_until_;  // the frame stands still: the hand is still at the slider
 
   std::atomic<ShownAs> shown_as_{ShownAs()};
-  std::atomic<bool> pause_wanted_{false};  // somebody waits for the next pause
+  std::atomic<bool> pause_wanted_{false};  // another thread waits for the next pause
 
   // The thread's own.
   std::unique_ptr<PreparedSettings> prepared_;
   ViewSettings prepared_for_;
-  ViewDenoiser denoiser_;
+  LiveDenoiser denoiser_;
   std::unique_ptr<ViewFrame> frame_;
   EnvironmentEdit environment_;  // the last one read from a file
   MemoryReservation environment_memory_;

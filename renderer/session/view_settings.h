@@ -9,16 +9,17 @@
 
 namespace emberline {
 
-// What is drawn instead of, or over, the picture. All but the tree come from channels of the film
-// (renderer/statistics/heatmap_quantity.h); why pixels have ended is told while others go on.
+// A heatmap instead of the picture, or the refinement tree over it. Heatmaps come from channels of
+// the film (renderer/statistics/heatmap_quantity.h); stop reasons are also known while pixels go
+// on.
 enum class ViewOverlay : uint8_t { kNone, kSamples, kError, kStop, kTime, kNonFinite, kTree };
 
-// Samples a pixel where RenderOptions::spp says nothing and no threshold ends the frame: the
-// picture goes on getting better while somebody looks at it. Buckets, of which each is brought to
-// its end before the next begins, keep to what `render` gives them.
+// Samples per pixel if neither RenderOptions::spp nor a threshold ends the frame, so that the
+// picture keeps improving while it is open. Buckets, which finish one after another, get what
+// `render` gives.
 inline constexpr uint32_t kViewSamples = 4096;
 
-// What becomes of a frame's film in the picture.
+// How the picture shows a frame's film.
 struct alignas(4) ShownAs {
   ViewOverlay overlay = ViewOverlay::kNone;
   bool denoise =
@@ -31,23 +32,21 @@ struct alignas(4) ShownAs {
 };
 
 struct ViewSettings {
-  // Driver, integrator, sampler, filter, estimator, limits, threads, seed, size, surroundings: as
-  // `render` takes them. What it says of outputs, reports and snapshots means nothing here, nor do
-  // `scene` and `edits`, which are open()'s; `display` is the next member's.
+  // Driver, integrator, sampler, filter, estimator, limits, threads, seed, size, environment: as
+  // for `render`. Outputs, reports, snapshots, `scene`, `edits` and `display` are ignored: open()
+  // has the scene and its edits, the next member the display.
   RenderOptions render;
   DisplaySettings display;
   ViewOverlay overlay = ViewOverlay::kNone;
-  // Pictures are filtered, and frames have the channels for that; files and single values stay
-  // those of the film.
+  // Filters pictures, and adds the channels for that; files and values of pixels stay unfiltered.
   bool denoise = false;
   bool raw_beside = false;  // each filtered picture comes with the one that it was made of
   ShownAs shown_as() const { return {overlay, denoise, raw_beside}; }
-  // Every light's contribution is kept apart, so that an edit of its intensity or colour, its
-  // switch and solo need no new ray. Not of buckets, nor with integrators that do not tell lights
-  // apart. Lights that are off are sampled all the same; a picture mixed so has other noise than
-  // `render`.
+  // Keeps every light's contribution apart, so that edits of its intensity or colour, its switch
+  // and solo need no new samples. Not for buckets, nor for integrators that cannot separate lights.
+  // Lights that are off are sampled too, so the noise differs from that of `render`.
   bool light_groups = false;
-  // What is rendered of the frame, in place of `render.crop`: pictures are as large.
+  // The rendered part of the frame, in place of `render.crop`; pictures have its size.
   std::optional<Rect> crop;
   std::optional<Rect> region;  // of the frame: gets its samples first
   bool paused = false;         // the frame stands still; what it has is kept

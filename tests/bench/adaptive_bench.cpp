@@ -88,7 +88,7 @@ struct Run {
 
 Run run(const BenchFrame& frame, const Options& o, const FrameSampling& s,
         const Reference& reference) {
-  ImageObserver image(frame, s.aovs);
+  ImageSink image(frame, s.aovs);
   const FrameRun frame_run = frame.run(o.threads, s, image);
   Floats picture = image.rgb();
   Measured m = measure(picture, reference);

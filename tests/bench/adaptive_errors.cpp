@@ -43,7 +43,7 @@ void render_reference(const BenchFrame& frame, uint32_t spp, int threads, Refere
   r->cost.assign(n, 1e30f);
   for (const uint32_t half : {0u, 1u}) {
     s.seed = 0x5eed0u + half;
-    ImageObserver image(frame, s.aovs);
+    ImageSink image(frame, s.aovs);
     frame.run(threads, s, image);
     (half == 0 ? r->a : r->b) = image.rgb();
     const Floats seconds = image.plane(8);
@@ -114,7 +114,7 @@ UniformErrors measure_uniform(const BenchFrame& frame, uint32_t spp, int threads
     FrameSampling s;
     s.spp = spp;
     s.seed = 0xf4a3e1u + uint32_t(i);
-    ImageObserver image(frame, s.aovs);
+    ImageSink image(frame, s.aovs);
     frame.run(threads, s, image);
     const Floats rgb = image.rgb();
     for (size_t k = 0; k < n; ++k) {

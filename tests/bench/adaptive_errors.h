@@ -10,6 +10,7 @@
 
 #include "bench/bench_frame.h"
 #include "renderer/engine/render_sink.h"
+#include "renderer/film/film.h"
 
 namespace emberline::bench {
 
@@ -19,9 +20,9 @@ enum Error : int { kMse, kRelMse, kDisplay, kErrors };
 inline constexpr const char* kErrorNames[] = {"mse", "relmse", "display"};
 
 // Keeps a frame's channels, interleaved.
-class ImageObserver final : public RenderSink {
+class ImageSink final : public RenderSink {
  public:
-  ImageObserver(const BenchFrame& frame, const AovSet& aovs)
+  ImageSink(const BenchFrame& frame, const AovSet& aovs)
       : width_(frame.width()), channels_(film_channels(aovs).size()) {
     values.resize(frame.pixels() * channels_);
   }

@@ -15,6 +15,7 @@
 #include "renderer/engine/render_job.h"
 #include "renderer/engine/render_plan.h"
 #include "renderer/engine/setting_table.h"
+#include "renderer/film/film.h"
 #include "renderer/scene/build_scene.h"
 #include "support/load_scene.h"
 
@@ -22,7 +23,7 @@ namespace emberline::bench {
 namespace {
 
 // Drops the tiles; notes when the first samples were done.
-class NullObserver final : public RenderSink {
+class NullSink final : public RenderSink {
  public:
   void tile_finished(const FilmTile& /*tile*/) override {}
   void samples_finished(uint64_t /*count*/) override {
@@ -101,18 +102,18 @@ BenchFrame::BenchFrame(const RenderOptions& options, const SceneBuildOptions& bu
 }
 
 FrameRun BenchFrame::run(int threads, uint32_t spp) const {
-  NullObserver observer;
+  NullSink sink;
   FrameSampling sampling;
   sampling.driver = options_.driver;
   sampling.spp = spp;
   sampling.seed = options_.seed;
   const double start = wall_clock();
-  FrameRun result = run(threads, sampling, observer);
-  result.first_sample_s = observer.first() - start;
+  FrameRun result = run(threads, sampling, sink);
+  result.first_sample_s = sink.first() - start;
   return result;
 }
 
-FrameRun BenchFrame::run(int threads, const FrameSampling& s, RenderSink& observer,
+FrameRun BenchFrame::run(int threads, const FrameSampling& s, RenderSink& sink,
                          const std::stop_token& stop,
                          const std::function<void(const RenderJob&)>& look) const {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
@@ -130,11 +131,11 @@ FrameRun BenchFrame::run(int threads, const FrameSampling& s, RenderSink& observ
   tbb::task_arena arena(threads);
   FrameRun run;
   const double wall = wall_clock(), cpu = process_cpu();
-  arena.execute([&] { run.counters = job.render(observer, stop).counters; });
+  arena.execute([&] { run.counters = job.render(sink, stop).counters; });
   run.returned = wall_clock();
   run.wall_s = run.returned - wall;
   run.cpu_s = process_cpu() - cpu;
-  arena.execute([&] { job.deliver(observer); });
+  arena.execute([&] { job.deliver(sink); });
   run.error_estimate = job.error_estimate();
   if (look) arena.execute([&] { look(job); });
   return run;

@@ -58,9 +58,9 @@ class BenchFrame {
 
   // Renders into nothing: no file, no display.
   FrameRun run(int threads, uint32_t spp) const;
-  // Renders into `observer`. Times are of the driver's render(), not of its deliver(). `look`, if
+  // Renders into `sink`. Times are of the driver's render(), not of its deliver(). `look`, if
   // given, sees what the driver has kept.
-  FrameRun run(int threads, const FrameSampling& sampling, RenderSink& observer,
+  FrameRun run(int threads, const FrameSampling& sampling, RenderSink& sink,
                const std::stop_token& stop = {},
                const std::function<void(const RenderJob&)>& look = {}) const;
 

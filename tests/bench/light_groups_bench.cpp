@@ -19,6 +19,7 @@
 #include "renderer/description/framing.h"
 #include "renderer/description/scene_edits.h"
 #include "renderer/engine/render_job.h"
+#include "renderer/film/film.h"
 #include "renderer/scene/light_groups.h"
 #include "support/edits.h"
 

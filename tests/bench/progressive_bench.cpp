@@ -18,6 +18,7 @@
 #include "renderer/app/number_option.h"
 #include "renderer/core/errors.h"
 #include "renderer/engine/render_sink.h"
+#include "renderer/film/film.h"
 
 namespace emberline::bench {
 namespace {

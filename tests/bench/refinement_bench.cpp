@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "bench/parts.h"
-#include "renderer/drivers/adaptive/refinement_views.h"
+#include "renderer/drivers/adaptive/smooth_reconstruction.h"
 
 namespace emberline::bench {
 namespace {

@@ -19,6 +19,7 @@
 #include "renderer/app/number_option.h"
 #include "renderer/core/errors.h"
 #include "renderer/engine/render_sink.h"
+#include "renderer/film/film.h"
 #include "support/edits.h"
 #include "support/session_owner.h"
 

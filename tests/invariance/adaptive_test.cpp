@@ -13,6 +13,7 @@
 #include "renderer/drivers/driver_table.h"
 #include "renderer/engine/render_job.h"
 #include "renderer/engine/render_worker.h"
+#include "renderer/film/film.h"
 #include "support/busy_scene.h"
 #include "support/render.h"
 #include "support/stop_after.h"
@@ -193,15 +194,15 @@ RenderedImage stop_after(const Scene& scene, const RenderSettings& s, uint64_t s
   plan.crop = {3, 2, s.width - 4, s.height};
   const Frame frame = plan.frame(scene, camera);
   RenderedImage image = blank_image(plan);
-  MemoryObserver memory(image);
-  StopAfter observer(memory, samples, image.crop, false);
+  MemorySink memory(image);
+  StopAfter sink(memory, samples, image.crop, false);
   RenderJob job(frame, driver_factory("adaptive", plan.driver_settings));
   tbb::task_arena arena(s.threads);
   arena.execute([&] {
-    image.counters = job.render(observer, observer.token()).counters;
-    job.deliver(observer);
+    image.counters = job.render(sink, sink.token()).counters;
+    job.deliver(sink);
   });
-  if (progress) *progress = observer.last();
+  if (progress) *progress = sink.last();
   return image;
 }
 

@@ -9,6 +9,7 @@
 #include "renderer/drivers/bisection_schedule.h"
 #include "renderer/drivers/driver_table.h"
 #include "renderer/engine/render_job.h"
+#include "renderer/film/film.h"
 #include "samplers/pixel_samples.h"
 #include "support/render.h"
 #include "support/sanitized.h"
@@ -48,15 +49,15 @@ class BisectionStop : public testing::Test {
     const RenderPlan plan = plan_of(settings);
     const Frame frame = plan.frame(*scene_, camera);
     RenderedImage image = blank_image(plan);
-    MemoryObserver memory(image);
-    StopAfter observer(memory, samples, image.crop, true);
+    MemorySink memory(image);
+    StopAfter sink(memory, samples, image.crop, true);
     RenderJob job(frame, driver_factory("bisection", plan.driver_settings));
     tbb::task_arena arena(threads);
     arena.execute([&] {
-      image.counters = job.render(observer, observer.token()).counters;
-      job.deliver(observer);
+      image.counters = job.render(sink, sink.token()).counters;
+      job.deliver(sink);
     });
-    if (progress) *progress = observer.last();
+    if (progress) *progress = sink.last();
     return image;
   }
 
@@ -158,13 +159,13 @@ TEST_F(BisectionStop, WithinTheLastPass) {
     plan.integrator = std::move(stops);
     const Frame frame = plan.frame(*scene_, camera);
     RenderedImage image = blank_image(plan);
-    MemoryObserver observer(image);
+    MemorySink sink(image);
     RenderJob job(frame, driver_factory("bisection", {}));
     tbb::task_arena arena(1);
     RenderCounters counters;
     arena.execute([&] {
-      counters = job.render(observer, integrator.token()).counters;
-      job.deliver(observer);
+      counters = job.render(sink, integrator.token()).counters;
+      job.deliver(sink);
     });
     if (left < 0) {
       all = integrator.done();

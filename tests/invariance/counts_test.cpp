@@ -9,6 +9,7 @@
 
 #include "renderer/engine/render_sink.h"
 #include "renderer/engine/render_worker.h"
+#include "renderer/film/film.h"
 #include "renderer/scene/embree_api.h"
 #include "renderer/scene/empty_pixels.h"
 #include "support/busy_scene.h"

@@ -16,6 +16,7 @@
 #include "renderer/drivers/driver_table.h"
 #include "renderer/engine/film_memory.h"
 #include "renderer/engine/render_job.h"
+#include "renderer/film/film.h"
 #include "renderer/scene/cryptomatte_ids.h"
 #include "support/render.h"
 #include "support/scenes.h"
@@ -231,9 +232,9 @@ struct Mattes {
         coverages(size_t(rect.area())) {}
 };
 
-class MatteObserver final : public RenderSink {
+class MatteSink final : public RenderSink {
  public:
-  explicit MatteObserver(Mattes& mattes) : mattes_(mattes) {}
+  explicit MatteSink(Mattes& mattes) : mattes_(mattes) {}
   void tile_finished(const FilmTile& tile) override {
     const CryptomatteSums& sums = tile.cryptomattes();
     std::vector<Rank> ranks(sums.levels());
@@ -317,12 +318,12 @@ Mattes mattes(const MatteScene& of, const RenderSettings& s) {
   RenderPlan plan = plan_of(s);
   const Frame frame = plan.frame(*of.scene, camera, {.cryptomattes = &of.ids});
   Mattes seen(plan.crop);
-  MatteObserver observer(seen);
+  MatteSink sink(seen);
   tbb::task_arena arena(s.threads);
   RenderJob render(frame, driver_factory(s.driver, plan.driver_settings));
   arena.execute([&] {
-    render.render(observer, {});
-    render.deliver(observer);
+    render.render(sink, {});
+    render.deliver(sink);
   });
   return seen;
 }
@@ -428,8 +429,8 @@ TEST(Cryptomatte, OfTwoRangesIsThatOfTheWhole) {
     auto render =
         std::make_unique<RenderJob>(frame, driver_factory("bisection", plan.driver_settings));
     Mattes unseen(plan.crop);
-    MatteObserver observer(unseen);
-    render->render(observer, {});
+    MatteSink sink(unseen);
+    render->render(sink, {});
     return render;
   };
   const auto whole = film(0, 32), first = film(0, 12), second = film(12, 32);

@@ -276,15 +276,15 @@ TEST(Film, StoppedFrameHasTrueCounts) {
     std::this_thread::sleep_for(std::chrono::milliseconds(30));
     stop.request_stop();
   });
-  Stopper observer(stop);
+  Stopper sink(stop);
   const RenderCounters counters =
       RenderJob(frame, driver_factory("bucket", {16, BucketOrder::kScanline}))
-          .render(observer, stop.get_token())
+          .render(sink, stop.get_token())
           .counters;
   timer.join();
   EXPECT_TRUE(counters.stopped);
   EXPECT_GT(counters.samples, 0u);
-  EXPECT_EQ(counters.samples, observer.counted.load());
+  EXPECT_EQ(counters.samples, sink.counted.load());
   EXPECT_EQ(counters.min_samples, 0u);
   EXPECT_LT(counters.max_samples, 1u << 23);
 }

@@ -7,6 +7,7 @@
 
 #include "renderer/drivers/driver_table.h"
 #include "renderer/engine/render_job.h"
+#include "renderer/film/film.h"
 #include "renderer/film/light_mix.h"
 #include "samplers/pixel_samples.h"
 #include "support/grouped_scene.h"

@@ -9,6 +9,7 @@
 
 #include "renderer/drivers/driver_table.h"
 #include "renderer/engine/render_job.h"
+#include "renderer/film/film.h"
 #include "renderer/scene/light_groups.h"
 #include "support/busy_scene.h"
 #include "support/edited_scene.h"

@@ -13,6 +13,7 @@
 #include "io/image/library.h"
 #include "renderer/drivers/driver_table.h"
 #include "renderer/engine/render_job.h"
+#include "renderer/film/film.h"
 #include "renderer/output/outputs.h"
 #include "support/process_memory.h"
 #include "support/render.h"
@@ -220,13 +221,12 @@ TEST_F(Memory, FilmOfLargeTilesAndAPicture) {
   settings.transparent = true;  // the PNG, 17 MB of it, is a twelfth of the whole
   const StopRequest stop;
   FrameOutputs outputs({path("frame.exr"), path("frame.png")}, settings, stop);
-  MeasuredOutputs observer(outputs);
+  MeasuredOutputs sink(outputs);
   tbb::task_arena arena(2);
   arena.execute([&] {
-    RenderJob(frame, driver_factory("bucket", {kTile, BucketOrder::kScanline}))
-        .render(observer, {});
+    RenderJob(frame, driver_factory("bucket", {kTile, BucketOrder::kScanline})).render(sink, {});
   });
-  const double measured = observer.most_resident() - before;
+  const double measured = sink.most_resident() - before;
   expect_true(double(outputs.film_bytes()), measured, "film");
 }
 

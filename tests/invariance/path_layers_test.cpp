@@ -9,6 +9,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/drivers/driver_table.h"
 #include "renderer/engine/render_job.h"
+#include "renderer/film/film.h"
 #include "renderer/film/light_group_values.h"
 #include "support/busy_scene.h"
 #include "support/grouped_scene.h"

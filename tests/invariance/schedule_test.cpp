@@ -16,6 +16,7 @@
 #include "renderer/core/hash.h"
 #include "renderer/drivers/adaptive_driver.h"
 #include "renderer/drivers/bucket_schedule.h"
+#include "renderer/film/film.h"
 #include "support/busy_scene.h"
 #include "support/render.h"
 

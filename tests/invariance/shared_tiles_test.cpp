@@ -11,6 +11,7 @@
 
 #include "renderer/drivers/driver_table.h"
 #include "renderer/engine/render_job.h"
+#include "renderer/film/film.h"
 #include "support/busy_scene.h"
 #include "support/render.h"
 
@@ -65,7 +66,7 @@ class SharedTile : public testing::Test {
     settings_.threads = kThreads;
   }
 
-  RenderCounters render_for(RenderSink& observer, const std::stop_token& stop = {}) {
+  RenderCounters render_for(RenderSink& sink, const std::stop_token& stop = {}) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, kThreads);
     const Camera camera(busy_view(), settings_.width, settings_.height, scene_->origin(),
                         scene_->scale());
@@ -73,7 +74,7 @@ class SharedTile : public testing::Test {
     const Frame frame = plan.frame(*scene_, camera);
     RenderJob job(frame, driver_factory(settings_.driver, plan.driver_settings));
     tbb::task_arena arena(kThreads);
-    return arena.execute([&] { return job.render(observer, stop).counters; });
+    return arena.execute([&] { return job.render(sink, stop).counters; });
   }
 
   const std::unique_ptr<Scene> scene_;
@@ -81,14 +82,14 @@ class SharedTile : public testing::Test {
 };
 
 TEST_F(SharedTile, IsRenderedByAllThreads) {
-  AllTogether observer;
-  const RenderCounters counters = render_for(observer);
-  EXPECT_EQ(observer.threads(), size_t(kThreads));
-  EXPECT_EQ(observer.tiles(), 1);
-  EXPECT_EQ(observer.least(), settings_.spp);
+  AllTogether sink;
+  const RenderCounters counters = render_for(sink);
+  EXPECT_EQ(sink.threads(), size_t(kThreads));
+  EXPECT_EQ(sink.tiles(), 1);
+  EXPECT_EQ(sink.least(), settings_.spp);
   const uint64_t samples = 37 * 29 * settings_.spp;
   EXPECT_EQ(counters.samples, samples);
-  EXPECT_EQ(observer.samples(), samples);
+  EXPECT_EQ(sink.samples(), samples);
   EXPECT_EQ(counters.min_samples, settings_.spp);
   EXPECT_EQ(counters.max_samples, settings_.spp);
   EXPECT_FALSE(counters.stopped);
@@ -109,9 +110,9 @@ TEST_F(SharedTile, OfManyRoundsHasTheBitsOfOneThread) {
   expect_same_bits(three, one, "three threads");
   EXPECT_EQ(three.counters.samples, one.counters.samples);
   EXPECT_EQ(three.counters.rays.total(), one.counters.rays.total());
-  AllTogether observer;
-  EXPECT_EQ(render_for(observer).samples, one.counters.samples);
-  EXPECT_EQ(observer.threads(), size_t(kThreads));
+  AllTogether sink;
+  EXPECT_EQ(render_for(sink).samples, one.counters.samples);
+  EXPECT_EQ(sink.threads(), size_t(kThreads));
 }
 
 // Of whichever thread: the frame ends soon, and its caller is told.
@@ -119,7 +120,7 @@ TEST_F(SharedTile, AnExceptionEndsTheFrame) {
   struct Throws final : AllTogether {
     explicit Throws(int the_thrower) : thrower(the_thrower) {}
     void reported(std::unique_lock<std::mutex>& lock) override {
-      if (reports++ == thrower) throw RenderError("the observer had enough");
+      if (reports++ == thrower) throw RenderError("the sink had enough");
       // To unwind a stack takes longer than a part.
       if (lock.unlock(); reports > thrower)
         std::this_thread::sleep_for(std::chrono::milliseconds(50));
@@ -128,10 +129,10 @@ TEST_F(SharedTile, AnExceptionEndsTheFrame) {
     std::atomic<int> reports = 0;
   };
   for (const int thrower : {0, 1, 2, 20}) {
-    Throws observer(thrower);
-    EXPECT_THROW(render_for(observer), RenderError) << thrower;
-    EXPECT_EQ(observer.tiles(), 0);
-    EXPECT_LE(observer.reports, thrower + 3 * kThreads);  // of 27
+    Throws sink(thrower);
+    EXPECT_THROW(render_for(sink), RenderError) << thrower;
+    EXPECT_EQ(sink.tiles(), 0);
+    EXPECT_LE(sink.reports, thrower + 3 * kThreads);  // of 27
   }
 }
 
@@ -139,10 +140,10 @@ TEST_F(SharedTile, StopsSoonAndCountsWhatItHas) {
   struct Stops final : AllTogether {
     void reported(std::unique_lock<std::mutex>&) override { source.request_stop(); }
     std::stop_source source;
-  } observer;
-  const RenderCounters counters = render_for(observer, observer.source.get_token());
+  } sink;
+  const RenderCounters counters = render_for(sink, sink.source.get_token());
   EXPECT_TRUE(counters.stopped);
-  EXPECT_EQ(observer.samples(), counters.samples);
+  EXPECT_EQ(sink.samples(), counters.samples);
   EXPECT_LT(counters.samples, 37 * 29 * settings_.spp);
   EXPECT_GT(counters.samples, 0u);
   EXPECT_EQ(counters.min_samples, 0u);

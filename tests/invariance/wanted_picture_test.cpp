@@ -5,6 +5,7 @@
 
 #include "renderer/drivers/driver_table.h"
 #include "renderer/engine/render_job.h"
+#include "renderer/film/film.h"
 #include "support/render.h"
 #include "support/scenes.h"
 
@@ -41,7 +42,7 @@ class Impatient final : public RenderSink {
   const std::vector<uint64_t>& arrived() const { return arrived_; }
 
  private:
-  MemoryObserver memory_;
+  MemorySink memory_;
   const Wants wants_;
   uint64_t samples_ = 0, most_between_ = 0;
   std::vector<uint64_t> arrived_;
@@ -65,15 +66,15 @@ class WantedPicture : public testing::TestWithParam<const char*> {
     plan.even = false;
     RenderedImage image = blank_image(plan);
     const Frame frame = plan.frame(*scene_, camera);
-    Impatient observer(image, wants);
+    Impatient sink(image, wants);
     RenderJob job(frame, driver_factory(GetParam(), plan.driver_settings));
     tbb::task_arena arena(threads);
     arena.execute([&] {
-      image.counters = job.render(observer, {}).counters;
-      job.deliver(observer);
+      image.counters = job.render(sink, {}).counters;
+      job.deliver(sink);
     });
-    *most_between = observer.most_between();
-    if (arrived) *arrived = observer.arrived();
+    *most_between = sink.most_between();
+    if (arrived) *arrived = sink.arrived();
     return image;
   }
 

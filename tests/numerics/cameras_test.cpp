@@ -3,6 +3,7 @@
 #include "closed_form.h"
 #include "renderer/engine/render_sink.h"
 #include "renderer/engine/render_worker.h"
+#include "renderer/film/film.h"
 #include "support/closed_forms.h"
 #include "support/scenes.h"
 

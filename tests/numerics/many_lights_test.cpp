@@ -1,6 +1,7 @@
 // Case 31, sums of many samples, and case 32, a light among many or far away.
 #include "closed_form.h"
 
+#include "renderer/film/film.h"
 #include "support/chi_square.h"
 #include "support/closed_forms.h"
 #include "support/scenes.h"

@@ -1,4 +1,5 @@
 #include "support/render.h"
+#include "renderer/film/film.h"
 
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
@@ -9,7 +10,7 @@
 
 namespace emberline::test {
 
-void MemoryObserver::tile_finished(const FilmTile& tile) {
+void MemorySink::tile_finished(const FilmTile& tile) {
   std::vector<float> pixels;
   tile.resolve(pixels);
   const size_t channels = image_.channels.size();
@@ -25,7 +26,7 @@ void MemoryObserver::tile_finished(const FilmTile& tile) {
   }
 }
 
-void MemoryObserver::keep_lights(const FilmTile& tile, int x, int y) {
+void MemorySink::keep_lights(const FilmTile& tile, int x, int y) {
   const auto groups = size_t(image_.light_groups);
   for (size_t g = 0; g < groups; ++g) {
     image_.lights[image_.crop.index_of(x, y) * groups + g] =
@@ -68,13 +69,13 @@ RenderedImage render(const Scene& scene, const CameraDescription& view, const Re
     image.light_groups = groups->size();
     image.lights.resize(size_t(image.crop.area()) * size_t(groups->size()));
   }
-  MemoryObserver observer(image);
+  MemorySink sink(image);
   // An arena makes as many workers as asked for, on a machine with fewer cores too.
   tbb::task_arena arena(s.threads);
   RenderJob job(frame, driver_factory(s.driver, plan.driver_settings));
   arena.execute([&] {
-    image.counters = job.render(observer, {}).counters;
-    job.deliver(observer);
+    image.counters = job.render(sink, {}).counters;
+    job.deliver(sink);
     image.error_estimate = job.error_estimate();
     if (look) look(job.picture());
   });

@@ -60,9 +60,9 @@ struct RenderedImage {
   double mean = 0, standard_error = 0;
 };
 
-class MemoryObserver final : public RenderSink {
+class MemorySink final : public RenderSink {
  public:
-  MemoryObserver(RenderedImage& image) : image_(image) {}
+  MemorySink(RenderedImage& image) : image_(image) {}
   void tile_finished(const FilmTile& tile) override;
 
  private:

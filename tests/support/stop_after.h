@@ -1,4 +1,4 @@
-// An observer that stops a progressive frame at a given moment.
+// An sink that stops a progressive frame at a given moment.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ namespace emberline::test {
 class StopAfter final : public RenderSink {
  public:
   // With `bright`, no value of any picture may be 0.
-  StopAfter(MemoryObserver& image, uint64_t samples, const Rect& crop, bool bright)
+  StopAfter(MemorySink& image, uint64_t samples, const Rect& crop, bool bright)
       : image_(image), samples_(samples), bright_(bright), rgba_(4 * size_t(crop.area())) {}
 
   void tile_finished(const FilmTile& tile) override { image_.tile_finished(tile); }
@@ -47,7 +47,7 @@ class StopAfter final : public RenderSink {
   int pictures() const { return pictures_; }
 
  private:
-  MemoryObserver& image_;
+  MemorySink& image_;
   uint64_t samples_;
   bool bright_;
   std::vector<float> rgba_;

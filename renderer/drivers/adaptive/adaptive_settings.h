@@ -8,6 +8,8 @@
 
 namespace emberline {
 
+inline constexpr ErrorMetric kDefaultAllocation = ErrorMetric::kDisplay;
+
 // Whichever limit is met first ends a pixel or the frame. 0: no such limit.
 struct AdaptiveSettings {
   std::string_view estimator = kDefaultEstimator;

@@ -57,8 +57,8 @@ EstimatorChoice parse_estimator(const std::string& text) {
   std::vector<std::string> parts = split(text, '/');
   EstimatorChoice choice{text};
   const auto take = [&](const char* setting) {
-    find_named(setting_named(setting).values, "`estimators`", setting, parts[0]);
-    setting_named(setting).read(choice.settings, parts[0]);
+    find_named(find_setting(setting)->choices, "`estimators`", setting, parts[0]);
+    find_setting(setting)->read(choice.settings, parts[0]);
     parts.erase(parts.begin());
   };
   take("estimator");
@@ -195,7 +195,7 @@ StudyPlan plan_study(const StudyOptions& options) {
   check_count("reference-spp", options.reference_spp, 2, kMaxSamples);
   StudyPlan plan;
   const std::vector<std::string> drivers =
-      parse_names(options.drivers, "`drivers`", "driver", setting_named("driver").values);
+      parse_names(options.drivers, "`drivers`", "driver", find_setting("driver")->choices);
   const std::vector<std::string> samplers = parse_samplers(options.samplers.value_or("sobol"));
   std::vector<EstimatorChoice> estimators;
   const std::vector<std::string> estimator_texts = split(options.estimators, ',');

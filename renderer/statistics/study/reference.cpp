@@ -121,12 +121,11 @@ std::optional<ReferenceHalf> render_reference_half(const StudyRenderer& renderer
   std::optional<StudyPicture> picture =
       renderer.render(request.options, study_reference_aovs(), stop);
   if (!picture) return std::nullopt;
-  const ExrHeader header =
-      exr_header(study_reference_aovs(), request.options.width, request.options.height,
-                 renderer.crop(), {{kAttribute, request.key}});
   // The note last: pixels without one are not believed.
   const std::string base = base_path(request);
-  write_exr_file(base + ".exr", header, picture->values);
+  write_film_exr(base + ".exr", study_reference_aovs(), request.options.width,
+                 request.options.height, renderer.crop(), {{kAttribute, request.key}},
+                 picture->values);
   const Json note = {{"key", request.key}, {"checksum", hexadecimal(fingerprint(picture->values))}};
   write_file_atomically(base + ".json", note.dump(1) + "\n");
   return std::move(picture->values);

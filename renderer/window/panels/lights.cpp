@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "integrators/integrator.h"
 #include "renderer/session/prepared_settings.h"
 #include "renderer/window/panels/edit_entries.h"
 #include "renderer/window/panels/panels.h"
@@ -138,10 +137,7 @@ void draw_environment(Workbench& bench) {
 // Changing lights without a new ray, or rendering anew as a final frame would.
 void choose_light_groups(Workbench& bench) {
   ViewSettings settings = bench.session.settings();
-  const RenderOptions& options = settings.render;
-  const bool possible =
-      !main_driver(options).tiles && find_integrator(options.integrator).tells_lights_apart;
-  ImGui::BeginDisabled(!possible);
+  ImGui::BeginDisabled(!can_relight(settings.render));
   if (widgets::check({"Instant relighting",
                       "keeps what each light gives apart: intensity, colour, switches and solo "
                       "then change the finished picture without a new ray. Not with the driver "

@@ -6,9 +6,7 @@
 #include <array>
 
 #include "renderer/core/readable.h"
-#include "renderer/drivers/adaptive/error_estimator.h"
-#include "renderer/drivers/bucket_schedule.h"
-#include "renderer/drivers/driver_table.h"
+#include "renderer/engine/setting_table.h"
 #include "renderer/session/overlay_picture.h"
 #include "renderer/session/prepared_settings.h"
 #include "renderer/statistics/colour_map.h"
@@ -17,7 +15,6 @@
 #include "renderer/window/panels/widgets.h"
 #include "renderer/window/picture/histogram.h"
 #include "renderer/window/workbench/clock.h"
-#include "samplers/sampler.h"
 
 namespace emberline {
 namespace {
@@ -32,11 +29,22 @@ constexpr std::array kFrameSizes = {FrameSize{640, 360},   FrameSize{960, 540},
                                     FrameSize{1280, 720},  FrameSize{1920, 1080},
                                     FrameSize{2560, 1440}, FrameSize{3840, 2160}};
 
-// What the chosen driver has no use for is given up with the choice, instead of refused.
-void drop_what_means_nothing(RenderOptions& options) {
-  const Sharing sharing = main_driver(options).sharing;
-  if (sharing == Sharing::kEven) options.noise_threshold.reset();
-  if (sharing == Sharing::kByError || options.noise_threshold) return;
+std::vector<widgets::Choice> choices_of_setting(std::string_view name) {
+  return widgets::choices_of(find_setting(name)->choices);
+}
+
+bool choose_setting(const widgets::Row& row, std::string_view name, RenderOptions& options) {
+  const Setting& setting = *find_setting(name);
+  std::string value = setting.text(options);
+  if (!widgets::choose(row, value, choices_of_setting(name))) return false;
+  setting.read(options, value);
+  return true;
+}
+
+// Choosing a driver resets the settings that it excludes, instead of refusing the choice.
+void reset_excluded_settings(RenderOptions& options) {
+  if (!is_allowed(options, "noise-threshold")) options.noise_threshold.reset();
+  if (is_allowed(options, "estimator")) return;
   options.estimator.clear();
   options.allocation.reset();
   options.min_spp.reset();
@@ -47,9 +55,9 @@ void drop_what_means_nothing(RenderOptions& options) {
 bool choose_driver(RenderOptions& options) {
   std::vector<widgets::Choice> drivers = {
       {kLiveDriver, "the whole picture at once by bisection, then samples where the error is"}};
-  for (const DriverEntry& entry : driver_table()) drivers.push_back({entry.name, entry.summary});
+  std::ranges::copy(choices_of_setting("driver"), std::back_inserter(drivers));
   if (!widgets::choose({"Driver"}, options.driver, drivers)) return false;
-  drop_what_means_nothing(options);
+  reset_excluded_settings(options);
   return true;
 }
 
@@ -68,14 +76,14 @@ bool set_limits(RenderOptions& options) {
       changed = true;
     }
   }
-  if (main_driver(options).sharing == Sharing::kEven) return changed;
+  if (!is_allowed(options, "noise-threshold")) return changed;
   bool threshold = options.noise_threshold.has_value();
   if (widgets::check({"Stop at noise",
                       "a pixel is finished when its expected error in the "
                       "displayed picture is at most this"},
                      threshold)) {
     options.noise_threshold = threshold ? std::optional<float>(0.01f) : std::nullopt;
-    drop_what_means_nothing(options);
+    reset_excluded_settings(options);
     changed = true;
   }
   if (options.noise_threshold) {
@@ -247,23 +255,15 @@ void draw_sampling(Workbench& bench) {
   RenderOptions& options = settings.render;
   widgets::heading("Method");
   bool changed = choose_driver(options);
-  changed |=
-      widgets::choose({"Integrator"}, options.integrator, widgets::choices_of(integrator_table()));
-  changed |= widgets::choose({"Sampler"}, options.sampler, widgets::choices_of(sampler_table()));
-  const DriverEntry& driver = main_driver(options);
-  if (driver.sharing == Sharing::kByError || options.noise_threshold) {
-    changed |=
-        widgets::choose({"Estimator"}, options.estimator, widgets::choices_of(estimator_table()),
-                        std::string(kDefaultEstimator).c_str());
+  changed |= choose_setting({"Integrator"}, "integrator", options);
+  changed |= choose_setting({"Sampler"}, "sampler", options);
+  if (is_allowed(options, "estimator")) {
+    changed |= widgets::choose({"Estimator"}, options.estimator, choices_of_setting("estimator"),
+                               std::string(kDefaultEstimator).c_str());
   }
-  if (driver.tiles) {
+  if (renders_buckets(options)) {
     changed |= widgets::slide({"Bucket size"}, options.bucket_size, 8, 256);
-    std::string order(name_of(bucket_order_table(), options.bucket_order));
-    if (widgets::choose({"Bucket order"}, order, widgets::choices_of(bucket_order_table()))) {
-      options.bucket_order =
-          find_named(bucket_order_table(), "`bucket-order`", "order", order).value;
-      changed = true;
-    }
+    changed |= choose_setting({"Bucket order"}, "bucket-order", options);
   }
   widgets::heading("Samples");
   changed |= set_limits(options);

@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "renderer/core/readable.h"
-#include "renderer/film/film.h"
 #include "renderer/statistics/heatmap_quantity.h"
 #include "renderer/window/panels/edit_entries.h"
 #include "renderer/window/panels/theme.h"

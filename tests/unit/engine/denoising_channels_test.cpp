@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "renderer/core/errors.h"
+#include "renderer/film/film.h"
 #include "renderer/film/half_channels.h"
 #include "renderer/film/shared_samples.h"
 #include "support/busy_scene.h"

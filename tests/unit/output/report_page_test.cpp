@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "renderer/film/film.h"
 #include "support/markup.h"
 
 namespace emberline::test {

@@ -1,11 +1,10 @@
-// The pictures made of a refinement tree, against what their definitions say pixel by pixel.
-#include "renderer/drivers/adaptive/refinement_views.h"
+// The smooth picture of a refinement tree, against its definition.
+#include "renderer/drivers/adaptive/smooth_reconstruction.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
 #include "unit/refinement_pictures.h"
 
@@ -40,7 +39,7 @@ Rgb hills(int x, int y) {
   return Rgb(0.5f + 0.2f * std::sin(0.05f * float(x)) * std::cos(0.04f * float(y)));
 }
 
-TEST(RefinementViews, SmoothGivesAConstantExactly) {
+TEST(SmoothReconstruction, SmoothGivesAConstantExactly) {
   const Rgb value(0.1f, 0.7f, 12.3f);
   for (const Rect& crop : awkward_windows()) {
     RefinementTree tree(crop, {.seed = 2});
@@ -51,7 +50,7 @@ TEST(RefinementViews, SmoothGivesAConstantExactly) {
   }
 }
 
-TEST(RefinementViews, SmoothEndsAsThePicture) {
+TEST(SmoothReconstruction, SmoothEndsAsThePicture) {
   for (const Rect& crop : awkward_windows()) {
     RefinementTree tree(crop, {.seed = 3});
     refine(tree, test_picture);
@@ -63,7 +62,7 @@ TEST(RefinementViews, SmoothEndsAsThePicture) {
   }
 }
 
-TEST(RefinementViews, SmoothIsBlackBeforeTheFirstSample) {
+TEST(SmoothReconstruction, SmoothIsBlackBeforeTheFirstSample) {
   const RefinementTree tree({0, 0, 5, 4}, {});
   for (const Rgb& pixel : smooth(tree)) EXPECT_EQ(pixel, Rgb(0.0f));
   RefinementTree empty(Rect{}, {});
@@ -71,7 +70,7 @@ TEST(RefinementViews, SmoothIsBlackBeforeTheFirstSample) {
 }
 
 // Samples stand as they are; all else lies between the least and the greatest of them: no black.
-TEST(RefinementViews, SmoothKeepsSamplesAndStaysBetweenThem) {
+TEST(SmoothReconstruction, SmoothKeepsSamplesAndStaysBetweenThem) {
   RefinementTree tree({0, 0, 101, 103}, {.seed = 4});
   while (!tree.finished()) {
     insert_round(tree, hills);
@@ -92,7 +91,7 @@ TEST(RefinementViews, SmoothKeepsSamplesAndStaysBetweenThem) {
 
 // Two samples among 4 x 1 pixels, one in each half: the hole beside the middle is three quarters
 // its own half's value, the outer one all of it.
-TEST(RefinementViews, SmoothIsBilinear) {
+TEST(SmoothReconstruction, SmoothIsBilinear) {
   int inner_holes = 0;
   for (uint32_t seed = 0; seed < 16; ++seed) {
     RefinementTree tree({0, 0, 4, 1}, {.seed = seed});
@@ -119,7 +118,7 @@ double largest_step(const std::vector<Rgb>& picture, int width) {
 }
 
 // On a picture without edges: clearly below the error of constant leaves, and below their steps.
-TEST(RefinementViews, SmoothIsSmooth) {
+TEST(SmoothReconstruction, SmoothIsSmooth) {
   RefinementTree tree({0, 0, 256, 256}, {.seed = 5});
   for (const size_t samples : {256, 2048, 16384}) {
     refine(tree, hills, samples);
@@ -131,7 +130,7 @@ TEST(RefinementViews, SmoothIsSmooth) {
 
 // What it is for: samples with noise of +-50 %, as a path tracer's, of a picture with edges.
 // Without noise the leaves know the edges better. tests/bench/RESULTS.md has the errors printed.
-TEST(RefinementViews, SmoothAveragesNoise) {
+TEST(SmoothReconstruction, SmoothAveragesNoise) {
   const Picture noisy = [](int x, int y) {
     const uint32_t h = hash_combine(hash32(uint32_t(x)), uint32_t(y));
     return test_picture(x, y) * (0.5f + to_unit_float(h));
@@ -158,14 +157,14 @@ TEST(RefinementViews, SmoothAveragesNoise) {
   }
 }
 
-TEST(RefinementViews, SurviveLightsOfAnyBrightness) {
+TEST(SmoothReconstruction, SurviveLightsOfAnyBrightness) {
   RefinementTree tree({0, 0, 61, 43}, {.seed = 6});
   refine(
       tree, [](int x, int y) { return Rgb((x + y) % 3 == 0 ? 1e30f : 0.2f); }, 500);
   for (const Rgb& pixel : smooth(tree)) ASSERT_TRUE(is_finite(pixel));
 }
 
-TEST(RefinementViews, SameBitsForAnyNumberOfThreads) {
+TEST(SmoothReconstruction, SameBitsForAnyNumberOfThreads) {
   RefinementTree tree({0, 0, 201, 190}, {.seed = 7});
   refine(tree, test_picture, 5000);
   std::vector<std::vector<Rgb>> pictures;
@@ -174,71 +173,6 @@ TEST(RefinementViews, SameBitsForAnyNumberOfThreads) {
     pictures.push_back(smooth(tree));
   }
   EXPECT_EQ(pictures[0], pictures[1]);
-}
-
-// Changed are exactly the left columns and top rows of the leaves of two pixels or more, the
-// frame's own left and top border among them.
-TEST(RefinementViews, BordersAreTheLeaves) {
-  const Rect crop = {4, 2, 65, 50};
-  constexpr int kStride = 70;  // the picture is wider than the crop
-  RefinementTree tree(crop, {.seed = 8});
-  std::vector<float> untouched(4 * kStride * 48, 0.25f);
-  std::vector<float> picture = untouched;
-  draw_leaf_borders(tree, picture, kStride);
-  EXPECT_EQ(picture, untouched) << "no leaf yet";
-  refine(tree, test_picture, 600);
-  draw_leaf_borders(tree, picture, kStride);
-  const std::vector<Rect> rects = leaf_rects(tree);
-  int drawn = 0;
-  for (int y = 0; y < 48; ++y) {
-    for (int x = 0; x < kStride; ++x) {
-      const float* const pixel = &picture[size_t(4 * (y * kStride + x))];
-      bool expected = false;
-      if (x < crop.width()) {
-        const Rect& r = rects[tree.leaf_at(x + 4, y + 2)];
-        expected = r.area() > 1 && (r.x0 == x + 4 || r.y0 == y + 2);
-      }
-      ASSERT_EQ(pixel[0] != 0.25f, expected) << x << "," << y;
-      ASSERT_EQ(pixel[3], 0.25f) << "alpha";
-      if (expected) {
-        ASSERT_FLOAT_EQ(pixel[0], 0.5f * (0.25f + 1.0f));
-      }
-      drawn += expected;
-    }
-  }
-  EXPECT_GT(drawn, 500);
-}
-
-TEST(RefinementViews, JsonSaysWhatTheTreeIs) {
-  RefinementTree tree({4, 2, 65, 50}, {.seed = 9, .exposure = 2});
-  refine(tree, test_picture, 300);
-  const auto json = nlohmann::json::parse(refinement_json(tree, 10));
-  EXPECT_EQ(json["window"], (nlohmann::json{4, 2, 65, 50}));
-  EXPECT_EQ(json["phase"], "features");
-  EXPECT_EQ(json["rounds"], tree.rounds());
-  EXPECT_EQ(json["samples"], 300);
-  EXPECT_EQ(json["pixels"], 61 * 48);
-  EXPECT_EQ(json["settings"]["seed"], 9);
-  EXPECT_EQ(json["settings"]["exposure"], 2);
-  EXPECT_EQ(json["settings"]["coverage_area"], 256);
-  size_t leaves = 0;
-  for (const auto& count : json["leaves_by_area"]) leaves += count.get<size_t>();
-  EXPECT_EQ(leaves, 300u);
-  EXPECT_EQ(json["open"], tree.open_count());
-  ASSERT_EQ(json["next"].size(), 10u);
-  const std::vector<RefinementNode> urgent = tree.most_urgent(300);
-  for (size_t i = 0; i < 10; ++i) {
-    const auto& leaf = json["next"][i];
-    const Rect& r = urgent[i].rect;
-    EXPECT_EQ(leaf["rect"], (nlohmann::json{r.x0, r.y0, r.x1, r.y1}));
-    EXPECT_EQ(leaf["priority"].get<float>(), urgent[i].priority);
-    EXPECT_EQ(leaf["v_int"].get<float>(), urgent[i].v_int);
-    EXPECT_EQ(leaf["v_ext"].get<float>(), urgent[i].v_ext);
-    EXPECT_EQ(leaf["value"][1].get<float>(), urgent[i].mean.y);
-    if (i > 0) {
-      EXPECT_LE(urgent[i].priority, urgent[i - 1].priority);
-    }
-  }
 }
 
 }  // namespace

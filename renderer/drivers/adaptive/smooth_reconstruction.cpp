@@ -1,10 +1,9 @@
-#include "renderer/drivers/adaptive/refinement_views.h"
+#include "renderer/drivers/adaptive/smooth_reconstruction.h"
 
 #include <algorithm>
 #include <bit>
 #include <cassert>
 #include <cstdint>
-#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "renderer/core/parallel.h"
@@ -14,9 +13,6 @@ namespace {
 
 // Rows per task of a picture: about 0.1 ms.
 constexpr size_t kRowGrain = 16;
-
-const Rgb kBorder(1.0f, 0.25f, 0.02f);  // orange: rare in pictures, seen on bright and dark
-constexpr float kBorderOpacity = 0.5f;
 
 // A level of the pull-push pyramid.
 struct Level {
@@ -94,55 +90,6 @@ void reconstruct_smooth(const RefinementTree& tree, std::span<const Rgb> values,
   while (levels.back().color.size() > 1) levels.push_back(pull(levels.back()));
   for (size_t i = levels.size() - 1; i-- > 0;) push(levels[i + 1], levels[i]);
   std::ranges::copy(levels[0].color, picture.begin());
-}
-
-void draw_leaf_borders(const RefinementTree& tree, std::span<float> rgba, int width) {
-  const int w = tree.crop().width(), h = tree.crop().height();
-  assert(width >= w && rgba.size() >= size_t(width) * size_t(h) * 4);
-  if (tree.sample_count() == 0) return;
-  const auto leaf = [&](int x, int y) {
-    return tree.leaf_map()[size_t(y) * size_t(w) + size_t(x)];
-  };
-  for_each_row(h, [&](int y) {
-    for (int x = 0; x < w; ++x) {
-      const auto same = [&](int nx, int ny) {
-        return nx >= 0 && nx < w && ny >= 0 && ny < h && leaf(nx, ny) == leaf(x, y);
-      };
-      const bool left = same(x - 1, y), above = same(x, y - 1);
-      const bool alone = !left && !above && !same(x + 1, y) && !same(x, y + 1);
-      if ((left && above) || alone) continue;
-      float* const pixel = rgba.data() + 4 * (size_t(y) * size_t(width) + size_t(x));
-      for (int c = 0; c < 3; ++c) pixel[c] = lerp(pixel[c], kBorder[c], kBorderOpacity);
-    }
-  });
-}
-
-std::string refinement_json(const RefinementTree& tree, size_t most_leaves) {
-  using Json = nlohmann::ordered_json;
-  const auto rect = [](const Rect& r) { return Json{r.x0, r.y0, r.x1, r.y1}; };
-  const RefinementSettings& settings = tree.settings();
-  Json json;
-  json["window"] = rect(tree.crop());
-  json["phase"] = refinement_phase_name(tree.phase());
-  json["rounds"] = tree.rounds();
-  json["samples"] = tree.sample_count();
-  json["pixels"] = tree.crop().area();
-  json["settings"] = {{"seed", settings.seed},
-                      {"coverage_area", settings.coverage_area},
-                      {"coverage_weight", settings.coverage_weight},
-                      {"feature_threshold", settings.feature_threshold},
-                      {"exposure", settings.exposure}};
-  json["leaves_by_area"] = tree.leaves_by_area();
-  json["open"] = tree.open_count();
-  json["next"] = Json::array();
-  for (const RefinementNode& leaf : tree.most_urgent(most_leaves)) {
-    json["next"].push_back({{"rect", rect(leaf.rect)},
-                            {"value", {leaf.mean.x, leaf.mean.y, leaf.mean.z}},
-                            {"v_int", leaf.v_int},
-                            {"v_ext", leaf.v_ext},
-                            {"priority", leaf.priority}});
-  }
-  return json.dump(1);
 }
 
 }  // namespace emberline

@@ -1,4 +1,4 @@
-// Between a frame's film and the fast filter (renderer/reconstruction/fast_filter.h).
+// Filters a live picture with the fast filter (renderer/reconstruction/fast_filter.h).
 #pragma once
 
 #include <span>
@@ -9,28 +9,27 @@
 namespace emberline {
 
 class AovSet;
-class FilmTile;
+class LivePicture;
 struct PixelLattice;
 
 // Keeps its memory from picture to picture; one at a time.
-class ViewDenoiser {
+class LiveDenoiser {
  public:
-  // What a frame's film needs beside R G B A.
+  // Adds the channels that the filter needs.
   static void add_channels(AovSet& aovs);
   static bool has_channels(const AovSet& aovs);
 
   static constexpr uint64_t kBytesPerPixel = FastFilter::kBytesPerPixel;
 
   struct Source {
-    const FilmTile& film;
-    const FilmTile* region;       // of some pixels, with more samples where it has more; or null
+    const LivePicture& picture;
+    const LivePicture* region;    // a part of it, used where it has more samples; or null
     const PixelLattice* lattice;  // the pixels that have samples; null: all have
     double samples_per_pixel;
-    bool mixed;  // light groups are: colours are not the film's
+    bool mixed;  // light groups are: the colours are not the film's
   };
-  // R G B A of every pixel of the film, interleaved, as they are shown, to the same filtered.
-  // Around the pixels of a lattice the others take the nearest one's colour. On TBB's current
-  // arena.
+  // Filters R G B A of every pixel of the picture, interleaved, as they are shown. Pixels outside
+  // the lattice take the colour of the nearest one on it. Uses TBB's current arena.
   void denoise(const Source& source, std::span<const float> rgba, std::span<float> denoised);
 
  private:

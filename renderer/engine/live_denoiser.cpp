@@ -1,10 +1,11 @@
-#include "renderer/session/view_denoiser.h"
+#include "renderer/engine/live_denoiser.h"
 
 #include <algorithm>
 
 #include "renderer/core/parallel.h"
 #include "renderer/core/vector.h"
 #include "renderer/drivers/bisection_picture.h"
+#include "renderer/engine/live_picture.h"
 #include "renderer/film/film.h"
 #include "renderer/film/film_channels.h"
 
@@ -13,10 +14,11 @@ namespace {
 
 constexpr Aov kChannels[] = {Aov::kVariance, Aov::kAlbedo, Aov::kNormal, Aov::kDepth};
 
-const FilmTile& film_of(const ViewDenoiser::Source& source, int x, int y) {
-  const FilmTile* region = source.region;
-  if (!region || !region->rect().contains(x, y)) return source.film;
-  return region->sample_count(x, y) > source.film.sample_count(x, y) ? *region : source.film;
+const FilmTile& film_of(const LiveDenoiser::Source& source, int x, int y) {
+  const FilmTile& film = source.picture.film();
+  if (!source.region || !source.region->rect().contains(x, y)) return film;
+  const FilmTile& region = source.region->film();
+  return region.sample_count(x, y) > film.sample_count(x, y) ? region : film;
 }
 
 // `rgba`: what is shown of the pixel. Its noise is taken to grow as its light does.
@@ -52,18 +54,18 @@ std::vector<size_t> nearest_lines(const std::vector<int>& lines, int size) {
 
 }  // namespace
 
-void ViewDenoiser::add_channels(AovSet& aovs) {
+void LiveDenoiser::add_channels(AovSet& aovs) {
   for (const Aov aov : kChannels) aovs.insert(aov);
 }
 
-bool ViewDenoiser::has_channels(const AovSet& aovs) {
+bool LiveDenoiser::has_channels(const AovSet& aovs) {
   return std::ranges::all_of(kChannels, [&](Aov aov) { return aovs.contains(aov); });
 }
 
-void ViewDenoiser::denoise(const Source& source, std::span<const float> rgba,
+void LiveDenoiser::denoise(const Source& source, std::span<const float> rgba,
                            std::span<float> denoised) {
   if (source.lattice) return denoise_lattice(source, rgba, denoised);
-  const Rect& rect = source.film.rect();
+  const Rect& rect = source.picture.rect();
   const auto width = size_t(rect.width());
   const auto read = [&](int y, const FeatureRow& row) {
     for (size_t x = 0; x < width; ++x) {
@@ -76,9 +78,9 @@ void ViewDenoiser::denoise(const Source& source, std::span<const float> rgba,
                  FastFilter::levels_for(source.samples_per_pixel), denoised);
 }
 
-void ViewDenoiser::denoise_lattice(const Source& source, std::span<const float> rgba,
+void LiveDenoiser::denoise_lattice(const Source& source, std::span<const float> rgba,
                                    std::span<float> denoised) {
-  const Rect& rect = source.film.rect();
+  const Rect& rect = source.picture.rect();
   const auto width = size_t(rect.width());
   const std::vector<int>&columns = source.lattice->columns, &rows = source.lattice->rows;
   const size_t values = 4 * columns.size() * rows.size();
@@ -92,7 +94,7 @@ void ViewDenoiser::denoise_lattice(const Source& source, std::span<const float> 
   });
   const auto read = [&](int j, const FeatureRow& row) {
     for (size_t i = 0; i < columns.size(); ++i) {
-      read_pixel(source.film, rect.x0 + columns[i], rect.y0 + rows[size_t(j)],
+      read_pixel(source.picture.film(), rect.x0 + columns[i], rect.y0 + rows[size_t(j)],
                  &small_[4 * (size_t(j) * columns.size() + i)], source.mixed, row, i);
     }
   };

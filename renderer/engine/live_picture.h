@@ -1,0 +1,73 @@
+// The picture of a frame while it renders.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "renderer/core/rect.h"
+#include "renderer/core/vector.h"
+#include "renderer/film/pixel_stop.h"
+
+namespace emberline {
+
+class FilmTile;
+class LightMix;
+struct RenderPlan;
+
+// The frame as it can be shown while it renders: complete at every moment, the pixels without
+// samples filled from their neighbours. Coordinates are pixels of the frame, inside rect().
+class LivePicture {
+ public:
+  virtual ~LivePicture() = default;
+  // R G B A of every pixel of the crop, interleaved, rows from its top. With a mix, of a frame
+  // with light groups, under other lights: each group times its weight (renderer/film/light_mix.h).
+  virtual void resolve(std::span<float> rgba, const LightMix* mix = nullptr) const = 0;
+  virtual const FilmTile& film() const = 0;
+  // Why the pixel of the crop gets no more samples, as far as the driver has decided that by now;
+  // kGoingOn for the others, also where a stop request has cut them short.
+  virtual PixelStop stop_so_far(int x, int y) const = 0;
+
+  const Rect& rect() const;
+  uint32_t sample_count(int x, int y) const;
+  // Samples that were NaN or infinite, and count as black.
+  uint32_t non_finite(int x, int y) const;
+  // Variance of the pixel's mean, linear radiance squared, if the film knows it.
+  std::optional<Rgb> variance(int x, int y) const;
+  // All channels of the film in film_channels() order, interleaved, rows from the top.
+  std::vector<float> channels() const;
+};
+
+// Collects the tiles that a driver finishes and lets go, and shows them over another picture. Not
+// safe to use from two threads at once.
+class TilePicture final : public LivePicture {
+ public:
+  // `before`: R G B A of each pixel of the plan's crop. Throws RenderError if there is not the
+  // memory for the film.
+  TilePicture(const RenderPlan& plan, std::vector<float> before);
+  ~TilePicture() override;
+  static uint64_t bytes_per_pixel(const RenderPlan& plan);
+
+  // Returns the pixels of the tile.
+  Rect add(const FilmTile& tile);
+  uint64_t samples() const { return samples_; }
+  double completion() const { return double(pixels_) / double(rect().area()); }
+  std::span<const float> rgba() const { return rgba_; }
+
+  // Mixes on the calling thread alone.
+  void resolve(std::span<float> rgba, const LightMix* mix = nullptr) const override;
+  const FilmTile& film() const override { return *film_; }
+  // kNone for a pixel whose tile is there, if tiles have no `stop` channel.
+  PixelStop stop_so_far(int x, int y) const override;
+
+ private:
+  const std::unique_ptr<FilmTile> film_;
+  const bool averages_;  // tiles may show something else than the means of their sums
+  std::vector<float> rgba_;
+  int64_t pixels_ = 0;
+  uint64_t samples_ = 0;
+};
+
+}  // namespace emberline
