@@ -123,7 +123,7 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
 const SettingChoice kPictureFormats[] = {{"linear", "four floats a pixel, linear Rec. 709"},
                                          {"display", "four bytes, through OpenColorIO"}};
 
-// What both the window and a session are told of the frame in them.
+// Options of the frame that the window and a session share.
 void add_live_options(CLI::App* app, RenderOptions& o,
                       std::initializer_list<std::string_view> left_out) {
   std::vector<SettingChoice> drivers = find_setting("driver")->choices;
@@ -141,7 +141,7 @@ void add_live_options(CLI::App* app, RenderOptions& o,
   add_grading(app, o.display);
 }
 
-// What the window itself is told, beside the render in it.
+// Options of the window itself.
 void add_window_options(CLI::App* app, ViewOptions& o) {
   add_parsed(app, "--window", "WxH", "size of the window [as last time]", "WxH from 320x240 on",
              [&o](const std::string& text) {
@@ -173,7 +173,7 @@ void add_window_options(CLI::App* app, ViewOptions& o) {
                 "neither read nor write the size and the panels of the window");
 }
 
-// What each job of a farm gets.
+// Options for the jobs of a farm.
 void add_job_options(CLI::App* app, FarmOptions& o) {
   add_number(app, "--parts", o.parts, 1u, 4096u, "how many jobs share the frame");
   add_text(app, "--frames", o.frames, "LIST", "of several frames none yet: 0 alone [0]")

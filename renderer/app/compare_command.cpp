@@ -45,7 +45,7 @@ constexpr MetricRow kMetrics[] = {
 
 void print_json(const RgbImage& image, const ErrorMetrics& metrics) {
   nlohmann::ordered_json json = {{"width", image.width}, {"height", image.height}};
-  // What is not finite is written as null.
+  // Values that are not finite are written as null.
   for (const MetricRow& row : kMetrics) json[row.key] = metrics.*row.value;
   json["non_finite"] = metrics.non_finite;
   json["different_pixels"] = metrics.different_pixels;

@@ -28,7 +28,7 @@ class RangeRun {
     options_.frames.clear();  // which would be copied with every frame's options
   }
 
-  // Of all frames, before anything is written: a frame may write what another one reads or writes.
+  // All frames are checked before anything is written: one may write what another reads or writes.
   void check_names() {
     FileRegister& files = run_.names.emplace();
     register_inputs(options_, files);

@@ -1,4 +1,4 @@
-// What became of the frames of a range.
+// Outcomes of the frames of a range.
 #pragma once
 
 #include <string>

@@ -11,7 +11,7 @@
 namespace emberline {
 namespace {
 
-// What a step of the first frame's scene throws is wrong with the scene.
+// Runs a step of opening the scene; its exceptions become UnusableScene.
 template <typename Step>
 auto first_time(const Step& step) {
   try {

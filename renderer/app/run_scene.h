@@ -60,10 +60,10 @@ class RunScene {
   // were taken.
   const PosedScene& build(const RenderOptions& options, ReadPose read, LoadProgress& progress);
 
-  // What the last frame had; null before the first one is built.
+  // The pose of the last frame that was built; null before the first.
   const PosedScene* posed() const { return posed_ ? &*posed_ : nullptr; }
   const nlohmann::json& inputs() const { return *inputs_; }
-  // What it reads. Throws UsageError where that would be overwritten.
+  // Registers the files that the scene reads. Throws UsageError where one would be overwritten.
   void register_inputs(FileRegister& files) const;
 
  private:

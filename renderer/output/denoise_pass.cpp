@@ -20,7 +20,7 @@ namespace emberline {
 namespace {
 
 constexpr int kReadRows = 64;
-// What denoise() holds of a pixel, and of each light group there, with the results.
+// Memory of denoise() for a pixel, and for each light group there, with the results.
 constexpr uint64_t kFilterBytes = 368, kPartBytes = 88;
 constexpr std::array kChannels = {"R", "G", "B"};
 constexpr std::array kColour = {".R", ".G", ".B"};
@@ -46,12 +46,12 @@ std::vector<std::string> light_layers(Names channels) {
   return layers;
 }
 
-// Of a band, and of what is read at once.
+// The rows of a band, and the rows that are read at once.
 int band_rows(int tile_size) { return (kDenoiseBandRows + tile_size - 1) / tile_size * tile_size; }
 int read_rows(int rows_at_once) {
   return (kReadRows + rows_at_once - 1) / rows_at_once * rows_at_once;
 }
-// Of a band, the margins, and of what is read beyond them.
+// The rows of a band, its margins, and what is read beyond them.
 int64_t window_rows(const Rect& crop, int tile_size, int rows_at_once) {
   return std::min(int64_t(crop.height()),
                   int64_t(band_rows(tile_size)) + 2 * kDenoiseMargin + rows_at_once);

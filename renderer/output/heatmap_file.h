@@ -18,7 +18,7 @@
 
 namespace emberline {
 
-// What one --heatmap asks for.
+// A heatmap that --heatmap requests.
 struct HeatmapRequest {
   std::string path;
   const HeatmapQuantity* quantity = nullptr;

@@ -262,7 +262,7 @@ void FrameOutputs::write(ExrOutput& exr, const Rect& tile, const std::vector<flo
   }
 }
 
-// Of a frame that is rendered already finish() tells what has failed.
+// Once the frame is rendered, finish() reports what has failed.
 void FrameOutputs::spool(const Rect& tile, const std::vector<float>& pixels) {
   try {
     spool_->write_tile(tile, pixels);

@@ -28,7 +28,7 @@
 
 namespace emberline {
 
-// What the files of a frame are to hold. The header is that of an EXR, without channels and camera.
+// How the files of a frame are written. The header is for EXR files, without channels and camera.
 struct OutputSettings : ExrHeader {
   Rect crop;
   AovSet aovs;
@@ -98,7 +98,7 @@ class FrameOutputs final : public RenderSink {
   // header.
   void finish(const FrameState& state, WriteAttempts& attempts);
 
-  // What the film held at most, for the report: each thread's pixel sums and channels, and the
+  // The most that the film held, for the report: each thread's pixel sums and channels, and the
   // pictures (.png, .jpg) and heatmaps that are kept until the end.
   uint64_t film_bytes() const;
   std::string display_description() const;

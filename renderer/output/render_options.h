@@ -1,4 +1,4 @@
-// What `emberline render` is told.
+// The options of `emberline render`.
 #pragma once
 
 #include <optional>

@@ -12,7 +12,6 @@
 #include "io/image/library.h"
 #include "io/image/output.h"
 #include "renderer/core/errors.h"
-#include "renderer/core/names.h"
 #include "renderer/core/option_values.h"
 #include "renderer/core/shortened.h"
 #include "renderer/drivers/driver_table.h"
@@ -23,7 +22,7 @@ namespace {
 
 using Unit = SnapshotMoment::Unit;
 
-constexpr SnapshotFormatEntry kFormats[] = {
+constexpr NamedValue<SnapshotFormat> kFormats[] = {
     {"png", "as displayed (`display`, `view`, `look`, `exposure`)", SnapshotFormat::kPng},
     {"exr", "that, and linear R G B A beside it", SnapshotFormat::kExr},
 };
@@ -66,7 +65,7 @@ std::string label(const SnapshotMoment& moment) {
                : fmt::format("{:08.3f}{}", moment.value, entry->label);
 }
 
-// What follows the number of a snapshot, "003_"; nothing of another name.
+// The rest of a snapshot's name behind its number, "003_"; nothing for other names.
 std::optional<std::string> behind_number(const std::string& name) {
   const size_t digits = name.find_first_not_of("0123456789");
   if (digits == std::string::npos || digits < 3 || name[digits] != '_') return std::nullopt;
@@ -105,7 +104,7 @@ ByteImage animation_frame(const std::vector<float>& rgba, const Rect& crop,
 
 }  // namespace
 
-std::span<const SnapshotFormatEntry> snapshot_format_table() { return kFormats; }
+std::span<const NamedValue<SnapshotFormat>> snapshot_format_table() { return kFormats; }
 
 std::vector<SnapshotMoment> parse_snapshot_moments(std::string_view list) {
   std::vector<SnapshotMoment> moments;
@@ -126,7 +125,7 @@ SnapshotRecorder::SnapshotRecorder(const RenderOptions& options, const Rect& cro
                                    const LoadProgress& progress)
     : options_(options),
       crop_(crop),
-      format_(find_named(kFormats, "`snapshot-format`", "format", options.snapshot_format).format),
+      format_(find_named(kFormats, "`snapshot-format`", "format", options.snapshot_format).value),
       waiting_(parse_snapshot_moments(options.snapshot_at ? std::string_view(*options.snapshot_at)
                                                           : kDefaultSnapshotMoments)),
       transform_(std::make_shared<DisplayTransform>(options.display)) {

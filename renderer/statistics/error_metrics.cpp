@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstring>
 #include <limits>
+#include <numeric>
 
 #include "renderer/statistics/flip.h"
 #include "renderer/statistics/row_sums.h"
@@ -87,9 +88,7 @@ std::vector<double> relative_errors(const Pictures& p, double epsilon) {
 }
 
 double mean(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double value : values) sum += value;
-  return sum / double(values.size());
+  return std::accumulate(values.begin(), values.end(), 0.0) / double(values.size());
 }
 
 // The mean without the largest kTrimmedShare of the values. Which of equal ones go does not matter.

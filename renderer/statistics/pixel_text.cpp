@@ -1,6 +1,5 @@
 #include "renderer/statistics/pixel_text.h"
 
-
 namespace emberline {
 namespace {
 

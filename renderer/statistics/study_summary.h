@@ -1,5 +1,6 @@
-// What the runs of a study say: means over seeds with 95 % confidence intervals, slopes, speedups
-// at equal error, ratios at equal time, calibration, overhead. Pure functions of StudyResults.
+// Figures from the runs of a study: means over seeds with 95 % confidence intervals, slopes,
+// speedups at equal error, ratios at equal time, calibration, overhead. Pure functions of
+// StudyResults.
 //
 // Errors and times are positive and vary by factors, so their means are taken of logarithms:
 // geometric means, and Student-t intervals of the mean logarithm. A mean of squares that the
@@ -31,7 +32,7 @@ double student_t_975(int degrees);
 // Nothing of an empty list. The geometric mean is of the positive values alone.
 std::optional<Estimate> mean_estimate(std::span<const double> values);
 std::optional<Estimate> geometric_mean_estimate(std::span<const double> values);
-// With fn(x), which rises with x, in the place of value and interval.
+// Applies fn(x), which rises with x, to value and interval.
 Estimate mapped(Estimate estimate, const auto& fn) {
   estimate.value = fn(estimate.value);
   if (estimate.low) estimate.low = fn(*estimate.low);
@@ -39,7 +40,7 @@ Estimate mapped(Estimate estimate, const auto& fn) {
   return estimate;
 }
 
-// What an error is looked at against.
+// The axis that errors are drawn against.
 enum class StudyAxis : uint8_t { kSamples, kWall, kCpu };
 // Of a checkpoint or a point of a curve: samples per pixel, or seconds.
 double position(const auto& point, StudyAxis axis) {
@@ -108,7 +109,7 @@ std::vector<CalibrationGroup> calibration(const StudyResults& results, size_t me
 std::optional<Estimate> neyman_fraction(const StudyResults& results, size_t method,
                                         StudyMetric metric, size_t budget);
 
-// What denoising took and left of a method's pictures at a budget; nothing of a raw method.
+// Time and effect of denoising a method's pictures at a budget; nothing for a raw method.
 struct FilterSummary {
   double cpu_s = 0;                        // geometric mean
   double kept_share = 0;                   // arithmetic mean

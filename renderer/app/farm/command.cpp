@@ -112,7 +112,7 @@ void check_places(const FarmFolder& folder) {
   }
 }
 
-// What can be known before any job runs.
+// Checks that need no job.
 void check_frame(const RenderOptions& options, uint32_t parts) {
   RenderOptions part = options;
   part.part = FramePart{1, parts};
@@ -174,7 +174,7 @@ int check_checkpoints(const FarmFolder& folder, const FrameSettings& settings, u
   return there;
 }
 
-// What earlier jobs have said would be taken for these jobs'.
+// Otherwise the progress of earlier jobs would count as progress of these.
 void forget_progress(const FarmFolder& folder, const std::vector<uint32_t>& parts) {
   std::error_code ignored;
   for (const uint32_t part : parts) fs::remove(folder.progress(part), ignored);
@@ -229,8 +229,7 @@ void submit(const FarmFolder& folder, FarmRecord& record, const std::vector<uint
   write_record(folder, record);  // a file that cannot be written is known before there are jobs
   try {
     if (!parts.empty()) {
-      // The signal a minute before the time limit is for the script's process: it saves what there
-      // is.
+      // The script's process gets a signal a minute before the time limit and saves the part.
       submitted.push_back(submit_job(
           record.request, folder.path, "part.sh",
           {"--array=" + ranges_of(parts), log_word(folder, "part-%a.log"), "--signal=B:TERM@60"}));

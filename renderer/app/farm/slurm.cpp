@@ -97,7 +97,7 @@ uint64_t submit_job(const SlurmRequest& request, const std::string& folder,
 std::optional<std::vector<SlurmTask>> queued_tasks(std::span<const uint64_t> jobs) {
   std::vector<SlurmTask> tasks;
   if (jobs.empty()) return tasks;
-  // One job each: of several, squeue says nothing of those that it has forgotten.
+  // One call for each job: asked about several, squeue omits the jobs that it has forgotten.
   for (const uint64_t job : jobs) {
     const auto result = run_tool({"squeue", "--noheader", "--array", "--format=%F|%K|%T|%N|%r",
                                   fmt::format("--jobs={}", job)});

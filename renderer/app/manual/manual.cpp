@@ -68,7 +68,7 @@ std::string option_entries(const CommandHelp& command) {
   return text;
 }
 
-// What the root's page has beside its options.
+// A section of the root's page alone.
 std::string commands_section(const CommandHelp& root) {
   std::string text = ".SH COMMANDS\nEach has a page of its own.\n";
   for (const CommandHelp& command : root.commands) {

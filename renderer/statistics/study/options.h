@@ -1,4 +1,4 @@
-// What a study is told.
+// The options of a study.
 #pragma once
 
 #include <cstdint>

@@ -20,7 +20,7 @@ namespace {
 
 using Tone = PageCell::Tone;
 
-// What the page's charts and comparisons are of; the table of errors has all.
+// The metrics of charts and comparisons; the table of errors has all.
 constexpr std::array kShown = {StudyMetric::kRelMseTrimmed, StudyMetric::kRelMse, StudyMetric::kMse,
                                StudyMetric::kDisplay, StudyMetric::kFlip};
 
@@ -107,23 +107,6 @@ PageCell speedup_cell(const StudyResults& results, size_t method, StudyMetric me
   return compared_cell(speedup->ratio, results, true, speedup->extrapolated > 0 ? "\u00a0*" : "");
 }
 
-PageTable speedups_by_metric(const StudyResults& results, size_t budget, StudyAxis axis) {
-  return method_table(
-      results,
-      fmt::format("{}, at {}", axis == StudyAxis::kCpu ? "Processor time" : "Wall time",
-                  budget_text(results.settings, results.settings.budgets[budget])),
-      metric_names(kShown),
-      [&](size_t m, size_t c) { return speedup_cell(results, m, kShown[c], axis, budget); },
-      baseline_method(results));
-}
-
-PageTable speedups_by_budget(const StudyResults& results, StudyMetric metric) {
-  return method_table(
-      results, "Processor time to equal " + metric_name(metric), budget_names(results.settings),
-      [&](size_t m, size_t b) { return speedup_cell(results, m, metric, StudyAxis::kCpu, b); },
-      baseline_method(results));
-}
-
 // ---- curves ------------------------------------------------------------------------------------
 
 ChartPoint chart_point(double x, const Estimate& y) {
@@ -207,9 +190,21 @@ void add_speedups(HtmlPage& page, const StudyResults& results) {
     return;
   }
   const size_t last = results.settings.budgets.size() - 1;
-  page.table(speedups_by_metric(results, last, StudyAxis::kCpu));
-  page.table(speedups_by_metric(results, last, StudyAxis::kWall));
-  if (last > 0) page.table(speedups_by_budget(results, StudyMetric::kRelMseTrimmed));
+  const std::string largest = budget_text(results.settings, results.settings.budgets[last]);
+  const auto add_by_metric = [&](const char* time, StudyAxis axis) {
+    page.table(method_table(
+        results, fmt::format("{}, at {}", time, largest), metric_names(kShown),
+        [&](size_t m, size_t c) { return speedup_cell(results, m, kShown[c], axis, last); },
+        baseline));
+  };
+  add_by_metric("Processor time", StudyAxis::kCpu);
+  add_by_metric("Wall time", StudyAxis::kWall);
+  if (last == 0) return;
+  constexpr StudyMetric kMetric = StudyMetric::kRelMseTrimmed;
+  page.table(method_table(
+      results, "Processor time to equal " + metric_name(kMetric), budget_names(results.settings),
+      [&](size_t m, size_t b) { return speedup_cell(results, m, kMetric, StudyAxis::kCpu, b); },
+      baseline));
 }
 
 void add_curves(HtmlPage& page, const StudyResults& results) {

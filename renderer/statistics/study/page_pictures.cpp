@@ -18,7 +18,7 @@
 namespace emberline {
 namespace {
 
-// What a page shows of a picture at most; larger ones are averaged down.
+// The largest picture on a page; larger ones are averaged down.
 constexpr int kMostPixels = 1280;
 // Side by side at most, and the width of the page that they share.
 constexpr int kInARow = 4, kPageWidth = 1300;
@@ -29,7 +29,7 @@ struct MethodPictures {
   std::optional<Plane> samples;
 };
 
-// Where a study has its pictures, of so many pixels each.
+// The folder of a study's pictures, of `pixels` pixels each.
 struct PictureFolder {
   std::string path;
   int64_t pixels;

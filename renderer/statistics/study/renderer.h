@@ -23,7 +23,7 @@ class AovSet;
 // R G B A samples, of a picture on its way; a finished frame may have more behind them.
 inline constexpr size_t kStudyPictureChannels = 5;
 
-// Of the tiles in which a frame is denoised.
+// The side of the tiles in which a frame is denoised.
 inline constexpr int kStudyTile = 64;
 
 // A frame as it was at some moment, not measured yet: interleaved channels, of the crop.
@@ -32,7 +32,7 @@ struct StudyPicture : StudyCheckpoint {
   uint64_t non_finite_samples = 0;  // of a whole frame
 };
 
-// What a driver claimed of the picture at the end of a round, and that picture.
+// The error that a driver claimed for the picture at the end of a round, and that picture.
 struct ClaimedError {
   uint64_t samples = 0;
   double estimate = 0;

@@ -46,7 +46,7 @@ StudyRun failed_run(const std::string& reason) {
   return run;
 }
 
-// Of --reference, before anything takes time.
+// Reads --reference before anything takes time.
 std::optional<RgbImage> read_reference(const StudyOptions& options, const LoadLimits& limits) {
   if (options.reference.empty()) return std::nullopt;
   const RenderOptions& frame = options.frame;
@@ -92,7 +92,7 @@ void Study::reserve_frames() {
   reserve_frame(most + references, renderer_.crop(), memory_);
 }
 
-// All that it will write, but for settings, pace and the reference's halves.
+// The files that it will write, but for settings, pace and the halves of the reference.
 std::vector<std::string> Study::file_names() const {
   std::vector<std::string> names = {"study.csv", "study.json", "study.html",
                                     StudyPictures::kReferenceExr, StudyPictures::kReferencePng};
@@ -168,7 +168,7 @@ uint32_t Study::samples_for(const PlannedMethod& method, double budget) const {
   return to_samples(std::floor(largest_budget(method) * budget / plan_.budgets.back()));
 }
 
-// Of both halves.
+// For both halves together.
 uint32_t Study::reference_samples() const {
   double most = 1;
   for (const PlannedMethod& method : plan_.methods) most = std::max(most, largest_budget(method));
@@ -235,7 +235,7 @@ bool Study::complete_reference() {
   return true;
 }
 
-// Of an earlier start; and those that are impossible, which need no rendering.
+// Finds the runs of an earlier start, and those that are impossible and need no rendering.
 void Study::find_finished_runs() {
   for (uint32_t k = 0; k < seeds_; ++k) {
     const uint32_t seed = options_.frame.seed + k;
@@ -322,7 +322,7 @@ StudyRun Study::measure(const ProgressiveFrame& frame) const {
   return run;
 }
 
-// Nothing if stopped. What goes wrong is the run's own failure, and the study goes on.
+// Nothing if stopped. A run that throws counts as failed, and the study goes on.
 std::optional<StudyRun> Study::make_run(size_t m, uint32_t seed) {
   const PlannedMethod& method = plan_.methods[m];
   StudyRun run;
