@@ -8,6 +8,7 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <thread>
+#include <utility>
 
 #include "io/files/atomic_file.h"
 #include "renderer/app/frame_watcher.h"
@@ -120,7 +121,7 @@ void CommandFrame::open_snapshots() {
 
 void CommandFrame::load() {
   const Stopwatch load;
-  run_.scene.load(options_, plan_.build, progress_);
+  read_.emplace(run_.scene.load(options_, plan_.build, progress_));
   run_.scene.register_inputs(files_);
   if (run_.names) run_.scene.register_inputs(*run_.names);
   run_.scene_is_read();
@@ -129,12 +130,13 @@ void CommandFrame::load() {
 
 void CommandFrame::build() {
   const Stopwatch build;
-  const bool builds = !run_.scene.is_built();
-  run_.scene.build(progress_);
-  const Scene& scene = run_.scene.scene();
-  camera_ = create_camera(options_, run_.scene.camera(options_), scene);
+  const bool builds = read_->read.has_value();
+  const PosedScene& posed = run_.scene.build(*std::exchange(read_, std::nullopt), progress_);
+  const Scene& scene = posed.open->scene();
+  camera_ = create_camera(options_, posed.pose.camera_of(options_), scene);
   report_.times.build_s = build.seconds();
-  run_.scene.report(report_);
+  posed.report(report_);
+  report_.budget = run_.limits.memory;
   if (builds) {
     check_growth(run_.memory_before, *run_.limits.memory, options_.scene);
     log_verbose(fmt::format("loaded in {}, built in {}: {} triangles, {} instances",
@@ -142,12 +144,12 @@ void CommandFrame::build() {
                             readable_seconds(report_.times.build_s), scene.triangle_count(),
                             scene.instance_count()));
   }
-  const SceneParts parts = run_.scene.open().parts();
+  const SceneParts parts = posed.open->parts();
   layers_ = scene_layers(parts, camera_, scene.origin());
   if (parts.light_groups) add_light_groups(*parts.light_groups);
   if (outputs_) outputs_->add_scene(layers_);
   const Stopwatch preparing;
-  job_ = plan_.prepare(run_.scene.open(), camera_, stop_.token());
+  job_ = plan_.prepare(*posed.open, camera_, stop_.token());
   report_.times.build_s += preparing.seconds();
   const Frame& frame = job_->frame();
   if (frame.guide) report_.features.push_back(frame.guide->describe());

@@ -71,6 +71,7 @@ class CommandFrame {
   std::optional<ReportPictures> pictures_;
   Camera camera_;
   SceneLayers layers_;
+  std::optional<ReadPose> read_;    // from load() to build()
   std::unique_ptr<RenderJob> job_;  // from build() on
   RenderResult result_;
   std::optional<RemoteViewer> viewer_;

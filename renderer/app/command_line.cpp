@@ -67,51 +67,44 @@ struct Command {
   int (*run)(const AllOptions&);
 };
 
-const Command kCommands[] = {
-    {"render", "render a scene to pictures",
-     [](CLI::App* app, AllOptions& o) { add_render_options(app, o.render); },
-     [](const AllOptions& o) { return run_render(o.render); }},
-    {"view", "the interactive window",
-     [](CLI::App* app, AllOptions& o) { add_view_options(app, o.view); },
-     [](const AllOptions& o) {
-       ViewOptions view = o.view;
-       view.stopped = stop_signalled;
-       return run_view(view);
-     }},
-    {"session", "the window's session for another program, over a pipe and shared memory",
-     [](CLI::App* app, AllOptions& o) { add_session_options(app, o.session); },
-     [](const AllOptions& o) { return run_session(o.session); }},
-    {"info", "what is in a scene and what becomes of it",
-     [](CLI::App* app, AllOptions& o) { add_info_options(app, o.info); },
-     [](const AllOptions& o) { return run_info(o.info); }},
-    {"heatmap", "sample density, error, reasons or time of a frame as a picture",
-     [](CLI::App* app, AllOptions& o) { add_heatmap_options(app, o.heatmap); },
-     [](const AllOptions& o) { return run_heatmap(o.heatmap); }},
-    {"compare", "measure an image against a reference",
-     [](CLI::App* app, AllOptions& o) { add_compare_options(app, o.compare); },
-     [](const AllOptions& o) { return run_compare(o.compare); }},
-    {"denoise", "a clean picture of a finished frame",
-     [](CLI::App* app, AllOptions& o) { add_denoise_options(app, o.denoise); },
-     [](const AllOptions& o) { return run_denoise(o.denoise); }},
-    {"extend", "a finished frame to more samples or a lower threshold",
-     [](CLI::App* app, AllOptions& o) { add_extend_options(app, o.extend); },
-     [](const AllOptions& o) { return run_extend(o.extend); }},
-    {"merge", "the parts of a frame as one picture",
-     [](CLI::App* app, AllOptions& o) { add_merge_options(app, o.merge); },
-     [](const AllOptions& o) { return run_merge(o.merge); }},
-    {"farm", "a frame in parts, as jobs of Slurm; farm status, cancel, retry",
-     [](CLI::App* app, AllOptions& o) { add_farm_options(app, o.farm); },
-     [](const AllOptions& o) { return run_farm(o.farm); }},
-    {"study", "speed against error of drivers, estimators and samplers",
-     [](CLI::App* app, AllOptions& o) { add_study_options(app, o.study); },
-     [](const AllOptions& o) { return run_study(o.study); }},
+template <auto kOptions, auto kAdd, auto kRun>
+constexpr Command command(const char* name, const char* help) {
+  return {name, help, [](CLI::App* app, AllOptions& o) { kAdd(app, o.*kOptions); },
+          [](const AllOptions& o) { return kRun(o.*kOptions); }};
+}
+
+int run_stoppable_view(ViewOptions view) {
+  view.stopped = stop_signalled;
+  return run_view(view);
+}
+
+using All = AllOptions;
+constexpr Command kCommands[] = {
+    command<&All::render, add_render_options, run_render>("render", "render a scene to pictures"),
+    command<&All::view, add_view_options, run_stoppable_view>("view", "the interactive window"),
+    command<&All::session, add_session_options, run_session>(
+        "session", "the window's session for another program, over a pipe and shared memory"),
+    command<&All::info, add_info_options, run_info>("info",
+                                                    "what is in a scene and what becomes of it"),
+    command<&All::heatmap, add_heatmap_options, run_heatmap>(
+        "heatmap", "sample density, error, reasons or time of a frame as a picture"),
+    command<&All::compare, add_compare_options, run_compare>(
+        "compare", "measure an image against a reference"),
+    command<&All::denoise, add_denoise_options, run_denoise>("denoise",
+                                                             "a clean picture of a finished frame"),
+    command<&All::extend, add_extend_options, run_extend>(
+        "extend", "a finished frame to more samples or a lower threshold"),
+    command<&All::merge, add_merge_options, run_merge>("merge",
+                                                       "the parts of a frame as one picture"),
+    command<&All::farm, add_farm_options, run_farm>(
+        "farm", "a frame in parts, as jobs of Slurm; farm status, cancel, retry"),
+    command<&All::study, add_study_options, run_study>(
+        "study", "speed against error of drivers, estimators and samplers"),
 };
 
 void write_document(const std::filesystem::path& path, const std::string& text) {
   std::filesystem::create_directories(path.parent_path());
-  AtomicFile file(path);
-  file.write_at(text.data(), text.size(), 0);
-  file.commit();
+  write_file_atomically(path.string(), text);
 }
 
 // Where they lie below a prefix's share.

@@ -2,12 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <iterator>
 #include <nlohmann/json.hpp>
-#include <utility>
 #include <vector>
 
 #include "io/exr/writer.h"
@@ -19,6 +16,7 @@
 #include "renderer/core/utf8.h"
 #include "renderer/engine/worker_threads.h"
 #include "renderer/output/flip_picture.h"
+#include "renderer/output/outputs.h"
 #include "renderer/output/rgb_file.h"
 #include "renderer/statistics/error_metrics.h"
 #include "renderer/statistics/flip.h"
@@ -32,39 +30,23 @@ struct MetricRow {
   double ErrorMetrics::*value;
   const char* meaning;
 };
-constexpr std::array kMetrics = {
-    MetricRow{"mse", &ErrorMetrics::mse, "mean squared error"},
-    MetricRow{"rmse", &ErrorMetrics::rmse, "its square root"},
-    MetricRow{"relmse", &ErrorMetrics::rel_mse, "mean of (x - r)^2 / (r^2 + epsilon)"},
-    MetricRow{"relmse_epsilon", &ErrorMetrics::rel_mse_epsilon, "that epsilon"},
-    MetricRow{"relmse_trimmed", &ErrorMetrics::rel_mse_trimmed,
-              "without the worst 0.1 % of pixels"},
-    MetricRow{"signed_bias", &ErrorMetrics::signed_bias, "sum(x - r) / sum(r)"},
-    MetricRow{"psnr", &ErrorMetrics::psnr, "dB, as displayed"},
-    MetricRow{"ssim", &ErrorMetrics::ssim, "structural similarity, 1 if equal, as displayed"},
-    MetricRow{"flip", &ErrorMetrics::flip, "mean FLIP, 0 if equal, as displayed"},
-    MetricRow{"max_abs", &ErrorMetrics::max_absolute, "largest difference"},
+constexpr MetricRow kMetrics[] = {
+    {"mse", &ErrorMetrics::mse, "mean squared error"},
+    {"rmse", &ErrorMetrics::rmse, "its square root"},
+    {"relmse", &ErrorMetrics::rel_mse, "mean of (x - r)^2 / (r^2 + epsilon)"},
+    {"relmse_epsilon", &ErrorMetrics::rel_mse_epsilon, "that epsilon"},
+    {"relmse_trimmed", &ErrorMetrics::rel_mse_trimmed, "without the worst 0.1 % of pixels"},
+    {"signed_bias", &ErrorMetrics::signed_bias, "sum(x - r) / sum(r)"},
+    {"psnr", &ErrorMetrics::psnr, "dB, as displayed"},
+    {"ssim", &ErrorMetrics::ssim, "structural similarity, 1 if equal, as displayed"},
+    {"flip", &ErrorMetrics::flip, "mean FLIP, 0 if equal, as displayed"},
+    {"max_abs", &ErrorMetrics::max_absolute, "largest difference"},
 };
 
-enum class DifferenceKind { kNone, kPicture, kExr };
-
-DifferenceKind difference_kind(const std::string& path) {
-  if (path.empty()) return DifferenceKind::kNone;
-  const std::string suffix = lower_suffix(path);
-  if (suffix == ".exr") return DifferenceKind::kExr;
-  if (suffix == ".png" || suffix == ".jpg" || suffix == ".jpeg") return DifferenceKind::kPicture;
-  throw UsageError("cannot tell the difference picture's format from \"" + path +
-                   "\"; valid suffixes are .exr, .png, .jpg, .jpeg");
-}
-
 void print_json(const RgbImage& image, const ErrorMetrics& metrics) {
-  nlohmann::ordered_json json;
-  json["width"] = image.width;
-  json["height"] = image.height;
-  for (const MetricRow& row : kMetrics) {
-    const double value = metrics.*row.value;
-    json[row.key] = std::isfinite(value) ? nlohmann::ordered_json(value) : nullptr;
-  }
+  nlohmann::ordered_json json = {{"width", image.width}, {"height", image.height}};
+  // Values that are not finite are written as null.
+  for (const MetricRow& row : kMetrics) json[row.key] = metrics.*row.value;
   json["non_finite"] = metrics.non_finite;
   json["different_pixels"] = metrics.different_pixels;
   print_result(json.dump(2) + "\n");
@@ -89,9 +71,8 @@ void print_table(const CompareOptions& options, const RgbImage& image,
   print_result(text);
 }
 
-void write_difference_exr(const std::string& path, const CompareOptions& options,
-                          const RgbImage& image, const RgbImage& reference,
-                          const std::vector<float>& flip) {
+void write_difference_exr(const CompareOptions& options, const RgbImage& image,
+                          const RgbImage& reference, const std::vector<float>& flip) {
   const ExrHeader header = {.width = image.width,
                             .height = image.height,
                             .data_window = {0, 0, image.width, image.height},
@@ -104,16 +85,16 @@ void write_difference_exr(const std::string& path, const CompareOptions& options
     for (size_t c = 3 * i; c < 3 * i + 3; ++c) pixels.push_back(image.rgb[c] - reference.rgb[c]);
     pixels.push_back(flip[i]);
   }
-  write_exr_file(path, header, pixels);
+  write_exr_file(options.difference, header, pixels);
 }
 
 }  // namespace
 
 int run_compare(const CompareOptions& options) {
   const WorkerThreads workers(0);
-  const DifferenceKind kind = difference_kind(options.difference);
   if (!std::isfinite(options.exposure)) throw UsageError("the exposure is not a finite number");
   if (!options.difference.empty()) {
+    check_picture_format(options.difference, {});
     FileRegister files;
     files.write("-o", options.difference);
     for (const std::string& input : {options.image, options.reference}) {
@@ -135,14 +116,14 @@ int run_compare(const CompareOptions& options) {
                              bytes_of(image.rgb.size() / 3, kComparisonBytesPerPixel),
                              "the metrics of " + options.image);
   const ErrorMetrics metrics = compare_images(image, reference, {options.exposure});
-  if (kind != DifferenceKind::kNone) {
+  if (!options.difference.empty()) {
     const std::vector<uint8_t> masked = non_finite_pixels(image, reference);
     const std::vector<float> flip = flip_map(to_display(image, options.exposure, masked),
                                              to_display(reference, options.exposure, masked));
-    if (kind == DifferenceKind::kPicture) {
-      write_flip_picture(options.difference, image, flip, masked);
+    if (is_exr(options.difference)) {
+      write_difference_exr(options, image, reference, flip);
     } else {
-      write_difference_exr(options.difference, options, image, reference, flip);
+      write_flip_picture(options.difference, image, flip, masked);
     }
   }
   if (options.json) {

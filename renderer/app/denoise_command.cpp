@@ -5,7 +5,6 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <optional>
 
 #include "io/exr/writer.h"
 #include "io/files/register.h"

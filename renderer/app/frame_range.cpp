@@ -74,25 +74,18 @@ void visit_outputs(Options& o, const Visit& visit) {
   if (!o.snapshots.empty()) visit("--snapshots", o.snapshots);
 }
 
-const char* option_of_range(const RenderOptions& options) {
-  return options.frames.empty() ? "--turntable" : "--frames";
-}
-
-void check_numbered(const char* range, const char* option, const std::string& path) {
-  if (is_numbered(path)) return;
-  std::filesystem::path example = path;
-  example.replace_extension(".####" + example.extension().string());
-  throw UsageError(
-      "{} {}: every frame of {} would be written to it; put #### where the frame's number goes: {}",
-      option, path, range, example.string());
-}
-
 // One name alone is another for every frame; of several, one may be what another becomes.
 void check_names(const RenderOptions& options, std::span<const int> frames) {
   size_t count = 0;
   visit_outputs(options, [&](const char* option, const std::string& path) {
-    check_numbered(option_of_range(options), option, path);
     ++count;
+    if (is_numbered(path)) return;
+    std::filesystem::path example = path;
+    example.replace_extension(".####" + example.extension().string());
+    throw UsageError(
+        "{} {}: every frame of {} would be written to it; put #### where the frame's number goes: "
+        "{}",
+        option, path, options.frames.empty() ? "--turntable" : "--frames", example.string());
   });
   if (count < 2) return;
   std::unordered_set<std::string> names;

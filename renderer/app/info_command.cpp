@@ -35,12 +35,6 @@ Json describe_images(const SceneDescription& scene) {
   return list;
 }
 
-Json describe_variants(const SceneDescription& scene) {
-  Json list = Json::array();
-  for (const VariantDescription& variant : scene.variants) list.push_back({{"name", variant.name}});
-  return list;
-}
-
 Json describe_lights(const SceneDescription& scene) {
   static constexpr const char* kTypes[] = {"point", "spot", "directional"};
   Json list = Json::array();
@@ -103,7 +97,8 @@ Json describe(const SceneDescription& scene) {
                       {"max", {bounds.max.x, bounds.max.y, bounds.max.z}}};
   }
   json["materials"] = scene.materials.size();
-  json["variants"] = describe_variants(scene);
+  json["variants"] = Json::array();
+  for (const VariantDescription& v : scene.variants) json["variants"].push_back({{"name", v.name}});
   json["images"] = describe_images(scene);
   json["lights"] = describe_lights(scene);
   json["cameras"] = describe_cameras(scene);

@@ -6,21 +6,14 @@
 
 namespace emberline {
 
-CLI::Option* add_number_text(CLI::App* app, const std::string& name, const NumberRange& range,
-                             const std::function<bool(const std::string& text)>& read,
-                             const std::string& help) {
-  return app
-      ->add_option_function<std::string>(
-          name,
-          [name, range, read](const std::string& text) {
-            if (!read(text)) {
-              throw CLI::ValidationError(
-                  name, fmt::format("'{}' is not a {} from {} to {}", shortened(text), range.kind,
-                                    range.least, range.most));
-            }
-          },
-          help)
-      ->type_name(fmt::format("{}..{}", range.least, range.most));
+CLI::Option* add_parsed(CLI::App* app, const std::string& name, const std::string& type,
+                        const std::string& help, const std::string& what,
+                        const std::function<bool(const std::string& text)>& read) {
+  const auto check = [name, what, read](const std::string& text) {
+    if (read(text)) return;
+    throw CLI::ValidationError(name, fmt::format("'{}' is not {}", shortened(text), what));
+  };
+  return app->add_option_function<std::string>(name, check, help)->type_name(type);
 }
 
 }  // namespace emberline

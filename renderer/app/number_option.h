@@ -1,4 +1,5 @@
-// Options that are numbers. Apart from option_values.h, since CLI11 takes long to compile.
+// Options whose texts are read as they are given. Apart from option_values.h, since CLI11 takes
+// long to compile.
 #pragma once
 
 #include <fmt/format.h>
@@ -17,16 +18,10 @@ class Option;
 
 namespace emberline {
 
-// What add_number() says of the values.
-struct NumberRange {
-  const char* kind;  // "number"
-  std::string least, most;
-};
-
-// `read` takes the option's text, or returns false for one that is no number of the range.
-CLI::Option* add_number_text(CLI::App* app, const std::string& name, const NumberRange& range,
-                             const std::function<bool(const std::string& text)>& read,
-                             const std::string& help);
+// `read` takes the option's text, or returns false for one that is not `what`: "a number above 0".
+CLI::Option* add_parsed(CLI::App* app, const std::string& name, const std::string& type,
+                        const std::string& help, const std::string& what,
+                        const std::function<bool(const std::string& text)>& read);
 
 // An option whose value is one number in [min, max]. `Target` is the number or an optional of it.
 template <typename T, typename Target>
@@ -39,8 +34,8 @@ CLI::Option* add_number(CLI::App* app, const std::string& name, Target& target, 
     return true;
   };
   const char* kind = std::is_integral_v<T> ? "whole number" : "number";
-  return add_number_text(app, name, {kind, fmt::format("{}", min), fmt::format("{}", max)}, read,
-                         help);
+  return add_parsed(app, name, fmt::format("{}..{}", min, max), help,
+                    fmt::format("a {} from {} to {}", kind, min, max), read);
 }
 
 }  // namespace emberline

@@ -1,8 +1,6 @@
-// What became of the frames of a range.
+// Outcomes of the frames of a range.
 #pragma once
 
-#include <optional>
-#include <span>
 #include <string>
 #include <vector>
 

@@ -12,7 +12,7 @@ namespace emberline {
 
 RenderRun::RenderRun(const RenderOptions& options)
     : limits(limits_of(options.limits, options.scene)),
-      scene(limits, options.frames.size() > 1),
+      scene(options.frames.size() > 1),
       options_(options) {
   log_verbose(
       fmt::format("emberline {} on {}: {}", kEmberlineVersion, host_name(), instruction_sets()));
@@ -50,7 +50,7 @@ void RenderRun::next_frame() {
   first = false;
   wall = Stopwatch();
   cpu_before_s = process_cpu_seconds();
-  if (scene.is_built()) forget_warnings(scene.warnings());
+  if (const PosedScene* posed = scene.posed()) forget_warnings(posed->warnings);
 }
 
 void RenderRun::end(int exit_code) {

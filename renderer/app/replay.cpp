@@ -9,7 +9,6 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/option_values.h"
 #include "renderer/core/shortened.h"
-#include "renderer/output/render_options.h"
 
 namespace emberline {
 

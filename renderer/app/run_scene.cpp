@@ -3,55 +3,76 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "renderer/core/errors.h"
+#include "renderer/app/failure.h"
 #include "renderer/core/log.h"
 #include "renderer/engine/frame_scene.h"
 
 namespace emberline {
+namespace {
 
-void RunScene::load(const RenderOptions& options, const SceneBuildOptions& build,
-                    LoadProgress& progress) {
-  const std::optional<double> time = chosen_time(options);
-  if (is_built() && (!scene_->can_pose() || time == time_)) return;
-  time_ = time;
-  stands_ = false;
-  read_.reset();
-  if (scene_ && scene_->can_pose()) {
-    read_.emplace(scene_->read(options, edits_, progress));
-  } else {
-    read(options, build, progress);
+// Runs a step of opening the scene; its exceptions become UnusableScene.
+template <typename Step>
+auto first_time(const Step& step) {
+  try {
+    return step();
+  } catch (const std::exception& error) {
+    const Failure failure = failure_of(error);
+    throw UnusableScene(failure.exit_code, failure.message);
   }
+}
+
+}  // namespace
+
+CameraDescription ScenePose::camera_of(const FrameSettings& settings) const {
+  return turned(camera, settings, bounds);
+}
+
+void PosedScene::report(RenderReport& report) const {
+  report.camera = pose.camera.name;
+  report.coverage = open->coverage();
+  report.repairs = open->repairs();
+  report.features = open->scene().features();
+  report.memory = open->scene().memory();
+}
+
+ReadPose RunScene::load(const RenderOptions& options, const SceneBuildOptions& build,
+                        LoadProgress& progress) {
+  const std::optional<double> time = chosen_time(options);
+  if (posed_ && (!posed_->open->can_pose() || time == posed_->pose.time)) {
+    return {posed_->pose, std::nullopt};
+  }
+  ReadScene read = posed_ ? posed_->open->read(options, edits_, progress) : first_time([&] {
+    return open(options, {.build = build, .poses = frames_ && time}, progress);
+  });
   RenderOptions still = options;
   still.turntable.reset();
-  camera_ = choose_camera(still, read_->description(), read_->edits());
-  if (options.turntable) bounds_ = framed_bounds(read_->description());
+  ScenePose pose{time, choose_camera(still, read.description(), read.edits()), {}};
+  if (options.turntable) pose.bounds = framed_bounds(read.description());
+  return {std::move(pose), std::move(read)};
 }
 
-void RunScene::read(const RenderOptions& options, const SceneBuildOptions& build,
-                    LoadProgress& progress) {
-  scene_.reset();
-  failed_ = !was_built_;
+ReadScene RunScene::open(const RenderOptions& options, const OpenOptions& asked,
+                         LoadProgress& progress) {
   loaded_ = LoadedFiles(options, progress);
-  *inputs_ = nullptr;
   edits_ = load_edits(options, progress);
-  read_.emplace(options, edits_, OpenOptions{.build = build, .poses = frames_ && time_}, progress);
-  files_ = read_->description().files;
+  ReadScene read(options, edits_, asked, progress);
+  files_ = read.description().files;
   loaded_.add(files_);
-  failed_ = false;
+  return read;
 }
 
-void RunScene::build(LoadProgress& progress) {
-  if (is_built()) return;
-  failed_ = !was_built_;
-  if (scene_) {
-    scene_->pose(*std::exchange(read_, std::nullopt), progress);
+const PosedScene& RunScene::build(ReadPose frame, LoadProgress& progress) {
+  if (!frame.read) return *posed_;
+  if (posed_) {
+    posed_->open->pose(*std::move(frame.read), progress);
+    posed_->pose = std::move(frame.pose);
   } else {
-    scene_ = std::move(*read_).build(progress);
-    read_.reset();
+    posed_ = first_time([&] {
+      return PosedScene{(*std::move(frame.read)).build(progress), std::move(frame.pose)};
+    });
   }
-  failed_ = false;
-  was_built_ = stands_ = true;
-  warnings_ = warnings_so_far().size();
+  posed_->warnings = warnings_so_far().size();
+  return *posed_;
 }
 
 const nlohmann::json& RunScene::inputs(const RenderOptions& options, LoadProgress& progress) {
@@ -59,24 +80,11 @@ const nlohmann::json& RunScene::inputs(const RenderOptions& options, LoadProgres
   return *inputs_;
 }
 
-CameraDescription RunScene::camera(const RenderOptions& options) const {
-  return turned(camera_, options, bounds_);
-}
-
 void RunScene::register_inputs(FileRegister& files) const {
   if (!edits_.environment.file.empty()) {
     files.read(edits_.environment.file, "it is the environment of --edits");
   }
   files.read(files_, "the scene reads");
-}
-
-void RunScene::report(RenderReport& report) const {
-  report.camera = camera_.name;
-  report.coverage = scene_->coverage();
-  report.repairs = scene_->repairs();
-  report.features = scene().features();
-  report.memory = scene().memory();
-  report.budget = limits_.memory;
 }
 
 }  // namespace emberline

@@ -3,11 +3,11 @@
 
 #include <memory>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "io/files/register.h"
 #include "io/json/value.h"
+#include "renderer/core/errors.h"
 #include "renderer/core/load_progress.h"
 #include "renderer/description/framing.h"
 #include "renderer/description/scene_edits.h"
@@ -18,48 +18,63 @@
 
 namespace emberline {
 
+// The scene cannot be opened, which ends every frame of the run.
+struct UnusableScene : EmberlineError {
+  using EmberlineError::EmberlineError;
+};
+
+// How a frame has its scene.
+struct ScenePose {
+  std::optional<double> time;  // seconds; absent: at rest
+  CameraDescription camera;    // without a turntable
+  WorldBounds bounds;          // for one
+
+  CameraDescription camera_of(const FrameSettings& settings) const;
+};
+
+// The scene of a frame that is read and not built.
+struct ReadPose {
+  ScenePose pose;
+  std::optional<ReadScene> read;  // nothing where the run's scene is in that pose
+};
+
+// The scene in the pose of a frame, until the next frame's is built.
+struct PosedScene {
+  std::unique_ptr<OpenScene> open;
+  ScenePose pose;
+  size_t warnings = 0;  // when it was built: those of the scene, and of every frame
+
+  void report(RenderReport& report) const;
+};
+
 class RunScene {
  public:
   // `frames`: more than one will be asked for.
-  RunScene(const LoadLimits& limits, bool frames) : limits_(limits), frames_(frames) {}
+  explicit RunScene(bool frames) : frames_(frames) {}
 
-  // For each frame, in this order. What throws in the first frame's is wrong with the scene.
-  // Reads what the frame is made of; a scene that is there stays, but what an animation poses for
-  // another time.
-  void load(const RenderOptions& options, const SceneBuildOptions& build, LoadProgress& progress);
-  void build(LoadProgress& progress);
-  // The fingerprints of what was loaded. Throws what LoadedFiles does.
+  // Reads what the frame is made of, of a scene that is there only what an animation poses for
+  // another time. Throws UnusableScene the first time.
+  ReadPose load(const RenderOptions& options, const SceneBuildOptions& build,
+                LoadProgress& progress);
+  // Throws UnusableScene the first time.
+  const PosedScene& build(ReadPose read, LoadProgress& progress);
+
+  // The pose of the last frame that was built; null before the first.
+  const PosedScene* posed() const { return posed_ ? &*posed_ : nullptr; }
+  // The fingerprints of the loaded files. Throws what LoadedFiles does.
   const nlohmann::json& inputs(const RenderOptions& options, LoadProgress& progress);
-
-  bool failed() const { return failed_; }  // to be loaded or built the first time
-  bool is_built() const { return scene_ && stands_; }
-  const OpenScene& open() const { return *scene_; }
-  const Scene& scene() const { return scene_->scene(); }
-  // What this frame looks through.
-  CameraDescription camera(const RenderOptions& options) const;
-  // What it reads. Throws UsageError where that would be overwritten.
+  // Registers the files that the scene reads. Throws UsageError where one would be overwritten.
   void register_inputs(FileRegister& files) const;
-  void report(RenderReport& report) const;
-  // How many warnings there were when it was built: those of the scene, and of every frame.
-  size_t warnings() const { return warnings_; }
 
  private:
-  void read(const RenderOptions& options, const SceneBuildOptions& build, LoadProgress& progress);
+  ReadScene open(const RenderOptions& options, const OpenOptions& asked, LoadProgress& progress);
 
-  const LoadLimits& limits_;
   const bool frames_;
-  bool failed_ = false, was_built_ = false;
-  bool stands_ = false;         // scene_ is of the frame's time
-  std::optional<double> time_;  // that it is posed for, or will be
+  std::optional<PosedScene> posed_;
   SceneEdits edits_;
-  std::unique_ptr<OpenScene> scene_;
-  std::optional<ReadScene> read_;  // the frame's, until it is built
-  CameraDescription camera_;       // without a turntable
-  WorldBounds bounds_;             // for one
   LoadedFiles loaded_;
   JsonValue inputs_;  // its fingerprints; null: not taken yet
   std::vector<NamedFile> files_;
-  size_t warnings_ = 0;
 };
 
 }  // namespace emberline

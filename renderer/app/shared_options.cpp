@@ -3,10 +3,8 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "renderer/app/number_option.h"
-#include "renderer/core/errors.h"
 #include "renderer/core/option_values.h"
 #include "renderer/core/shortened.h"
 #include "renderer/engine/run_limits.h"
@@ -22,6 +20,43 @@ std::string help_of(const Setting& setting, const FrameSettings& settings) {
   if (!value.empty() && !setting.type.empty()) help += " [" + value + "]";
   const RulesHelp& rules = rules_of(setting);
   return help + rules.rules + rules.values;
+}
+
+}  // namespace
+
+CLI::Option* add_text(CLI::App* app, const std::string& option, std::string& target,
+                      const std::string& type, const std::string& help) {
+  return app->add_option(option, target, help)->type_name(type);
+}
+
+CLI::Option* add_text(CLI::App* app, const std::string& option, std::optional<std::string>& target,
+                      const std::string& type, const std::string& help) {
+  return app->add_option(option, target, help)->type_name(type);
+}
+
+CLI::Option* add_text(CLI::App* app, const std::string& option, std::vector<std::string>& target,
+                      const std::string& type, const std::string& help) {
+  return app->add_option(option, target, help)->type_name(type)->allow_extra_args(false);
+}
+
+CLI::Option* add_checked_name(CLI::App* app, const std::string& option, std::string& target,
+                              const std::function<void(const std::string& name)>& check,
+                              const std::string& help) {
+  return app->add_option(option, target, help)
+      ->type_name("NAME")
+      ->check([check](const std::string& name) {
+        check(name);
+        return std::string();
+      });
+}
+
+void add_size(CLI::App* app, const std::string& option, std::optional<uint64_t>& bytes,
+              const std::string& help) {
+  add_parsed(app, option, "SIZE", help, "a size, such as 8G, 500M or 4096",
+             [&bytes](const std::string& text) {
+               bytes = parse_size(text);
+               return bytes.has_value();
+             });
 }
 
 void add_setting(CLI::App* app, const Setting& setting, FrameSettings& settings) {
@@ -45,49 +80,13 @@ void add_setting(CLI::App* app, const Setting& setting, FrameSettings& settings)
   }
 }
 
-}  // namespace
-
-CLI::Option* add_checked_name(CLI::App* app, const std::string& option, std::string& target,
-                              const std::function<void(const std::string& name)>& check,
-                              const std::string& help) {
-  return app->add_option(option, target, help)
-      ->type_name("NAME")
-      ->check([check](const std::string& name) {
-        check(name);
-        return std::string();
-      });
-}
-
-void add_size(CLI::App* app, const std::string& option, std::optional<uint64_t>& bytes,
-              const std::string& help) {
-  app->add_option_function<std::string>(
-         option,
-         [&bytes, option](const std::string& text) {
-           bytes = parse_size(text);
-           if (!bytes) {
-             throw CLI::ValidationError(
-                 option, "'" + shortened(text) + "' is not a size, such as 8G, 500M or 4096");
-           }
-         },
-         help)
-      ->type_name("SIZE");
-}
-
 void add_settings(CLI::App* app, FrameSettings& settings,
                   std::initializer_list<SettingGroup> groups,
                   std::initializer_list<std::string_view> left_out) {
   for (const Setting& setting : setting_table()) {
-    if (std::ranges::find(groups, setting.group) == groups.end()) continue;
-    if (std::ranges::find(left_out, setting.name) == left_out.end()) {
-      add_setting(app, setting, settings);
-    }
-  }
-}
-
-void add_named_settings(CLI::App* app, FrameSettings& settings,
-                        std::initializer_list<std::string_view> names) {
-  for (const Setting& setting : setting_table()) {
-    if (std::ranges::find(names, setting.name) != names.end()) add_setting(app, setting, settings);
+    const bool wanted = std::ranges::find(groups, setting.group) != groups.end() &&
+                        std::ranges::find(left_out, setting.name) == left_out.end();
+    if (wanted) add_setting(app, setting, settings);
   }
 }
 
@@ -124,52 +123,42 @@ void add_machine_options(CLI::App* app, RenderOptions& o) {
 }
 
 void add_heatmap_style(CLI::App* app, HeatmapStyle& style, CLI::Option* needed) {
-  const auto bind = [needed](CLI::Option* option) {
-    if (needed) option->needs(needed);
+  const auto read_colours = [&style](const std::string& name) {
+    style.colours = parse_colour_map(name);
+    return true;
   };
-  bind(app->add_option_function<std::string>(
-              "--colors",
-              [&style](const std::string& name) { style.colours = parse_colour_map(name); },
-              table_help("colours of a heatmap [grey]", colour_map_table()))
-           ->type_name("NAME"));
-  bind(app->add_option_function<std::string>(
-              "--range",
-              [&style](const std::string& text) {
-                std::array<double, 2> v;
-                if (!parse_numbers(text, ',', v) || !is_heatmap_range(v[0], v[1])) {
-                  throw CLI::ValidationError(
-                      "--range", "'" + shortened(text) +
-                                     "' is not MIN,MAX with MIN less than MAX by a millionth at "
-                                     "least, from -1e18 to 1e18");
-                }
-                style.range = ValueRange{v[0], v[1]};
-              },
-              "values at the ends of a heatmap's colours; times in seconds [0 to what the "
-              "greatest 2 % of the values above 0 exceed]")
-           ->type_name("MIN,MAX"));
-  bind(app->add_flag("--log", style.logarithmic, "logarithmic scale for a heatmap"));
-  bind(app->add_flag("--plain", style.plain, "a heatmap without its legend"));
+  const auto read_range = [&style](const std::string& text) {
+    std::array<double, 2> v;
+    if (!parse_numbers(text, ',', v) || !is_heatmap_range(v[0], v[1])) return false;
+    style.range = ValueRange{v[0], v[1]};
+    return true;
+  };
+  for (CLI::Option* option :
+       {add_parsed(app, "--colors", "NAME",
+                   table_help("colours of a heatmap [grey]", colour_map_table()), "", read_colours),
+        add_parsed(app, "--range", "MIN,MAX",
+                   "values at the ends of a heatmap's colours; times in seconds [0 to what the "
+                   "greatest 2 % of the values above 0 exceed]",
+                   "MIN,MAX with MIN less than MAX by a millionth at least, from -1e18 to 1e18",
+                   read_range),
+        app->add_flag("--log", style.logarithmic, "logarithmic scale for a heatmap"),
+        app->add_flag("--plain", style.plain, "a heatmap without its legend")}) {
+    if (needed) option->needs(needed);
+  }
 }
 
 void add_heatmaps(CLI::App* app, RenderOptions& o) {
-  CLI::Option* heatmap =
-      app->add_option("--heatmap", o.heatmaps,
-                      "where the samples went, as a picture with legend: .png, .jpg; .exr: the "
-                      "numbers alone. May be given more than once")
-          ->type_name("FILE")
-          ->allow_extra_args(false);
-  app->add_option(
-         "--heatmap-of", o.heatmap_of,
-         table_help("what it shows, the n-th for the n-th [samples]", heatmap_quantity_table()))
-      ->type_name("NAME")
-      ->allow_extra_args(false)
+  CLI::Option* heatmap = add_text(app, "--heatmap", o.heatmaps, "FILE",
+                                  "where the samples went, as a picture with legend: .png, .jpg; "
+                                  ".exr: the numbers alone. May be given more than once");
+  add_text(app, "--heatmap-of", o.heatmap_of, "NAME",
+           table_help("what it shows, the n-th for the n-th [samples]", heatmap_quantity_table()))
       ->needs(heatmap);
   add_heatmap_style(app, o.heatmap_style, heatmap);
 }
 
 void add_display_name(CLI::App* app, DisplaySettings& o) {
-  app->add_option("--display", o.display, "OpenColorIO display [the config's default]")
-      ->type_name("NAME");
+  add_text(app, "--display", o.display, "NAME", "OpenColorIO display [the config's default]");
 }
 
 void add_grading(CLI::App* app, DisplaySettings& o) {
@@ -180,11 +169,9 @@ void add_grading(CLI::App* app, DisplaySettings& o) {
 
 void add_outputs(CLI::App* app, RenderOptions& o, const char* output_help,
                  const char* report_help) {
-  app->add_option("-o,--output", o.outputs, output_help)
-      ->type_name("FILE")
-      ->allow_extra_args(false);
+  add_text(app, "-o,--output", o.outputs, "FILE", output_help);
   add_heatmaps(app, o);
-  app->add_option("--report", o.reports, report_help)->type_name("FILE")->allow_extra_args(false);
+  add_text(app, "--report", o.reports, "FILE", report_help);
   add_display_name(app, o.display);
   add_grading(app, o.display);
 }

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "renderer/core/names.h"
 #include "renderer/engine/setting_table.h"
@@ -23,13 +24,22 @@ namespace emberline {
 
 // "name: summary" lines of a table, for --help.
 template <typename Table>
-std::string table_help(const char* what, const Table& table) {
+std::string table_help(const std::string& what, const Table& table) {
   std::string text = what;
   for (const auto& entry : table) {
     text += fmt::format("\n  {}: {}", entry.name, entry.summary);
   }
   return text;
 }
+
+// An option whose value is a text, such as the name of a file. A list takes one each time that it
+// is given.
+CLI::Option* add_text(CLI::App* app, const std::string& option, std::string& target,
+                      const std::string& type, const std::string& help);
+CLI::Option* add_text(CLI::App* app, const std::string& option, std::optional<std::string>& target,
+                      const std::string& type, const std::string& help);
+CLI::Option* add_text(CLI::App* app, const std::string& option, std::vector<std::string>& target,
+                      const std::string& type, const std::string& help);
 
 // An option whose value is a name; `check` throws UsageError for one that is none.
 CLI::Option* add_checked_name(CLI::App* app, const std::string& option, std::string& target,
@@ -54,9 +64,7 @@ void add_size(CLI::App* app, const std::string& option, std::optional<uint64_t>&
 void add_settings(CLI::App* app, FrameSettings& settings,
                   std::initializer_list<SettingGroup> groups,
                   std::initializer_list<std::string_view> left_out = {});
-// Those of these names.
-void add_named_settings(CLI::App* app, FrameSettings& settings,
-                        std::initializer_list<std::string_view> names);
+void add_setting(CLI::App* app, const Setting& setting, FrameSettings& settings);
 // --settings: before all other settings, which then override the file's.
 void add_settings_file(CLI::App* app, RenderOptions& options);
 

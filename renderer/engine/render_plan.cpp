@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "renderer/drivers/adaptive/error_estimator.h"
+#include "renderer/drivers/bucket_schedule.h"
 #include "renderer/engine/frame_scene.h"
 #include "renderer/engine/open_scene.h"
 #include "renderer/engine/setting_rules.h"
@@ -42,9 +43,12 @@ void plan_even(const FrameSettings& o, RenderPlan& plan) {
   if (!o.sample_range) part_few_samples(plan.samples_per_pixel, plan);
 }
 
+const EstimatorEntry& estimator_of(const FrameSettings& o) {
+  return find_estimator(o.estimator.empty() ? kDefaultEstimator : std::string_view(o.estimator));
+}
+
 void plan_by_error(const FrameSettings& o, RenderPlan& plan) {
-  const EstimatorEntry& estimator =
-      find_estimator(o.estimator.empty() ? kDefaultEstimator : std::string_view(o.estimator));
+  const EstimatorEntry& estimator = estimator_of(o);
   AdaptiveSettings& a = plan.driver_settings.adaptive;
   a.estimator = estimator.name;
   a.allocation = o.allocation.value_or(kDefaultAllocation);
@@ -165,6 +169,11 @@ Frame RenderPlan::frame(const Scene& scene, const Camera& camera, const ScenePar
           .catcher_guide = aovs.contains(Aov::kShadow) ? guide_by_all_light(scene) : nullptr};
 }
 
+size_t RenderPlan::buckets() const {
+  const DriverSettings& d = driver_settings;
+  return bucket_schedule(crop, d.bucket_size, d.bucket_order, seed).size();
+}
+
 bool shares_evenly(const FrameSettings& settings) {
   switch (find_driver(settings.driver).sharing) {
     case Sharing::kEven:
@@ -175,6 +184,13 @@ bool shares_evenly(const FrameSettings& settings) {
       return false;
   }
   return true;
+}
+
+bool finishes_tiles(const FrameSettings& settings) { return find_driver(settings.driver).tiles; }
+
+std::string_view allocation_of(const FrameSettings& settings) {
+  if (shares_evenly(settings) || estimator_of(settings).batch != 0) return "";
+  return name_of(error_metric_table(), settings.allocation.value_or(kDefaultAllocation));
 }
 
 bool denoises(const FrameSettings& settings) {

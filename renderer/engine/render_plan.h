@@ -58,6 +58,8 @@ struct RenderPlan {
   Frame frame(const Scene& scene, const Camera& camera, const SceneParts& parts = {},
               const std::stop_token& stop = {}) const;
   DriverFactory drivers() const { return driver_factory(driver->name, driver_settings); }
+  // How many buckets there are for the frame's parts to share. Throws UsageError for too many.
+  size_t buckets() const;
 
   const DriverEntry* driver;
   DriverSettings driver_settings;
@@ -83,6 +85,14 @@ struct RenderPlan {
 
 // Whether every pixel gets the same number of samples. Throws UsageError for an unknown driver.
 bool shares_evenly(const FrameSettings& settings);
+
+// Whether the driver finishes one tile after another and shows no picture of the whole frame
+// before.
+bool finishes_tiles(const FrameSettings& settings);
+
+// The name of the error by which samples are shared out. Empty where the frame shares evenly or its
+// estimator says only which pixels are not finished.
+std::string_view allocation_of(const FrameSettings& settings);
 
 // Whether the settings request a denoised picture, directly or for `allocation` denoised.
 bool denoises(const FrameSettings& settings);

@@ -21,7 +21,7 @@ namespace emberline {
 namespace {
 
 constexpr int kReadRows = 64;
-// What denoise() holds of a pixel, and of each light group there, with the results.
+// Memory of denoise() for a pixel, and for each light group there, with the results.
 constexpr uint64_t kFilterBytes = 368, kPartBytes = 88;
 constexpr std::array kChannels = {"R", "G", "B"};
 constexpr std::array kColour = {".R", ".G", ".B"};
@@ -47,12 +47,12 @@ std::vector<std::string> light_layers(Names channels) {
   return layers;
 }
 
-// Of a band, and of what is read at once.
+// The rows of a band, and the rows that are read at once.
 int band_rows(int tile_size) { return (kDenoiseBandRows + tile_size - 1) / tile_size * tile_size; }
 int read_rows(int rows_at_once) {
   return (kReadRows + rows_at_once - 1) / rows_at_once * rows_at_once;
 }
-// Of a band, the margins, and of what is read beyond them.
+// The rows of a band, its margins, and what is read beyond them.
 int64_t window_rows(const Rect& crop, int tile_size, int rows_at_once) {
   return std::min(int64_t(crop.height()),
                   int64_t(band_rows(tile_size)) + 2 * kDenoiseMargin + rows_at_once);
@@ -329,22 +329,28 @@ uint64_t denoise_bytes(const Rect& crop, int tile_size, Names channels, int rows
 
 DenoiseReport denoise_frame(const DenoiseJob& job) { return Pass(job).run(); }
 
+DenoiseReport denoise_films(DenoiseJob job) {
+  SharedRows rows(job.crop, job.channels, std::move(job.read));
+  job.channels = with_shared_sums(job.channels);
+  job.read = [&](const Rect& part, std::vector<float>& pixels) { rows.read(part, pixels); };
+  return denoise_frame(job);
+}
+
 DenoiseReport denoise_film(const Rect& crop, int tile_size, Names channels,
                            std::span<const float> values,
                            std::function<void(const Rect&, const std::vector<float>&)> write,
                            const std::stop_token& stop) {
-  SharedRows rows(crop, channels, [&](const Rect& part, std::vector<float>& pixels) {
+  const auto read = [&](const Rect& part, std::vector<float>& pixels) {
     const auto first =
         values.begin() + ptrdiff_t(crop.index_of(part.x0, part.y0) * channels.size());
     pixels.assign(first, first + ptrdiff_t(size_t(part.area()) * channels.size()));
-  });
-  return denoise_frame(
-      {.crop = crop,
-       .channels = with_shared_sums(channels),
-       .tile_size = tile_size,
-       .read = [&](const Rect& part, std::vector<float>& pixels) { rows.read(part, pixels); },
-       .write = std::move(write),
-       .stop = stop});
+  };
+  return denoise_films({.crop = crop,
+                        .channels = {channels.begin(), channels.end()},
+                        .tile_size = tile_size,
+                        .read = read,
+                        .write = std::move(write),
+                        .stop = stop});
 }
 
 void finish_film(const Rect& crop, int tile_size, bool denoises, std::vector<std::string>& channels,

@@ -14,7 +14,7 @@
 
 namespace emberline {
 
-// What became of a frame.
+// The result of denoising a frame.
 struct DenoiseReport {
   double error_before = 0.0, error_after = 0.0;  // expected RMS error of the displayed picture
   double kept_share = 0.0;                       // of the pixels, that are as they were
@@ -27,7 +27,7 @@ std::string describe(const DenoiseReport& report);
 
 // The channels that denoise() needs and that are not among these; empty: there are all.
 std::vector<std::string> missing_denoise_channels(std::span<const std::string> channels);
-// What it makes of these: denoised.{R,G,B}, denoised.error, and of each light group
+// The channels that it makes from these: denoised.{R,G,B}, denoised.error, and of each light group
 // denoised.light.NAME.{R,G,B}.
 std::vector<std::string> denoise_results(std::span<const std::string> channels);
 
@@ -35,7 +35,7 @@ std::vector<std::string> denoise_results(std::span<const std::string> channels);
 std::vector<float> denoised_rgba(std::span<const float> pixels,
                                  std::span<const std::string> channels);
 
-// What denoise_frame() will hold of such a job, at most; of a film's channels with SharedRows.
+// The most memory that such a job takes; `channels` are a film's, whose rows are summed up first.
 uint64_t denoise_bytes(const Rect& crop, int tile_size, std::span<const std::string> channels,
                        int rows_at_once = 1);
 
@@ -57,6 +57,9 @@ struct DenoiseJob {
 // On the calling thread's TBB arena; the bits do not depend on it. Throws what read and write
 // throw.
 DenoiseReport denoise_frame(const DenoiseJob& job);
+// Denoises a frame whose `channels` and `read` are those of its films: sums the shares of
+// neighbouring pixels up on the way (renderer/film/shared_samples.h).
+DenoiseReport denoise_films(DenoiseJob job);
 
 // The same of a film's channels that are all in memory: what pixels count for each other is summed
 // up on the way, so `write` gets channels as with_shared_sums() has them.

@@ -20,7 +20,7 @@ void check_heatmap_format(const std::string& option, const std::string& path, co
     throw UsageError("{} {}: unknown format; valid suffixes are .exr, .png, .jpg, .jpeg", option,
                      path);
   }
-  // What libjpeg holds (JPEG_MAX_DIMENSION, 65500) less the legend, which grows with the frame.
+  // libjpeg's limit (JPEG_MAX_DIMENSION, 65500) less the legend, which grows with the frame.
   constexpr int kJpegLimit = 50000;
   if (format == "jpeg" && std::max(crop.width(), crop.height()) > kJpegLimit) {
     throw UsageError("{} {}: JPEG holds heatmaps of at most {} pixels a side; write .exr or .png",
@@ -112,19 +112,15 @@ HeatmapFile::HeatmapFile(const HeatmapRequest& request, const HeatmapStyle& styl
   }
 }
 
-void HeatmapFile::write_exr() {
-  exr_->write(plane_.plane().values);
-  exr_->finish();
-}
-
-void HeatmapFile::write_picture() {
+void HeatmapFile::finish() {
+  if (exr_) {
+    exr_->write(plane_.plane().values);
+    return exr_->finish();
+  }
   const BytePicture image = draw_quantity(plane_.quantity(), plane_.plane(), style_);
-  const std::string& path = picture_->path();
-  const std::vector<unsigned char> bytes = encode_image(image, image_format_of(path), path);
+  const std::vector<unsigned char> bytes = encode_image(image, image_format_of(path_), path_);
   picture_->write_at(bytes.data(), bytes.size(), 0);
   picture_->commit();
 }
-
-void HeatmapFile::finish() { exr_ ? write_exr() : write_picture(); }
 
 }  // namespace emberline

@@ -18,7 +18,7 @@
 
 namespace emberline {
 
-// What one --heatmap asks for.
+// A heatmap that --heatmap requests.
 struct HeatmapRequest {
   std::string path;
   const HeatmapQuantity* quantity = nullptr;
@@ -69,9 +69,6 @@ class HeatmapFile {
   void finish();
 
  private:
-  void write_exr();
-  void write_picture();
-
   std::string path_;
   HeatmapStyle style_;
   QuantityPlane plane_;

@@ -11,7 +11,6 @@
 #include "renderer/film/half_channels.h"
 #include "renderer/film/light_group_sums.h"
 #include "renderer/output/appended_channels.h"
-#include "renderer/output/outputs.h"
 
 namespace emberline {
 namespace {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <functional>
 
 #include "io/image/output.h"
 #include "io/image/picture_mark.h"
@@ -56,25 +57,26 @@ void write_film_exr(const std::string& path, const AovSet& aovs, int width, int 
 }
 
 OutputSettings output_settings(const RenderOptions& options, const Rect& crop) {
-  OutputSettings settings{options.width,
-                          options.height,
-                          crop,
-                          tile_size(find_driver(options.driver), options.bucket_size),
-                          aovs_of(options),
-                          settings_attributes(options),
-                          options.display,
-                          options.transparent,
-                          heatmap_requests(options),
-                          options.heatmap_style,
-                          options.clamp_indirect.has_value(),
-                          denoises(options),
-                          options.light_groups,
-                          parse_cryptomattes(options.cryptomattes),
-                          options.cryptomatte_levels,
-                          parse_half_layers(options.half),
-                          options.exr_compression,
-                          options.exr_parts,
-                          view_of(options)};
+  OutputSettings settings;
+  settings.width = options.width;
+  settings.height = options.height;
+  settings.tile_size = tile_size(find_driver(options.driver), options.bucket_size);
+  settings.view = view_of(options);
+  settings.compression = options.exr_compression;
+  settings.parts = options.exr_parts;
+  settings.attributes = settings_attributes(options);
+  settings.crop = crop;
+  settings.aovs = aovs_of(options);
+  settings.display = options.display;
+  settings.transparent = options.transparent;
+  settings.heatmaps = heatmap_requests(options);
+  settings.heatmap_style = options.heatmap_style;
+  settings.clamps = options.clamp_indirect.has_value();
+  settings.denoise = denoises(options);
+  settings.light_groups = options.light_groups;
+  settings.cryptomattes = parse_cryptomattes(options.cryptomattes);
+  settings.cryptomatte_levels = options.cryptomatte_levels;
+  settings.half = parse_half_layers(options.half);
   for (const HeatmapRequest& heatmap : settings.heatmaps) {
     if (heatmap.quantity->aov) settings.aovs.insert(*heatmap.quantity->aov);
   }
@@ -87,15 +89,9 @@ ExrHeader frame_header(const OutputSettings& settings, std::vector<ExrChannel> c
     const bool half = channel.type == ChannelType::kFloat && is_half(channel.name, settings.half);
     if (half) channel.type = ChannelType::kHalf;
   }
-  ExrHeader header = {.width = settings.width,
-                      .height = settings.height,
-                      .data_window = settings.crop,
-                      .tile_size = settings.tile_size,
-                      .channels = std::move(channels),
-                      .view = settings.view,
-                      .compression = settings.compression,
-                      .parts = settings.parts,
-                      .attributes = settings.attributes};
+  ExrHeader header = settings;
+  header.data_window = settings.crop;
+  header.channels = std::move(channels);
   header.view.camera = layers.camera;
   header.attributes.emplace_back(kCompleteAttribute, "false");
   header.attributes.emplace_back(kSamplesAttribute, std::string(kMostDigits, ' '));
@@ -266,7 +262,7 @@ void FrameOutputs::write(ExrOutput& exr, const Rect& tile, const std::vector<flo
   }
 }
 
-// Of a frame that is rendered already finish() tells what has failed.
+// Once the frame is rendered, finish() reports what has failed.
 void FrameOutputs::spool(const Rect& tile, const std::vector<float>& pixels) {
   try {
     spool_->write_tile(tile, pixels);
@@ -279,33 +275,31 @@ void FrameOutputs::spool(const Rect& tile, const std::vector<float>& pixels) {
 
 std::optional<DenoiseReport> FrameOutputs::finish_spooled(const std::stop_token& stop) {
   if (!spool_ || !spool_failure_.empty()) return std::nullopt;
-  SharedRows rows(
-      settings_.crop, names_of(channels_.list()),
-      [&](const Rect& part, std::vector<float>& pixels) { spool_->read_rows(part, pixels); });
   try {
-    if (settings_.denoise) return denoise(rows, stop);
-    write_tiles(rows);
+    if (settings_.denoise) return denoise(stop);
+    write_tiles();
   } catch (const RenderError& error) {
     spool_failure_ = error.what();
   }
   return std::nullopt;
 }
 
-DenoiseReport FrameOutputs::denoise(SharedRows& rows, const std::stop_token& stop) {
+DenoiseReport FrameOutputs::denoise(const std::stop_token& stop) {
   log_verbose("denoising");
-  const DenoiseJob job = {
-      .crop = settings_.crop,
-      .channels = names_of(summed_channels(channels_.list())),
-      .tile_size = settings_.tile_size,
-      .read = [&](const Rect& part, std::vector<float>& pixels) { rows.read(part, pixels); },
-      .write = [&](const Rect& tile,
-                   const std::vector<float>& pixels) { write_denoised(tile, pixels); },
-      .stop = stop};
-  return denoise_frame(job);
+  const auto read = std::bind_front(&PixelSpool::read_rows, spool_.get());
+  const auto write = std::bind_front(&FrameOutputs::write_denoised, this);
+  return denoise_films({.crop = settings_.crop,
+                        .channels = names_of(channels_.list()),
+                        .tile_size = settings_.tile_size,
+                        .read = read,
+                        .write = write,
+                        .stop = stop});
 }
 
-void FrameOutputs::write_tiles(SharedRows& rows) {
+void FrameOutputs::write_tiles() {
   const Rect& crop = settings_.crop;
+  SharedRows rows(crop, names_of(channels_.list()),
+                  std::bind_front(&PixelSpool::read_rows, spool_.get()));
   const size_t channels = summed_channels(channels_.list()).size();
   const int size = settings_.tile_size;
   std::vector<float> pixels;

@@ -19,7 +19,6 @@
 #include "renderer/core/rect.h"
 #include "renderer/engine/render_sink.h"
 #include "renderer/engine/stop_request.h"
-#include "renderer/film/shared_samples.h"
 #include "renderer/output/denoise_pass.h"
 #include "renderer/output/frame_channels.h"
 #include "renderer/output/heatmap_file.h"
@@ -29,25 +28,20 @@
 
 namespace emberline {
 
-struct OutputSettings {
-  int width = 0, height = 0;
+// How the files of a frame are written. The header is for EXR files, without channels and camera.
+struct OutputSettings : ExrHeader {
   Rect crop;
-  int tile_size = 64;
   AovSet aovs;
-  std::vector<std::pair<std::string, std::string>> attributes;
   DisplaySettings display;
-  bool transparent = false;                   // PNG gets an alpha channel
-  std::vector<HeatmapRequest> heatmaps = {};  // whose channels are among `aovs`
-  HeatmapStyle heatmap_style = {};
+  bool transparent = false;              // PNG gets an alpha channel
+  std::vector<HeatmapRequest> heatmaps;  // whose channels are among `aovs`
+  HeatmapStyle heatmap_style;
   bool clamps = false;   // --clamp-indirect
   bool denoise = false;  // the files get the denoised picture, too
   bool light_groups = false;
-  std::vector<CryptomatteKind> cryptomattes = {};
+  std::vector<CryptomatteKind> cryptomattes;
   int cryptomatte_levels = 0;
-  std::vector<std::string> half = {};  // layers
-  ExrCompression compression = ExrCompression::kZip;
-  ExrParts parts = ExrParts::kOne;
-  ExrView view = {};  // without a camera
+  std::vector<std::string> half;  // layers
 };
 
 // With the channels that the heatmaps need.
@@ -104,7 +98,7 @@ class FrameOutputs final : public RenderSink {
   // header.
   void finish(const FrameState& state, WriteAttempts& attempts);
 
-  // What the film held at most, for the report: each thread's pixel sums and channels, and the
+  // The most that the film held, for the report: each thread's pixel sums and channels, and the
   // pictures (.png, .jpg) and heatmaps that are kept until the end.
   uint64_t film_bytes() const;
   std::string display_description() const;
@@ -121,8 +115,8 @@ class FrameOutputs final : public RenderSink {
   void begin_spool();
   void spool(const Rect& tile, const std::vector<float>& pixels);
   void write(ExrOutput& exr, const Rect& tile, const std::vector<float>& pixels);
-  DenoiseReport denoise(SharedRows& rows, const std::stop_token& stop);
-  void write_tiles(SharedRows& rows);
+  DenoiseReport denoise(const std::stop_token& stop);
+  void write_tiles();
   void write_denoised(const Rect& tile, const std::vector<float>& pixels);
   bool nothing_left() const;  // to write a tile to
 

@@ -8,7 +8,6 @@
 #include "io/display/display.h"
 #include "io/files/atomic_file.h"
 #include "io/image/output.h"
-#include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/parallel.h"
 #include "renderer/drivers/adaptive/refinement_tree.h"

@@ -1,6 +1,5 @@
 #include "renderer/output/remote_viewer.h"
 
-#include <algorithm>
 #include <filesystem>
 #include <utility>
 #include <vector>

@@ -4,7 +4,6 @@
 #include "io/viewer/tev_stream.h"
 #include "renderer/core/rect.h"
 #include "renderer/engine/render_sink.h"
-#include "renderer/engine/stop_request.h"
 #include "renderer/output/render_options.h"
 
 namespace emberline {

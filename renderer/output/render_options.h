@@ -1,7 +1,6 @@
-// What `emberline render` is told.
+// The options of `emberline render`.
 #pragma once
 
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>

@@ -1,7 +1,6 @@
 // report.json: what a render did, in seconds, bytes and counts.
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -31,14 +30,14 @@ struct RenderTimes {
   std::optional<double> first_sample_s, first_sample_cpu_s;
 };
 
-// What one pass over the frame brought.
+// One pass over the frame.
 struct PassReport {
   double elapsed_s = 0;                  // since rendering began
   uint64_t samples = 0;                  // so far
   std::optional<double> error_estimate;  // of the picture at the end of this pass
 };
 
-// Of a merged frame.
+// A part of a merged frame.
 struct PartReport {
   std::string file, host, instruction_sets;
 };
@@ -69,7 +68,7 @@ struct RenderReport {
   std::vector<PartReport> parts;
   PixelStop stop_cause = PixelStop::kNone;
   std::vector<std::string> failed_outputs;  // files that could not be written; reports aside
-  bool complete = true;                     // the frame has no holes, and nobody has stopped it
+  bool complete = true;                     // the frame has no holes and was not stopped
   int exit_code = 0;
 };
 

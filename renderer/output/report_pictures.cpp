@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 #include "renderer/film/film.h"
 #include "renderer/statistics/quantity_plane.h"

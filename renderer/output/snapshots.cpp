@@ -5,14 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <filesystem>
+#include <iterator>
 
 #include "io/exr/writer.h"
 #include "io/files/atomic_file.h"
 #include "io/image/library.h"
 #include "io/image/output.h"
 #include "renderer/core/errors.h"
-#include "renderer/core/names.h"
 #include "renderer/core/option_values.h"
 #include "renderer/core/shortened.h"
 #include "renderer/drivers/driver_table.h"
@@ -23,7 +22,7 @@ namespace {
 
 using Unit = SnapshotMoment::Unit;
 
-constexpr SnapshotFormatEntry kFormats[] = {
+constexpr NamedValue<SnapshotFormat> kFormats[] = {
     {"png", "as displayed (`display`, `view`, `look`, `exposure`)", SnapshotFormat::kPng},
     {"exr", "that, and linear R G B A beside it", SnapshotFormat::kExr},
 };
@@ -31,20 +30,24 @@ constexpr SnapshotFormatEntry kFormats[] = {
 constexpr const char* kAnimation = "refinement.gif";
 constexpr const char* kMarker = "emberline-snapshots.json";
 
+// How a moment is written behind its number, in the option and in the name of a file.
+struct UnitEntry {
+  Unit unit;
+  std::string_view suffix, label;
+  double most;
+};
+constexpr UnitEntry kUnits[] = {
+    {Unit::kPercentCovered, "%", "pct", 100.0},
+    {Unit::kSamplesPerPixel, "spp", "spp", double(kMaxSamples)},
+    {Unit::kSeconds, "s", "s", 1e9},
+};
+
 SnapshotMoment parse_moment(std::string_view text) {
   if (text == "first") return {};
-  struct Suffix {
-    std::string_view text;
-    Unit unit;
-    double most;
-  };
-  for (const Suffix& suffix : {Suffix{"%", Unit::kPercentCovered, 100.0},
-                               Suffix{"spp", Unit::kSamplesPerPixel, double(kMaxSamples)},
-                               Suffix{"s", Unit::kSeconds, 1e9}}) {
-    if (!text.ends_with(suffix.text)) continue;
-    const std::optional<double> value =
-        parse_real(text.substr(0, text.size() - suffix.text.size()));
-    if (value && *value > 0 && *value <= suffix.most) return {suffix.unit, *value};
+  for (const UnitEntry& entry : kUnits) {
+    if (!text.ends_with(entry.suffix)) continue;
+    const auto value = parse_real(text.substr(0, text.size() - entry.suffix.size()));
+    if (value && *value > 0 && *value <= entry.most) return {entry.unit, *value};
     break;
   }
   throw UsageError(
@@ -54,23 +57,19 @@ SnapshotMoment parse_moment(std::string_view text) {
 }
 
 // Padded, so that names sort as numbers do.
-std::string padded(double value) {
-  return value == std::floor(value) ? fmt::format("{:04.0f}", value)
-                                    : fmt::format("{:08.3f}", value);
+std::string label(const SnapshotMoment& moment) {
+  const auto entry = std::ranges::find(kUnits, moment.unit, &UnitEntry::unit);
+  if (entry == std::end(kUnits)) return "first";
+  const bool whole = moment.value == std::floor(moment.value);
+  return whole ? fmt::format("{:04.0f}{}", moment.value, entry->label)
+               : fmt::format("{:08.3f}{}", moment.value, entry->label);
 }
 
-std::string label(const SnapshotMoment& moment) {
-  switch (moment.unit) {
-    case Unit::kFirstPause:
-      return "first";
-    case Unit::kPercentCovered:
-      return padded(moment.value) + "pct";
-    case Unit::kSeconds:
-      return padded(moment.value) + "s";
-    case Unit::kSamplesPerPixel:
-      return padded(moment.value) + "spp";
-  }
-  return "";
+// The rest of a snapshot's name behind its number, "003_"; nothing for other names.
+std::optional<std::string> behind_number(const std::string& name) {
+  const size_t digits = name.find_first_not_of("0123456789");
+  if (digits == std::string::npos || digits < 3 || name[digits] != '_') return std::nullopt;
+  return name.substr(digits + 1);
 }
 
 // A frame of the animation: averaged down to at most 640 pixels a side, then displayed.
@@ -105,7 +104,7 @@ ByteImage animation_frame(const std::vector<float>& rgba, const Rect& crop,
 
 }  // namespace
 
-std::span<const SnapshotFormatEntry> snapshot_format_table() { return kFormats; }
+std::span<const NamedValue<SnapshotFormat>> snapshot_format_table() { return kFormats; }
 
 std::vector<SnapshotMoment> parse_snapshot_moments(std::string_view list) {
   std::vector<SnapshotMoment> moments;
@@ -119,16 +118,14 @@ std::vector<SnapshotMoment> parse_snapshot_moments(std::string_view list) {
 }
 
 bool is_snapshot_name(const std::string& name) {
-  const size_t number = name.find_first_not_of("0123456789");
-  const bool numbered = number >= 3 && number != std::string::npos && name[number] == '_';
-  return name == kAnimation || name == kMarker || numbered;
+  return name == kAnimation || name == kMarker || behind_number(name);
 }
 
 SnapshotRecorder::SnapshotRecorder(const RenderOptions& options, const Rect& crop,
                                    const LoadProgress& progress)
     : options_(options),
       crop_(crop),
-      format_(find_named(kFormats, "`snapshot-format`", "format", options.snapshot_format).format),
+      format_(find_named(kFormats, "`snapshot-format`", "format", options.snapshot_format).value),
       waiting_(parse_snapshot_moments(options.snapshot_at ? std::string_view(*options.snapshot_at)
                                                           : kDefaultSnapshotMoments)),
       transform_(std::make_shared<DisplayTransform>(options.display)) {
@@ -147,13 +144,10 @@ SnapshotRecorder::SnapshotRecorder(const RenderOptions& options, const Rect& cro
 // "003_0005pct.png" of some moment, whichever place it will have among those taken.
 bool SnapshotRecorder::may_write(const std::string& name) const {
   if (name == kAnimation) return true;
-  const size_t digits = name.find_first_not_of("0123456789");
-  if (digits == std::string::npos || digits < 3 || name[digits] != '_') return false;
-  const std::filesystem::path rest = name.substr(digits + 1);
-  if (rest.extension() != ".png" && rest.extension() != ".exr") return false;
-  return std::ranges::any_of(waiting_, [&](const SnapshotMoment& moment) {
-    return label(moment) + rest.extension().string() == rest.string();
-  });
+  const std::optional<std::string> rest = behind_number(name);
+  return rest && std::ranges::any_of(waiting_, [&](const SnapshotMoment& moment) {
+           return *rest == label(moment) + ".png" || *rest == label(moment) + ".exr";
+         });
 }
 
 bool SnapshotRecorder::due(const SnapshotMoment& moment, const JobProgress& progress,

@@ -12,6 +12,7 @@
 #include "io/display/display.h"
 #include "io/files/owned_folder.h"
 #include "io/files/write_attempts.h"
+#include "renderer/core/names.h"
 #include "renderer/core/rect.h"
 #include "renderer/engine/render_sink.h"
 #include "renderer/output/render_options.h"
@@ -35,12 +36,7 @@ inline constexpr std::string_view kDefaultSnapshotMoments =
 std::vector<SnapshotMoment> parse_snapshot_moments(std::string_view list);
 
 enum class SnapshotFormat { kPng, kExr };
-struct SnapshotFormatEntry {
-  std::string_view name;
-  std::string_view summary;
-  SnapshotFormat format;
-};
-std::span<const SnapshotFormatEntry> snapshot_format_table();
+std::span<const NamedValue<SnapshotFormat>> snapshot_format_table();
 
 // A file that a recorder may write into its folder: "003_0010pct.png", "refinement.gif".
 bool is_snapshot_name(const std::string& name);

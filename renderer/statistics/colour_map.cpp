@@ -32,6 +32,8 @@ constexpr Table kTurbo = {0x30123b, 0x392a73, 0x4040a1, 0x4456c7, 0x466be3, 0x46
                           0xf8c03a, 0xfdae35, 0xfe982c, 0xfb8022, 0xf56817, 0xec520f, 0xe04009,
                           0xd23105, 0xc02302, 0xac1701, 0x950d01, 0x7a0403};
 
+constexpr const Table* kTables[] = {nullptr, &kViridis, &kInferno, &kMagma, &kTurbo};
+
 // The farthest colour from the map's own as CIELAB has it, of a grid of colours, also as seen with
 // protanopia, deuteranopia and tritanopia; green for magma, whose distance is 33 where 40 is the
 // most.
@@ -70,18 +72,7 @@ ColourMap parse_colour_map(std::string_view name) {
 Rgb8 colour_of(ColourMap map, double value) {
   if (std::isnan(value)) return kMaps[size_t(map)].no_value;
   const double x = std::clamp(value, 0.0, 1.0);
-  switch (map) {
-    case ColourMap::kViridis:
-      return interpolate(kViridis, x);
-    case ColourMap::kInferno:
-      return interpolate(kInferno, x);
-    case ColourMap::kMagma:
-      return interpolate(kMagma, x);
-    case ColourMap::kTurbo:
-      return interpolate(kTurbo, x);
-    case ColourMap::kGrey:
-      break;
-  }
+  if (const Table* const table = kTables[size_t(map)]) return interpolate(*table, x);
   const auto grey = uint8_t(std::lround(255 * x));
   return {grey, grey, grey};
 }

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstring>
 #include <limits>
+#include <numeric>
 
 #include "renderer/statistics/flip.h"
 #include "renderer/statistics/row_sums.h"
@@ -14,7 +15,6 @@
 namespace emberline {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 struct PlainSums {
@@ -88,9 +88,7 @@ std::vector<double> relative_errors(const Pictures& p, double epsilon) {
 }
 
 double mean(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double value : values) sum += value;
-  return sum / double(values.size());
+  return std::accumulate(values.begin(), values.end(), 0.0) / double(values.size());
 }
 
 // The mean without the largest kTrimmedShare of the values. Which of equal ones go does not matter.
@@ -181,12 +179,7 @@ ErrorMetrics compare_images(const RgbImage& image, const RgbImage& reference,
   ErrorMetrics metrics;
   metrics.different_pixels = sums.different;
   metrics.non_finite = masked.size() - sums.finite;
-  if (sums.finite == 0) {
-    metrics.mse = metrics.rmse = metrics.rel_mse = metrics.rel_mse_epsilon = kNaN;
-    metrics.rel_mse_trimmed = metrics.signed_bias = metrics.psnr = metrics.ssim = kNaN;
-    metrics.flip = metrics.max_absolute = kNaN;
-    return metrics;
-  }
+  if (sums.finite == 0) return metrics;
 
   const double values = 3 * double(sums.finite);
   metrics.mse = sums.squared / values;

@@ -11,6 +11,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 namespace emberline {
@@ -25,22 +26,25 @@ struct CompareSettings {
   float exposure = 0.0f;
 };
 
+// NaN: no pixel is left to say.
 struct ErrorMetrics {
-  double mse = 0;  // mean((x - r)^2) over pixels and channels
-  double rmse = 0;
+  double mse = kNone;  // mean((x - r)^2) over pixels and channels
+  double rmse = kNone;
   // mean((x - r)^2 / (r^2 + eps)), per channel averaged, as in Rousselle et al. 2011; eps =
   // 0.01 (mean r)^2, so that the metric does not depend on the scale of radiance, or 0.01 where the
   // reference is black on average.
-  double rel_mse = 0;
-  double rel_mse_epsilon = 0;
-  double rel_mse_trimmed = 0;     // without the worst 0.1 % of pixels (rounded down)
-  double signed_bias = 0;         // sum(x - r) / sum(r); infinite for a difference from black
-  double psnr = 0;                // dB, display values, peak 1; infinite if they are equal
-  double ssim = 0;                // ssim.h, on the luma of display values
-  double flip = 0;                // mean of flip.h's map
-  double max_absolute = 0;        // largest |x - r|
-  uint64_t non_finite = 0;        // pixels with a NaN or infinity in either image
-  uint64_t different_pixels = 0;  // not bit-identical
+  double rel_mse = kNone;
+  double rel_mse_epsilon = kNone;
+  double rel_mse_trimmed = kNone;  // without the worst 0.1 % of pixels (rounded down)
+  double signed_bias = kNone;      // sum(x - r) / sum(r); infinite for a difference from black
+  double psnr = kNone;             // dB, display values, peak 1; infinite if they are equal
+  double ssim = kNone;             // ssim.h, on the luma of display values
+  double flip = kNone;             // mean of flip.h's map
+  double max_absolute = kNone;     // largest |x - r|
+  uint64_t non_finite = 0;         // pixels with a NaN or infinity in either image
+  uint64_t different_pixels = 0;   // not bit-identical
+
+  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 };
 
 // Memory that comparing two pictures takes beside them, at most (50 were measured): displayed

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstddef>
 #include <numbers>
+#include <numeric>
 
 #include "renderer/core/vector.h"
 #include "renderer/statistics/row_sums.h"
@@ -114,26 +115,21 @@ Taps make_taps(int radius, const Function& fn) {
   return taps;
 }
 
-double sum(const Taps& taps) {
-  double total = 0;
-  for (const double tap : taps) total += tap;
-  return total;
-}
+double sum(const Taps& taps) { return std::accumulate(taps.begin(), taps.end(), 0.0); }
 
-double sum_positive(const Taps& taps) {
-  double total = 0;
-  for (const double tap : taps) total += std::max(0.0, tap);
-  return total;
-}
-
-double sum_negative(const Taps& taps) {
-  double total = 0;
-  for (const double tap : taps) total += std::max(0.0, -tap);
-  return total;
-}
-
-void scale(Taps& taps, double factor) {
+Taps scaled(Taps taps, double factor) {
   for (double& tap : taps) tap *= factor;
+  return taps;
+}
+
+Taps normalized(const Taps& taps) { return scaled(taps, 1 / sum(taps)); }
+
+// Positive and negative taps are brought to 1 each.
+Taps balanced(Taps taps) {
+  double positive = 0, negative = 0;
+  for (const double tap : taps) (tap > 0 ? positive : negative) += std::abs(tap);
+  for (double& tap : taps) tap /= tap > 0 ? positive : negative;
+  return taps;
 }
 
 struct Kernels {
@@ -155,72 +151,53 @@ Kernels make_kernels(double pixels_per_degree) {
       return std::exp(-kPi * kPi * x * x / g.b);
     });
   };
-  k.achromatic = spatial(kAchromatic);
-  scale(k.achromatic, 1 / sum(k.achromatic));
-  k.red_green = spatial(kRedGreen);
-  scale(k.red_green, 1 / sum(k.red_green));
+  k.achromatic = normalized(spatial(kAchromatic));
+  k.red_green = normalized(spatial(kRedGreen));
   // The two Gaussians of blue-yellow keep their ratio; together they sum to 1 over the plane. The
   // factor of each is split evenly between x and y.
   double total = 0;
   for (size_t i = 0; i < 2; ++i) {
     const Gaussian& g = kBlueYellow[i];
-    k.blue_yellow[i] = spatial(g);
-    scale(k.blue_yellow[i], std::sqrt(g.a * std::sqrt(kPi / g.b)));
+    k.blue_yellow[i] = scaled(spatial(g), std::sqrt(g.a * std::sqrt(kPi / g.b)));
     total += square(sum(k.blue_yellow[i]));
   }
-  for (Taps& taps : k.blue_yellow) scale(taps, 1 / std::sqrt(total));
+  for (Taps& taps : k.blue_yellow) taps = scaled(taps, 1 / std::sqrt(total));
 
-  // Section 4.2: first and second derivative of a Gaussian whose width is that of the feature;
-  // positive and negative weights are brought to 1 each.
+  // Section 4.2: first and second derivative of a Gaussian whose width is that of the feature.
   const double sigma = 0.5 * kFeatureWidth * pixels_per_degree;
   k.feature_radius = int(std::ceil(3 * sigma));
   const auto gaussian = [&](double i) { return std::exp(-i * i / (2 * sigma * sigma)); };
-  k.smooth = make_taps(k.feature_radius, gaussian);
-  scale(k.smooth, 1 / sum(k.smooth));
-  k.edge = make_taps(k.feature_radius, [&](double i) { return -i * gaussian(i); });
-  k.point = make_taps(k.feature_radius,
-                      [&](double i) { return (i * i / (sigma * sigma) - 1) * gaussian(i); });
-  for (Taps* taps : {&k.edge, &k.point}) {
-    const double positive = sum_positive(*taps), negative = sum_negative(*taps);
-    for (double& tap : *taps) tap /= tap > 0 ? positive : negative;
-  }
+  k.smooth = normalized(make_taps(k.feature_radius, gaussian));
+  k.edge = balanced(make_taps(k.feature_radius, [&](double i) { return -i * gaussian(i); }));
+  k.point = balanced(make_taps(
+      k.feature_radius, [&](double i) { return (i * i / (sigma * sigma) - 1) * gaussian(i); }));
   return k;
 }
 
-// One channel of the picture as the filters see it: beyond the border, the border's value.
+// One channel of the picture.
 struct Channel {
   int width, height;
   std::vector<float> values;
-
-  // out[r + x] = sum of taps down the column x about row y; r values to the left and right of the
-  // row repeat its ends.
-  void filter_column(int y, const Taps& taps, int margin, std::vector<double>& out) const {
-    const int radius = int(taps.size() / 2);
-    out.assign(size_t(width + 2 * margin), 0.0);
-    double* const row = out.data() + margin;
-    for (int k = -radius; k <= radius; ++k) {
-      const float* const source = &values[size_t(std::clamp(y + k, 0, height - 1)) * size_t(width)];
-      const double tap = taps[size_t(k + radius)];
-      for (int x = 0; x < width; ++x) row[x] += tap * double(source[x]);
-    }
-    std::fill(out.begin(), out.begin() + margin, row[0]);
-    std::fill(out.end() - margin, out.end(), row[width - 1]);
-  }
 };
 
-// out[x] += taps along the padded row about x.
-void add_filtered_row(const std::vector<double>& padded, const Taps& taps,
-                      std::vector<double>& out) {
-  for (size_t k = 0; k < taps.size(); ++k) {
-    const double* const source = padded.data() + k;
-    for (size_t x = 0; x < out.size(); ++x) out[x] += taps[k] * source[x];
-  }
-}
-
+// A row of the channel, summed with the taps down the columns and then with those along the row.
+// Beyond the border is the border's value.
 std::vector<double> filter(const Channel& plane, int y, const Taps& down, const Taps& along) {
-  std::vector<double> padded, out(size_t(plane.width), 0.0);
-  plane.filter_column(y, down, int(along.size() / 2), padded);
-  add_filtered_row(padded, along, out);
+  const size_t width = size_t(plane.width), margin = along.size() / 2;
+  const int radius = int(down.size() / 2);
+  std::vector<double> padded(width + 2 * margin), out(width);
+  double* const row = padded.data() + margin;
+  for (int k = -radius; k <= radius; ++k) {
+    const float* const source =
+        &plane.values[size_t(std::clamp(y + k, 0, plane.height - 1)) * width];
+    const double tap = down[size_t(k + radius)];
+    for (size_t x = 0; x < width; ++x) row[x] += tap * double(source[x]);
+  }
+  std::fill_n(padded.begin(), margin, row[0]);
+  std::fill_n(padded.rbegin(), margin, row[width - 1]);
+  for (size_t k = 0; k < along.size(); ++k) {
+    for (size_t x = 0; x < width; ++x) out[x] += along[k] * padded[k + x];
+  }
   return out;
 }
 

@@ -3,7 +3,6 @@
 
 #include <optional>
 #include <span>
-#include <string>
 #include <string_view>
 #include <vector>
 
@@ -17,7 +16,7 @@ struct HeatmapQuantity {
   std::string_view summary;
   std::string_view title;  // in the picture
   std::string_view unit = {};
-  std::optional<Aov> aov;                  // that must be rendered for it
+  std::optional<Aov> aov = {};             // that must be rendered for it
   std::vector<std::string_view> channels;  // that it is computed from
   float (*value)(const float* channels);   // of a pixel, in that order; NaN: it has none
   bool reasons = false;                    // PixelStop values, no amounts

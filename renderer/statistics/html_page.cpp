@@ -11,22 +11,8 @@ namespace {
 
 constexpr std::string_view kReplacement = "\xef\xbf\xbd";  // U+FFFD
 
-std::string_view escaped(char c) {
-  switch (c) {
-    case '&':
-      return "&amp;";
-    case '<':
-      return "&lt;";
-    case '>':
-      return "&gt;";
-    case '"':
-      return "&quot;";
-    case '\'':
-      return "&#39;";
-    default:
-      return "";
-  }
-}
+constexpr std::pair<char, std::string_view> kEntities[] = {
+    {'&', "&amp;"}, {'<', "&lt;"}, {'>', "&gt;"}, {'"', "&quot;"}, {'\'', "&#39;"}};
 
 bool forbidden_control(std::string_view sequence) {
   return is_control(sequence) && sequence != "\t" && sequence != "\n";
@@ -89,26 +75,23 @@ figcaption { color: var(--faint); font-size: 0.86rem; margin-top: 0.35rem; }
 // whole.
 std::string number_markup(std::string_view text) {
   std::string html;
-  while (!text.empty()) {
-    const size_t length = std::min(text.find(' '), text.size());
-    const std::string_view word = text.substr(0, length);
+  while (true) {
+    const size_t end = text.find(' ');
+    const std::string_view word = text.substr(0, end);
     const bool hyphened = word.find('-') != std::string_view::npos;
     html += hyphened ? fmt::format(R"(<span class="k">{}</span>)", escape_html(word))
                      : escape_html(word);
-    text.remove_prefix(length);
-    if (text.empty()) break;
+    if (end == std::string_view::npos) return html;
     html += ' ';
-    text.remove_prefix(1);
+    text.remove_prefix(end + 1);
   }
-  return html;
 }
 
 std::string cell_markup(const PageCell& cell, bool head, bool number) {
+  constexpr const char* kTones[] = {"", "good", "bad"};
+  const std::string tone = kTones[size_t(cell.tone)];
   std::string classes = number ? "n" : "";
-  if (cell.tone != PageCell::Tone::kPlain) {
-    if (!classes.empty()) classes += ' ';
-    classes += cell.tone == PageCell::Tone::kBad ? "bad" : "good";
-  }
+  if (!tone.empty()) classes += (number ? " " : "") + tone;
   const std::string attribute = classes.empty() ? "" : fmt::format(R"( class="{}")", classes);
   return head ? fmt::format(R"(<th scope="row"{}>{}</th>)", attribute, escape_html(cell.text))
               : fmt::format("<td{}>{}</td>", attribute,
@@ -123,10 +106,11 @@ std::string escape_html(std::string_view text) {
   while (!text.empty()) {
     const size_t length = utf8_length(text);
     const std::string_view sequence = text.substr(0, std::max<size_t>(length, 1));
-    const std::string_view entity = escaped(sequence[0]);
+    const auto entity =
+        std::ranges::find(kEntities, sequence[0], &std::pair<char, std::string_view>::first);
     html += length == 0 || forbidden_control(sequence) ? kReplacement
-            : entity.empty()                           ? sequence
-                                                       : entity;
+            : entity == std::end(kEntities)            ? sequence
+                                                       : entity->second;
     text.remove_prefix(sequence.size());
   }
   return html;
@@ -157,35 +141,19 @@ Markup picture_markup(std::span<const unsigned char> encoded, std::string_view m
 }
 
 HtmlPage::HtmlPage(std::string_view title, std::string_view summary) : title_(escape_html(title)) {
-  body_ = fmt::format("<h1>{}</h1>\n", title_);
-  if (!summary.empty()) body_ += fmt::format("<p class=\"summary\">{}</p>\n", escape_html(summary));
+  add("<h1>{}</h1>\n", title);
+  if (!summary.empty()) add("<p class=\"summary\">{}</p>\n", summary);
 }
 
-void HtmlPage::section(std::string_view title) {
-  body_ += fmt::format("<h2>{}</h2>\n", escape_html(title));
-}
-
-void HtmlPage::heading(std::string_view title) {
-  body_ += fmt::format("<h3>{}</h3>\n", escape_html(title));
-}
-
-void HtmlPage::paragraph(std::string_view text) {
-  body_ += fmt::format("<p>{}</p>\n", escape_html(text));
-}
-
-void HtmlPage::warning(std::string_view text) {
-  body_ += fmt::format("<p class=\"warning\">{}</p>\n", escape_html(text));
+void HtmlPage::add(const char* markup, std::string_view text) {
+  body_ += fmt::format(fmt::runtime(markup), escape_html(text));
 }
 
 void HtmlPage::list(std::span<const std::string> items) {
   if (items.empty()) return;
   body_ += "<ul>\n";
-  for (const std::string& item : items) body_ += fmt::format("<li>{}</li>\n", escape_html(item));
+  for (const std::string& item : items) add("<li>{}</li>\n", item);
   body_ += "</ul>\n";
-}
-
-void HtmlPage::code(std::string_view text) {
-  body_ += fmt::format("<pre><code>{}</code></pre>\n", escape_html(text));
 }
 
 void HtmlPage::table(const PageTable& table) {
@@ -193,8 +161,7 @@ void HtmlPage::table(const PageTable& table) {
     return c < table.columns.size() && table.columns[c].number;
   };
   body_ += "<div class=\"wide\"><table>\n";
-  if (!table.caption.empty())
-    body_ += fmt::format("<caption>{}</caption>\n", escape_html(table.caption));
+  if (!table.caption.empty()) add("<caption>{}</caption>\n", table.caption);
   if (std::ranges::any_of(table.columns, [](const auto& column) { return !column.name.empty(); })) {
     body_ += "<thead><tr>";
     for (size_t c = 0; c < table.columns.size(); ++c) {
@@ -220,10 +187,8 @@ void HtmlPage::figures(std::span<const PageFigure> figures, int most_in_a_row) {
   body_ += fmt::format("<div class=\"figures{}\" style=\"--columns:{}\">\n",
                        columns > 2 ? " small" : "", columns);
   for (const PageFigure& figure : figures) {
-    body_ += fmt::format("<figure>{}", figure.content.html);
-    if (!figure.caption.empty()) {
-      body_ += fmt::format("<figcaption>{}</figcaption>", escape_html(figure.caption));
-    }
+    body_ += "<figure>" + figure.content.html;
+    if (!figure.caption.empty()) add("<figcaption>{}</figcaption>", figure.caption);
     body_ += "</figure>\n";
   }
   body_ += "</div>\n";

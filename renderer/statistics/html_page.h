@@ -58,18 +58,22 @@ class HtmlPage {
   // `summary` stands under the title.
   explicit HtmlPage(std::string_view title, std::string_view summary = "");
 
-  void section(std::string_view title);
-  void heading(std::string_view title);  // within a section
-  void paragraph(std::string_view text);
-  void warning(std::string_view text);  // stands out
+  void section(std::string_view title) { add("<h2>{}</h2>\n", title); }
+  void heading(std::string_view title) { add("<h3>{}</h3>\n", title); }  // within a section
+  void paragraph(std::string_view text) { add("<p>{}</p>\n", text); }
+  void warning(std::string_view text) { add("<p class=\"warning\">{}</p>\n", text); }  // stands out
+  // Wrapped, to be copied.
+  void code(std::string_view text) { add("<pre><code>{}</code></pre>\n", text); }
   void list(std::span<const std::string> items);
-  void code(std::string_view text);    // wrapped, to be copied
   void table(const PageTable& table);  // wider than the page: scrolls by itself
   void figures(std::span<const PageFigure> figures, int most_in_a_row = 2);
 
   std::string finish() const;  // the file
 
  private:
+  // `markup` with the text, escaped, for its "{}".
+  void add(const char* markup, std::string_view text);
+
   std::string title_;
   std::string body_;
 };

@@ -1,8 +1,5 @@
 #include "renderer/statistics/pixel_text.h"
 
-#include <algorithm>
-#include <array>
-
 namespace emberline {
 namespace {
 

@@ -86,56 +86,32 @@ std::optional<Crossing> error_at(const LogCurve& curve, double at, const StudyMe
   return interpolate(curve, &LogPoint::position, &LogPoint::error, 1.0, expected_slope(metric), at);
 }
 
-std::optional<double> fitted_slope(const LogCurve& curve) {
-  if (curve.size() < 2) return std::nullopt;
-  std::vector<double> positions, errors;
-  for (const LogPoint& p : curve) {
-    positions.push_back(p.position);
-    errors.push_back(p.error);
-  }
-  return least_squares_slope(positions, errors);
-}
-
 const StudyCheckpoint* checkpoint_at(const StudyRun& run, double budget) {
   const auto found = std::ranges::find(run.checkpoints, budget, &StudyCheckpoint::budget);
   return found == run.checkpoints.end() ? nullptr : &*found;
 }
 
-// Calls visit(checkpoint) for every finished run of the method that has reached the budget.
+using VisitCheckpoint = std::function<void(const StudyCheckpoint&, const StudyRun&)>;
+
+// Calls visit(checkpoint, run) for every finished run of the method that has reached the budget.
 void for_each_checkpoint(const StudyResults& results, size_t method, double budget,
-                         const std::function<void(const StudyCheckpoint&)>& visit) {
+                         const VisitCheckpoint& visit) {
   for (const StudyRun& run : results.runs) {
     if (run.method != method || run.status != StudyRunStatus::kDone) continue;
-    if (const StudyCheckpoint* checkpoint = checkpoint_at(run, budget)) visit(*checkpoint);
+    if (const StudyCheckpoint* checkpoint = checkpoint_at(run, budget)) visit(*checkpoint, run);
   }
 }
 
 // The same with the baseline's run of the same seed.
-void for_each_pair(
-    const StudyResults& results, size_t method, size_t budget,
-    const std::function<void(const StudyCheckpoint&, const StudyRun& baseline)>& visit) {
+void for_each_pair(const StudyResults& results, size_t method, size_t budget,
+                   const VisitCheckpoint& visit) {
   const std::optional<size_t> baseline = baseline_method(results);
   if (!baseline || budget >= results.settings.budgets.size()) return;
-  for (const StudyRun& run : results.runs) {
-    if (run.method != method || run.status != StudyRunStatus::kDone) continue;
-    const StudyRun* other = find_run(results, *baseline, run.seed);
-    const StudyCheckpoint* checkpoint = checkpoint_at(run, results.settings.budgets[budget]);
-    if (other && checkpoint) visit(*checkpoint, *other);
-  }
-}
-
-// Calls visit(point, baseline) for each such pair with the checkpoint's logarithms and the curve of
-// the baseline's run, where the former are finite.
-void for_each_pair_of_logarithms(
-    const StudyResults& results, size_t method, const StudyMetricEntry& metric, StudyAxis axis,
-    size_t budget, const std::function<void(const LogPoint&, const LogCurve& baseline)>& visit) {
-  for_each_pair(results, method, budget,
-                [&](const StudyCheckpoint& checkpoint, const StudyRun& baseline) {
-                  const double error = checkpoint.error.*metric.value;
-                  const double at = position(checkpoint, axis);
-                  if (!(error > 0 && at > 0)) return;
-                  visit({std::log(at), std::log(error)}, log_curve(baseline, metric, axis));
-                });
+  for_each_checkpoint(results, method, results.settings.budgets[budget],
+                      [&](const StudyCheckpoint& checkpoint, const StudyRun& run) {
+                        const StudyRun* other = find_run(results, *baseline, run.seed);
+                        if (other) visit(checkpoint, *other);
+                      });
 }
 
 // `to_result` takes the mean of the values back to what they were.
@@ -159,6 +135,25 @@ std::optional<Estimate> student_interval(std::span<const double> values,
 
 std::optional<Estimate> of_logarithms(std::span<const double> logarithms) {
   return student_interval(logarithms, [](double x) { return std::exp(x); });
+}
+
+// The mean of ratio(point, baseline), a logarithm, over such pairs: the checkpoint's logarithms,
+// where they are finite, and the curve of the baseline's run.
+std::optional<Estimate> mean_ratio(
+    const StudyResults& results, size_t method, const StudyMetricEntry& metric, StudyAxis axis,
+    size_t budget,
+    const std::function<std::optional<double>(const LogPoint&, const LogCurve& baseline)>& ratio) {
+  std::vector<double> logarithms;
+  for_each_pair(results, method, budget,
+                [&](const StudyCheckpoint& checkpoint, const StudyRun& baseline) {
+                  const double error = checkpoint.error.*metric.value;
+                  const double at = position(checkpoint, axis);
+                  if (!(error > 0 && at > 0)) return;
+                  const std::optional<double> value =
+                      ratio({std::log(at), std::log(error)}, log_curve(baseline, metric, axis));
+                  if (value) logarithms.push_back(*value);
+                });
+  return of_logarithms(logarithms);
 }
 
 double geometric_mean(std::span<const double> values) {
@@ -190,22 +185,6 @@ std::optional<Estimate> geometric_mean_estimate(std::span<const double> values) 
   return of_logarithms(logarithms);
 }
 
-double position(const StudyCheckpoint& checkpoint, StudyAxis axis) {
-  switch (axis) {
-    case StudyAxis::kSamples:
-      return checkpoint.mean_samples;
-    case StudyAxis::kWall:
-      return checkpoint.wall_s;
-    case StudyAxis::kCpu:
-      return checkpoint.cpu_s;
-  }
-  return 0;
-}
-
-double CurvePoint::position(StudyAxis axis) const {
-  return axis == StudyAxis::kSamples ? mean_samples : axis == StudyAxis::kWall ? wall_s : cpu_s;
-}
-
 std::optional<size_t> baseline_method(const StudyResults& results) {
   const auto found =
       std::ranges::find(results.methods, results.settings.baseline, &StudyMethod::name);
@@ -235,12 +214,13 @@ std::vector<CurvePoint> study_curve(const StudyResults& results, size_t method,
   std::vector<CurvePoint> curve;
   for (const double budget : results.settings.budgets) {
     std::vector<double> samples, wall, cpu, errors;
-    for_each_checkpoint(results, method, budget, [&](const StudyCheckpoint& checkpoint) {
-      samples.push_back(checkpoint.mean_samples);
-      wall.push_back(checkpoint.wall_s);
-      cpu.push_back(checkpoint.cpu_s);
-      errors.push_back(checkpoint.error.*entry.value);
-    });
+    for_each_checkpoint(results, method, budget,
+                        [&](const StudyCheckpoint& checkpoint, const auto&) {
+                          samples.push_back(checkpoint.mean_samples);
+                          wall.push_back(checkpoint.wall_s);
+                          cpu.push_back(checkpoint.cpu_s);
+                          errors.push_back(checkpoint.error.*entry.value);
+                        });
     const std::optional<Estimate> error = geometric_mean_estimate(errors);
     if (!error) continue;
     curve.push_back(
@@ -251,9 +231,10 @@ std::vector<CurvePoint> study_curve(const StudyResults& results, size_t method,
 
 std::optional<Estimate> signed_bias(const StudyResults& results, size_t method, size_t budget) {
   std::vector<double> values;
-  for_each_checkpoint(
-      results, method, results.settings.budgets[budget],
-      [&](const StudyCheckpoint& checkpoint) { values.push_back(checkpoint.error.signed_bias); });
+  for_each_checkpoint(results, method, results.settings.budgets[budget],
+                      [&](const StudyCheckpoint& checkpoint, const auto&) {
+                        values.push_back(checkpoint.error.signed_bias);
+                      });
   return mean_estimate(values);
 }
 
@@ -262,9 +243,12 @@ std::optional<Estimate> error_slope(const StudyResults& results, size_t method, 
   std::vector<double> slopes;
   for (const StudyRun& run : results.runs) {
     if (run.method != method || run.status != StudyRunStatus::kDone) continue;
-    const std::optional<double> slope =
-        fitted_slope(log_curve(run, study_metric_entry(metric), axis));
-    if (slope) slopes.push_back(*slope);
+    std::vector<double> positions, errors;
+    for (const LogPoint& p : log_curve(run, study_metric_entry(metric), axis)) {
+      positions.push_back(p.position);
+      errors.push_back(p.error);
+    }
+    if (errors.size() >= 2) slopes.push_back(least_squares_slope(positions, errors));
   }
   return mean_estimate(slopes);
 }
@@ -272,16 +256,15 @@ std::optional<Estimate> error_slope(const StudyResults& results, size_t method, 
 std::optional<Speedup> equal_error_speedup(const StudyResults& results, size_t method,
                                            StudyMetric metric, StudyAxis axis, size_t budget) {
   const StudyMetricEntry& entry = study_metric_entry(metric);
-  std::vector<double> logarithms;
   size_t extrapolated = 0;
-  for_each_pair_of_logarithms(
-      results, method, entry, axis, budget, [&](const LogPoint& point, const LogCurve& baseline) {
+  const std::optional<Estimate> ratio = mean_ratio(
+      results, method, entry, axis, budget,
+      [&](const LogPoint& point, const LogCurve& baseline) -> std::optional<double> {
         const std::optional<Crossing> crossing = position_at(baseline, point.error, entry);
-        if (!crossing) return;
-        logarithms.push_back(crossing->value - point.position);
-        if (crossing->extrapolated) ++extrapolated;
+        if (!crossing) return std::nullopt;
+        extrapolated += crossing->extrapolated;
+        return crossing->value - point.position;
       });
-  const std::optional<Estimate> ratio = of_logarithms(logarithms);
   if (!ratio) return std::nullopt;
   return Speedup{*ratio, extrapolated};
 }
@@ -290,13 +273,12 @@ std::optional<Estimate> equal_position_error_ratio(const StudyResults& results, 
                                                    StudyMetric metric, StudyAxis axis,
                                                    size_t budget) {
   const StudyMetricEntry& entry = study_metric_entry(metric);
-  std::vector<double> logarithms;
-  for_each_pair_of_logarithms(
-      results, method, entry, axis, budget, [&](const LogPoint& point, const LogCurve& baseline) {
-        const std::optional<Crossing> other = error_at(baseline, point.position, entry);
-        if (other) logarithms.push_back(point.error - other->value);
-      });
-  return of_logarithms(logarithms);
+  return mean_ratio(results, method, entry, axis, budget,
+                    [&](const LogPoint& point, const LogCurve& baseline) -> std::optional<double> {
+                      const auto other = error_at(baseline, point.position, entry);
+                      if (!other) return std::nullopt;
+                      return point.error - other->value;
+                    });
 }
 
 std::vector<CalibrationGroup> calibration(const StudyResults& results, size_t method) {
@@ -331,18 +313,14 @@ std::optional<Estimate> neyman_fraction(const StudyResults& results, size_t meth
   const std::optional<Speedup> speedup =
       equal_error_speedup(results, method, metric, StudyAxis::kCpu, budget);
   if (!speedup) return std::nullopt;
-  Estimate fraction = speedup->ratio;
-  fraction.value /= limit;
-  if (fraction.low) *fraction.low /= limit;
-  if (fraction.high) *fraction.high /= limit;
-  return fraction;
+  return mapped(speedup->ratio, [&](double ratio) { return ratio / limit; });
 }
 
 std::optional<FilterSummary> filter_summary(const StudyResults& results, size_t method,
                                             size_t budget) {
   std::vector<double> seconds, kept, ratios;
   for_each_checkpoint(results, method, results.settings.budgets[budget],
-                      [&](const StudyCheckpoint& checkpoint) {
+                      [&](const StudyCheckpoint& checkpoint, const auto&) {
                         if (!checkpoint.filter) return;
                         seconds.push_back(checkpoint.filter->cpu_s);
                         kept.push_back(checkpoint.filter->kept_share);

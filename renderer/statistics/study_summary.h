@@ -1,5 +1,6 @@
-// What the runs of a study say: means over seeds with 95 % confidence intervals, slopes, speedups
-// at equal error, ratios at equal time, calibration, overhead. Pure functions of StudyResults.
+// Figures from the runs of a study: means over seeds with 95 % confidence intervals, slopes,
+// speedups at equal error, ratios at equal time, calibration, overhead. Pure functions of
+// StudyResults.
 //
 // Errors and times are positive and vary by factors, so their means are taken of logarithms:
 // geometric means, and Student-t intervals of the mean logarithm. A mean of squares that the
@@ -31,10 +32,22 @@ double student_t_975(int degrees);
 // Nothing of an empty list. The geometric mean is of the positive values alone.
 std::optional<Estimate> mean_estimate(std::span<const double> values);
 std::optional<Estimate> geometric_mean_estimate(std::span<const double> values);
+// Applies fn(x), which rises with x, to value and interval.
+Estimate mapped(Estimate estimate, const auto& fn) {
+  estimate.value = fn(estimate.value);
+  if (estimate.low) estimate.low = fn(*estimate.low);
+  if (estimate.high) estimate.high = fn(*estimate.high);
+  return estimate;
+}
 
-// What an error is looked at against.
+// The axis that errors are drawn against.
 enum class StudyAxis : uint8_t { kSamples, kWall, kCpu };
-double position(const StudyCheckpoint& checkpoint, StudyAxis axis);  // samples per pixel, seconds
+// Of a checkpoint or a point of a curve: samples per pixel, or seconds.
+double position(const auto& point, StudyAxis axis) {
+  return axis == StudyAxis::kSamples ? point.mean_samples
+         : axis == StudyAxis::kWall  ? point.wall_s
+                                     : point.cpu_s;
+}
 
 // The index of the baseline in results.methods; nothing if no method has its name.
 std::optional<size_t> baseline_method(const StudyResults& results);
@@ -52,7 +65,6 @@ struct CurvePoint {
   double budget = 0;
   double mean_samples = 0, wall_s = 0, cpu_s = 0;  // geometric means
   Estimate error;                                  // in the metric
-  double position(StudyAxis axis) const;
 };
 // By budget; budgets that no run has reached are not there.
 std::vector<CurvePoint> study_curve(const StudyResults& results, size_t method, StudyMetric metric);
@@ -97,7 +109,7 @@ std::vector<CalibrationGroup> calibration(const StudyResults& results, size_t me
 std::optional<Estimate> neyman_fraction(const StudyResults& results, size_t method,
                                         StudyMetric metric, size_t budget);
 
-// What denoising took and left of a method's pictures at a budget; nothing of a raw method.
+// Time and effect of denoising a method's pictures at a budget; nothing for a raw method.
 struct FilterSummary {
   double cpu_s = 0;                        // geometric mean
   double kept_share = 0;                   // arithmetic mean

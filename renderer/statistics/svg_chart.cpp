@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <ranges>
 #include <string_view>
+#include <type_traits>
+#include <utility>
 
 namespace emberline {
 namespace {
@@ -19,7 +22,14 @@ constexpr double kLine = 1.45 * kTextSize;
 constexpr const char* kColours[] = {"#0072b2", "#d55e00", "#009e73",      "#cc79a7",
                                     "#e69f00", "#56b4e9", "currentColor", "#f0e442"};
 constexpr const char* kDashes[] = {"", "7 3", "2 3", "9 3 2 3", "12 4"};
-constexpr int kMarkers = 7;  // cases of marker()
+// Paths from the point on; the first is a circle.
+constexpr const char* kMarkers[] = {"",
+                                    "m-3.2 -3.2h6.4v6.4h-6.4z",
+                                    "m0 -4.2l4.2 7.2h-8.4z",
+                                    "m0 -4.6l4.6 4.6l-4.6 4.6l-4.6 -4.6z",
+                                    "m0 4.2l4.2 -7.2h-8.4z",
+                                    "m-1.4 -4.2h2.8v2.8h2.8v2.8h-2.8v2.8h-2.8v-2.8h-2.8v-2.8h2.8z",
+                                    "m-4.2 -1.6h8.4v3.2h-8.4z"};
 
 int style_of(const LineChart& chart, size_t series) {
   const int style = chart.series[series].style;
@@ -36,37 +46,35 @@ std::string number(double value) {
   return text == "-0" ? "0" : text;
 }
 
+template <typename T>
+auto written(const T& value) {
+  if constexpr (std::is_same_v<T, double>) {
+    return number(value);
+  } else {
+    return value;
+  }
+}
+
+// SVG with values in it, the numbers among them as coordinates.
+std::string svg(const char* format, const auto&... values) {
+  return fmt::format(fmt::runtime(format), written(values)...);
+}
+
 double text_width(std::string_view text) {
   const auto letters = std::ranges::count_if(
       text, [](char c) { return (static_cast<unsigned char>(c) & 0xc0) != 0x80; });
   return kLetter * double(letters);
 }
 
+// Up to the end of its first tag.
 std::string marker(int style, double x, double y) {
-  const auto path = [&](std::string_view d) {
-    return fmt::format(R"(<path d="M{} {}{}")", number(x), number(y), d);
-  };
-  switch (style % kMarkers) {
-    case 0:
-      return fmt::format(R"(<circle cx="{}" cy="{}" r="3.5")", number(x), number(y));
-    case 1:
-      return path("m-3.2 -3.2h6.4v6.4h-6.4z");
-    case 2:
-      return path("m0 -4.2l4.2 7.2h-8.4z");
-    case 3:
-      return path("m0 -4.6l4.6 4.6l-4.6 4.6l-4.6 -4.6z");
-    case 4:
-      return path("m0 4.2l4.2 -7.2h-8.4z");
-    case 5:
-      return path("m-1.4 -4.2h2.8v2.8h2.8v2.8h-2.8v2.8h-2.8v-2.8h-2.8v-2.8h2.8z");
-    default:
-      return path("m-4.2 -1.6h8.4v3.2h-8.4z");
-  }
+  const std::string path = kMarkers[size_t(style) % std::size(kMarkers)];
+  if (path.empty()) return svg(R"(<circle cx="{}" cy="{}" r="3.5" fill="{}")", x, y, colour(style));
+  return svg(R"(<path d="M{} {}{}" fill="{}")", x, y, path, colour(style));
 }
 
 std::string text_at(double x, double y, std::string_view anchor, std::string_view text) {
-  return fmt::format(R"(<text x="{}" y="{}" text-anchor="{}">{}</text>)", number(x), number(y),
-                     anchor, escape_html(text));
+  return svg(R"(<text x="{}" y="{}" text-anchor="{}">{}</text>)", x, y, anchor, escape_html(text));
 }
 
 struct LegendEntry {
@@ -100,12 +108,15 @@ int place_legend(std::vector<LegendEntry>& entries, double left, double right) {
   return line;
 }
 
+double widest_label(const std::vector<AxisTick>& ticks) {
+  double widest = 0;
+  for (const AxisTick& tick : ticks) widest = std::max(widest, text_width(tick.label));
+  return widest;
+}
+
 Frame make_frame(int width, int height, const AxisRange& x, const AxisRange& y, int legend_lines) {
-  double labels = 0;
-  for (const AxisTick& tick : y.ticks()) labels = std::max(labels, text_width(tick.label));
-  double last = 0;  // may stand half outside the plot
-  for (const AxisTick& tick : x.ticks()) last = std::max(last, text_width(tick.label));
-  return {kLine + labels + 14,
+  const double last = widest_label(x.ticks());  // may stand half outside the plot
+  return {kLine + widest_label(y.ticks()) + 14,
           width - std::max(14.0, last / 2 + 2),
           kLine + 12,
           height - 2 * kLine - 10 - legend_lines * kLine,
@@ -115,76 +126,64 @@ Frame make_frame(int width, int height, const AxisRange& x, const AxisRange& y, 
 
 // As many labels as fit side by side.
 int tick_count(const Frame& frame) {
-  double widest = 0;
-  for (const AxisTick& tick : frame.x_range.ticks()) {
-    widest = std::max(widest, text_width(tick.label));
-  }
+  const double widest = widest_label(frame.x_range.ticks());
   return std::clamp(int((frame.right - frame.left) / (widest + 18)), 2, 8);
 }
 
 std::string axes(const Frame& f, const ChartAxis& x, const ChartAxis& y) {
-  std::string svg = R"(<g stroke="currentColor" stroke-opacity="0.16">)";
-  const std::vector<AxisTick> x_ticks = f.x_range.ticks(tick_count(f)), y_ticks = f.y_range.ticks();
-  for (const AxisTick& tick : x_ticks) {
-    svg += fmt::format(R"(<path d="M{} {}V{}"/>)", number(f.x(tick.value)), number(f.top),
-                       number(f.bottom));
+  std::string lines = R"(<g stroke="currentColor" stroke-opacity="0.16">)", labels = "<g>";
+  for (const AxisTick& tick : f.x_range.ticks(tick_count(f))) {
+    const double at = f.x(tick.value);
+    lines += svg(R"(<path d="M{} {}V{}"/>)", at, f.top, f.bottom);
+    if (!tick.label.empty()) labels += text_at(at, f.bottom + kLine, "middle", tick.label);
   }
-  for (const AxisTick& tick : y_ticks) {
-    svg += fmt::format(R"(<path d="M{} {}H{}"/>)", number(f.left), number(f.y(tick.value)),
-                       number(f.right));
+  for (const AxisTick& tick : f.y_range.ticks()) {
+    const double at = f.y(tick.value);
+    lines += svg(R"(<path d="M{} {}H{}"/>)", f.left, at, f.right);
+    if (!tick.label.empty()) {
+      labels += text_at(f.left - 6, at + 0.35 * kTextSize, "end", tick.label);
+    }
   }
-  svg += "</g>\n";
-  svg += fmt::format(
-      R"(<path d="M{} {}V{}H{}" fill="none" stroke="currentColor" stroke-opacity="0.7"/>)",
-      number(f.left), number(f.top), number(f.bottom), number(f.right));
-  svg += "\n<g>";
-  for (const AxisTick& tick : x_ticks) {
-    if (tick.label.empty()) continue;
-    svg += text_at(f.x(tick.value), f.bottom + kLine, "middle", tick.label);
-  }
-  for (const AxisTick& tick : y_ticks) {
-    if (tick.label.empty()) continue;
-    svg += text_at(f.left - 6, f.y(tick.value) + 0.35 * kTextSize, "end", tick.label);
-  }
-  svg += "</g>\n";
-  svg += text_at((f.left + f.right) / 2, f.bottom + 2 * kLine + 2, "middle", x.label) + "\n";
   const double middle = (f.top + f.bottom) / 2;
-  svg += fmt::format(
-      R"svg(<text x="{}" y="{}" text-anchor="middle" transform="rotate(-90 {} {})">{}</text>)svg",
-      number(kTextSize), number(middle), number(kTextSize), number(middle), escape_html(y.label));
-  return svg + "\n";
+  return lines + "</g>\n" +
+         svg(R"(<path d="M{} {}V{}H{}" fill="none" stroke="currentColor" stroke-opacity="0.7"/>)",
+             f.left, f.top, f.bottom, f.right) +
+         "\n" + labels + "</g>\n" +
+         text_at((f.left + f.right) / 2, f.bottom + 2 * kLine + 2, "middle", x.label) + "\n" +
+         svg(R"svg(<text x="{0}" y="{1}" text-anchor="middle" transform="rotate(-90 {0} {1})">)svg",
+             kTextSize, middle) +
+         escape_html(y.label) + "</text>\n";
 }
 
 std::string legend(const std::vector<LegendEntry>& entries, double top) {
-  std::string svg;
+  std::string text;
   for (const LegendEntry& e : entries) {
-    const double y = top + e.y;
-    const double middle = y - 0.35 * kTextSize;
-    svg +=
-        fmt::format(R"(<path d="M{} {}h{}" stroke="{}" stroke-width="2" stroke-dasharray="{}"/>)",
-                    number(e.x), number(middle), kSample, colour(e.style), dash(e.style));
-    if (e.marker) {
-      svg += marker(e.style, e.x + kSample / 2, middle) +
-             fmt::format(R"( fill="{}"/>)", colour(e.style));
-    }
-    svg += text_at(e.x + kSample + 6, y, "start", e.name) + "\n";
+    const double y = top + e.y, middle = y - 0.35 * kTextSize;
+    text += svg(R"(<path d="M{} {}h{}" stroke="{}" stroke-width="2" stroke-dasharray="{}"/>)", e.x,
+                middle, kSample, colour(e.style), dash(e.style));
+    if (e.marker) text += marker(e.style, e.x + kSample / 2, middle) + "/>";
+    text += text_at(e.x + kSample + 6, y, "start", e.name) + "\n";
   }
-  return svg;
+  return text;
 }
 
 std::string begin(const std::string& title, int width, int height) {
-  return fmt::format(R"(<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {} {}" role="img" )"
-                     R"(aria-label="{}" font-family="system-ui, sans-serif" font-size="{}" )"
-                     R"(fill="currentColor" style="color-scheme:light dark">)",
-                     width, height, escape_html(title), number(kTextSize)) +
-         "\n" +
-         fmt::format(R"(<text x="{}" y="{}" text-anchor="middle" font-weight="600">{}</text>)",
-                     number(width / 2.0), number(kLine), escape_html(title)) +
-         "\n";
+  return svg(R"(<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {} {}" role="img" )"
+             R"(aria-label="{}" font-family="system-ui, sans-serif" font-size="{}" )"
+             R"(fill="currentColor" style="color-scheme:light dark">)"
+             "\n",
+             width, height, escape_html(title), kTextSize) +
+         svg(R"(<text x="{}" y="{}" text-anchor="middle" font-weight="600">{}</text>)"
+             "\n",
+             width / 2.0, kLine, escape_html(title));
 }
 
 std::string no_data(const Frame& f) {
   return text_at((f.left + f.right) / 2, (f.top + f.bottom) / 2, "middle", "no data") + "\n";
+}
+
+bool drawable(const LineChart& chart, const ChartPoint& p) {
+  return AxisRange::drawable(chart.x.scale, p.x) && AxisRange::drawable(chart.y.scale, p.y);
 }
 
 // Writes the parts of a line, or of its band, that hang together.
@@ -197,25 +196,16 @@ class SeriesWriter {
         style_(style_of(chart, index)) {}
 
   std::string write() const {
-    std::string svg;
+    std::string text;
     std::vector<ChartPoint> run;
-    const auto finish_run = [&] {
-      svg += connected(run);
-      run.clear();
-    };
     for (const ChartPoint& p : series_.points) {
-      if (drawable(p)) {
+      if (drawable(chart_, p)) {
         run.push_back(p);
       } else {
-        finish_run();
+        text += connected(std::exchange(run, {}));
       }
     }
-    finish_run();
-    return svg;
-  }
-
-  bool drawable(const ChartPoint& p) const {
-    return AxisRange::drawable(chart_.x.scale, p.x) && AxisRange::drawable(chart_.y.scale, p.y);
+    return text + connected(run);
   }
 
  private:
@@ -238,26 +228,24 @@ class SeriesWriter {
   std::string line(const std::vector<ChartPoint>& run) const {
     if (run.size() < 2) return "";
     std::string points;
-    for (const ChartPoint& p : run) {
-      if (!points.empty()) points += ' ';
-      points += number(frame_.x(p.x)) + "," + number(frame_.y(p.y));
-    }
-    return fmt::format(
-               R"(<polyline points="{}" fill="none" stroke="{}" stroke-width="2" stroke-dasharray="{}" stroke-linejoin="round"/>)",
-               points, colour(style_), dash(style_)) +
-           "\n";
+    for (const ChartPoint& p : run) points += corner(p.x, frame_.y(p.y));
+    points.pop_back();
+    return svg(
+        R"(<polyline points="{}" fill="none" stroke="{}" stroke-width="2" stroke-dasharray="{}" stroke-linejoin="round"/>)"
+        "\n",
+        points, colour(style_), dash(style_));
   }
 
   std::string markers(const std::vector<ChartPoint>& run) const {
     // A point without neighbours would else not be seen at all.
     if (!series_.markers && run.size() > 1) return "";
-    std::string svg;
+    std::string text;
     for (const ChartPoint& p : run) {
-      svg += marker(style_, frame_.x(p.x), frame_.y(p.y)) +
-             fmt::format(R"( fill="{}"><title>{}</title></)", colour(style_), described(p)) +
-             (style_ % kMarkers == 0 ? "circle>" : "path>") + "\n";
+      const std::string tag = marker(style_, frame_.x(p.x), frame_.y(p.y));
+      text +=
+          svg("{}><title>{}</title></{}>\n", tag, described(p), tag.substr(1, tag.find(' ') - 1));
     }
-    return svg;
+    return text;
   }
 
   // What a pointer over the marker reads.
@@ -268,18 +256,15 @@ class SeriesWriter {
   }
 
   std::string bars(const std::vector<ChartPoint>& run) const {
-    std::string svg;
+    std::string text;
     for (const ChartPoint& p : run) {
       if (!has_interval(p)) continue;
-      const std::string x = number(frame_.x(p.x)), low = number(y_within(p.low)),
-                        high = number(y_within(p.high));
-      svg +=
-          fmt::format(
-              R"(<path d="M{0} {1}V{2}m-4 0h8M{0} {1}m-4 0h8" fill="none" stroke="{3}" stroke-width="1.5"/>)",
-              x, low, high, colour(style_)) +
-          "\n";
+      text += svg(
+          R"(<path d="M{0} {1}V{2}m-4 0h8M{0} {1}m-4 0h8" fill="none" stroke="{3}" stroke-width="1.5"/>)"
+          "\n",
+          frame_.x(p.x), y_within(p.low), y_within(p.high), colour(style_));
     }
-    return svg;
+    return text;
   }
 
   std::string band(const std::vector<ChartPoint>& run) const {
@@ -287,17 +272,16 @@ class SeriesWriter {
     std::ranges::copy_if(run, std::back_inserter(known), has_interval);
     if (known.size() < 2) return bars(known);
     std::string points;
-    for (const ChartPoint& p : known) {
-      points += number(frame_.x(p.x)) + "," + number(y_within(p.high)) + " ";
-    }
-    for (auto p = known.rbegin(); p != known.rend(); ++p) {
-      points += number(frame_.x(p->x)) + "," + number(y_within(p->low)) + " ";
-    }
+    for (const ChartPoint& p : known) points += corner(p.x, y_within(p.high));
+    for (const ChartPoint& p : known | std::views::reverse) points += corner(p.x, y_within(p.low));
     points.pop_back();
-    return fmt::format(R"(<polygon points="{}" fill="{}" fill-opacity="0.18"/>)", points,
-                       colour(style_)) +
-           "\n";
+    return svg(R"(<polygon points="{}" fill="{}" fill-opacity="0.18"/>)"
+               "\n",
+               points, colour(style_));
   }
+
+  // Of a list of points, with a blank behind it.
+  std::string corner(double x, double y) const { return svg("{},{} ", frame_.x(x), y); }
 
   const Frame& frame_;
   const LineChart& chart_;
@@ -313,9 +297,7 @@ Markup line_chart(const LineChart& chart) {
   for (size_t s = 0; s < chart.series.size(); ++s) {
     const ChartSeries& series = chart.series[s];
     for (const ChartPoint& p : series.points) {
-      if (!AxisRange::drawable(chart.x.scale, p.x) || !AxisRange::drawable(chart.y.scale, p.y)) {
-        continue;
-      }
+      if (!drawable(chart, p)) continue;
       xs.push_back(p.x);
       ys.push_back(p.y);
       // An interval down to almost nothing must not squeeze the points of a logarithmic plot.
@@ -332,13 +314,10 @@ Markup line_chart(const LineChart& chart) {
   const int lines = place_legend(entries, 14, chart.width - 4);
   const Frame frame = make_frame(chart.width, chart.height, x_range, y_range, lines);
 
-  std::string svg = begin(chart.title, chart.width, chart.height) + axes(frame, chart.x, chart.y);
-  for (size_t s = 0; s < chart.series.size(); ++s) {
-    svg += SeriesWriter(frame, chart, s).write();
-  }
-  if (xs.empty()) svg += no_data(frame);
-  svg += legend(entries, frame.bottom + 2 * kLine + 6);
-  return {svg + "</svg>\n"};
+  std::string text = begin(chart.title, chart.width, chart.height) + axes(frame, chart.x, chart.y);
+  for (size_t s = 0; s < chart.series.size(); ++s) text += SeriesWriter(frame, chart, s).write();
+  if (xs.empty()) text += no_data(frame);
+  return {text + legend(entries, frame.bottom + 2 * kLine + 6) + "</svg>\n"};
 }
 
 Markup histogram_chart(const Histogram& histogram) {
@@ -358,22 +337,20 @@ Markup histogram_chart(const Histogram& histogram) {
       make_frame(histogram.width, histogram.height, AxisRange(x_scale, xs, histogram.x.from_zero),
                  AxisRange(y_scale, ys, true), 0);
 
-  std::string svg = begin(histogram.title, histogram.width, histogram.height) +
-                    axes(frame, histogram.x, histogram.y);
+  std::string text = begin(histogram.title, histogram.width, histogram.height) +
+                     axes(frame, histogram.x, histogram.y);
   for (const Histogram::Bar& bar : bars) {
     const double left = frame.x(std::min(bar.from, bar.to));
     const double right = frame.x(std::max(bar.from, bar.to)), top = frame.y(bar.count);
     // A gap between bars, where they are wide enough for one.
     const double gap = right - left > 4 ? 1 : 0;
-    svg +=
-        fmt::format(
-            R"(<rect x="{}" y="{}" width="{}" height="{}" fill="{}"><title>{:.6g} to {:.6g}: {:.9g}</title></rect>)",
-            number(left), number(top), number(std::max(right - left - gap, 0.5)),
-            number(std::max(frame.bottom - top, 0.0)), kColours[0], bar.from, bar.to, bar.count) +
-        "\n";
+    text += svg(R"(<rect x="{}" y="{}" width="{}" height="{}" fill="{}">)", left, top,
+                std::max(right - left - gap, 0.5), std::max(frame.bottom - top, 0.0), kColours[0]) +
+            fmt::format("<title>{:.6g} to {:.6g}: {:.9g}</title></rect>\n", bar.from, bar.to,
+                        bar.count);
   }
-  if (bars.empty()) svg += no_data(frame);
-  return {svg + "</svg>\n"};
+  if (bars.empty()) text += no_data(frame);
+  return {text + "</svg>\n"};
 }
 
 }  // namespace emberline

@@ -1,7 +1,6 @@
 // From values to places along a colour bar, and the numbers that are written beside it.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 

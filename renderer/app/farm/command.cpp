@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <set>
 
 #include "io/files/atomic_file.h"
@@ -22,7 +22,6 @@
 #include "renderer/core/log.h"
 #include "renderer/core/shortened.h"
 #include "renderer/core/utf8.h"
-#include "renderer/drivers/bucket_schedule.h"
 #include "renderer/engine/setting_table.h"
 #include "renderer/output/checkpoint.h"
 #include "renderer/output/checkpoint_head.h"
@@ -113,17 +112,15 @@ void check_places(const FarmFolder& folder) {
   }
 }
 
-// What can be known before any job runs.
+// Checks that need no job.
 void check_frame(const RenderOptions& options, uint32_t parts) {
   RenderOptions part = options;
   part.part = FramePart{1, parts};
   const RenderPlan plan(part);
-  const size_t buckets =
-      bucket_schedule(plan.crop, options.bucket_size, options.bucket_order, plan.seed).size();
-  if (parts > buckets) {
+  if (parts > plan.buckets()) {
     throw UsageError(
         "--parts {}: the frame has {} buckets of --bucket-size {}; a part needs one at least",
-        parts, buckets, options.bucket_size);
+        parts, plan.buckets(), options.bucket_size);
   }
   FileRegister files;
   check_output_paths(options, plan.crop, files);
@@ -131,12 +128,6 @@ void check_frame(const RenderOptions& options, uint32_t parts) {
   for (const auto* list : {&options.outputs, &options.heatmaps, &options.reports}) {
     for (const std::string& path : *list) check_writable(path);
   }
-}
-
-std::vector<uint64_t> jobs_of(const FarmRecord& record) {
-  std::vector<uint64_t> jobs = record.arrays;
-  if (record.merge) jobs.push_back(*record.merge);
-  return jobs;
 }
 
 std::vector<SlurmTask> tasks_of(const std::vector<uint64_t>& jobs) {
@@ -147,7 +138,7 @@ std::vector<SlurmTask> tasks_of(const std::vector<uint64_t>& jobs) {
 
 void refuse_running(const FarmFolder& folder) {
   if (!fs::exists(folder.file("job.json"))) return;
-  const std::vector<uint64_t> jobs = jobs_of(read_record(folder));
+  const std::vector<uint64_t> jobs = read_record(folder).jobs();
   if (jobs.empty()) return;
   const std::vector<SlurmTask> tasks = tasks_of(jobs);
   if (tasks.empty()) return;
@@ -183,7 +174,7 @@ int check_checkpoints(const FarmFolder& folder, const FrameSettings& settings, u
   return there;
 }
 
-// What earlier jobs have said would be taken for these jobs'.
+// Otherwise the progress of earlier jobs would count as progress of these.
 void forget_progress(const FarmFolder& folder, const std::vector<uint32_t>& parts) {
   std::error_code ignored;
   for (const uint32_t part : parts) fs::remove(folder.progress(part), ignored);
@@ -192,7 +183,7 @@ void forget_progress(const FarmFolder& folder, const std::vector<uint32_t>& part
 
 std::vector<uint32_t> all_parts(uint32_t count) {
   std::vector<uint32_t> parts(count);
-  for (uint32_t i = 0; i < count; ++i) parts[i] = i + 1;
+  std::iota(parts.begin(), parts.end(), 1u);
   return parts;
 }
 
@@ -238,8 +229,7 @@ void submit(const FarmFolder& folder, FarmRecord& record, const std::vector<uint
   write_record(folder, record);  // a file that cannot be written is known before there are jobs
   try {
     if (!parts.empty()) {
-      // The signal a minute before the time limit is for the script's process: it saves what there
-      // is.
+      // The script's process gets a signal a minute before the time limit and saves the part.
       submitted.push_back(submit_job(
           record.request, folder.path, "part.sh",
           {"--array=" + ranges_of(parts), log_word(folder, "part-%a.log"), "--signal=B:TERM@60"}));
@@ -319,14 +309,14 @@ int retry_frame(const FarmFolder& folder) {
   read_settings(folder.file("settings.json"), settings);
   settings.scene = record.scene;
   check_checkpoints(folder, settings, record.parts);
-  const std::vector<SlurmTask> tasks = tasks_of(jobs_of(record));
+  const std::vector<SlurmTask> tasks = tasks_of(record.jobs());
   bool merge_waits = false;
   std::set<uint32_t> busy;
   std::vector<std::string> others;
   for (const SlurmTask& task : tasks) {
     merge_waits |= record.merge == task.job;
     if (!task.task || !busy.insert(*task.task).second) continue;
-    others.push_back(fmt::format("{}_{}", task.job, *task.task));
+    others.push_back(task.id());
   }
   std::vector<uint32_t> lacking;
   for (const uint32_t part : all_parts(record.parts)) {
@@ -347,7 +337,7 @@ int retry_frame(const FarmFolder& folder) {
 }
 
 int cancel_frame(const FarmFolder& folder) {
-  const std::vector<uint64_t> jobs = jobs_of(read_record(folder));
+  const std::vector<uint64_t> jobs = read_record(folder).jobs();
   if (jobs.empty())
     throw UsageError("{}: nothing was submitted to Slurm (farm --print)", folder.path);
   cancel_jobs(jobs);

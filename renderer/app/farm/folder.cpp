@@ -62,6 +62,12 @@ std::string FarmFolder::checkpoint(uint32_t part, uint32_t parts) const {
   return checkpoint_path(options);
 }
 
+std::vector<uint64_t> FarmRecord::jobs() const {
+  std::vector<uint64_t> jobs = arrays;
+  if (merge) jobs.push_back(*merge);
+  return jobs;
+}
+
 std::string record_json(const FarmRecord& record) {
   nlohmann::ordered_json json = {{"emberline_farm", kVersion},
                                  {"scene", record.scene},

@@ -24,7 +24,7 @@ std::string frame_file(std::string name);
 
 // Absolute paths. None of them has to be there.
 struct FarmFolder {
-  // Of an output as it was given, or of the folder itself.
+  // `name` is an output as it was given, or the folder itself.
   explicit FarmFolder(const std::string& name);
 
   std::string file(const std::string& name) const { return path + "/" + name; }
@@ -47,9 +47,11 @@ struct FarmRecord {
   SlurmRequest request;
   std::vector<uint64_t> arrays;   // of the parts, the last submitted last
   std::optional<uint64_t> merge;  // absent: nothing was submitted
+
+  std::vector<uint64_t> jobs() const;  // all of them
 };
 
-// Throws InputError where there is none, or one that cannot be: anything may stand there.
+// Throws InputError if there is no record or it is not a valid one: its contents are not trusted.
 FarmRecord read_record(const FarmFolder& folder);
 std::string record_json(const FarmRecord& record);
 

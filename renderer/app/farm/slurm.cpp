@@ -7,7 +7,6 @@
 #include <array>
 #include <filesystem>
 #include <sstream>
-#include <string_view>
 
 #include "renderer/app/farm/run_tool.h"
 #include "renderer/core/errors.h"
@@ -59,6 +58,10 @@ std::array<std::string, kCount> fields_of(const std::string& line) {
 
 }  // namespace
 
+std::string SlurmTask::id() const {
+  return task ? fmt::format("{}_{}", job, *task) : std::to_string(job);
+}
+
 bool is_partition(const std::string& text) {
   return std::ranges::all_of(text, [](char c) { return is_plain(c) || c == ','; });
 }
@@ -94,7 +97,7 @@ uint64_t submit_job(const SlurmRequest& request, const std::string& folder,
 std::optional<std::vector<SlurmTask>> queued_tasks(std::span<const uint64_t> jobs) {
   std::vector<SlurmTask> tasks;
   if (jobs.empty()) return tasks;
-  // One job each: of several, squeue says nothing of those that it has forgotten.
+  // One call for each job: asked about several, squeue omits the jobs that it has forgotten.
   for (const uint64_t job : jobs) {
     const auto result = run_tool({"squeue", "--noheader", "--array", "--format=%F|%K|%T|%N|%r",
                                   fmt::format("--jobs={}", job)});

@@ -10,7 +10,7 @@
 
 namespace emberline {
 
-// What each job asks for; absent: what the partition gives.
+// The resources that each job requests; absent: what the partition gives.
 struct SlurmRequest {
   std::string partition;
   std::optional<int> cpus;  // absent: a whole node
@@ -35,8 +35,10 @@ struct SlurmTask {
   std::optional<uint32_t> task;
   bool running = false;
   std::string state, node, reason;
+
+  std::string id() const;  // "JOB_TASK" or "JOB"
 };
-// Those of these jobs; nothing where nobody knows: no Slurm, or its controller does not answer.
+// The tasks of these jobs; nothing without Slurm or if its controller does not answer.
 std::optional<std::vector<SlurmTask>> queued_tasks(std::span<const uint64_t> jobs);
 
 // How those ended that are over, by "JOB" or "JOB_TASK": "FAILED", "NODE_FAIL". Empty without

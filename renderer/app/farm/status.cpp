@@ -78,7 +78,7 @@ bool read_progress(const std::string& path, PartStatus& status) {
   }
 }
 
-// Of a part that has said nothing.
+// The share that is done of a part without a progress file.
 double share_of_checkpoint(const std::string& path) {
   try {
     return InputFile::open_if_there(path) ? StoredFrame(path).share() : 0.0;
@@ -87,28 +87,24 @@ double share_of_checkpoint(const std::string& path) {
   }
 }
 
-// What Slurm knows, by "JOB_TASK" or "JOB".
+// Slurm's tasks by "JOB_TASK" or "JOB".
 struct Queue {
   bool known = false;
   std::map<std::string, SlurmTask> tasks;
   std::map<std::string, std::string> ended;
 
   explicit Queue(const FarmRecord& record) {
-    std::vector<uint64_t> jobs = record.arrays;
-    if (record.merge) jobs.push_back(*record.merge);
+    const std::vector<uint64_t> jobs = record.jobs();
     if (jobs.empty()) return;
     const auto queued = queued_tasks(jobs);
     known = queued.has_value();
     if (!queued) return;
-    for (const SlurmTask& task : *queued) {
-      tasks[task.task ? fmt::format("{}_{}", task.job, *task.task) : std::to_string(task.job)] =
-          task;
-    }
+    for (const SlurmTask& task : *queued) tasks[task.id()] = task;
     ended = ended_tasks(jobs);
   }
 };
 
-// What the part says of itself holds while it runs; whether it runs Slurm knows better.
+// The part knows how far it is; Slurm knows whether it runs.
 void apply(const Queue& queue, const std::string& id, PartStatus& status) {
   if (!queue.known || status.state == kDone) return;
   if (const auto task = queue.tasks.find(id); task != queue.tasks.end()) {
@@ -141,7 +137,7 @@ void explain(const std::string& log, PartStatus& status) {
   status.message = status.message.empty() ? line : status.message + ": " + line;
 }
 
-// Nobody but the part itself says that it runs.
+// Without Slurm only the part itself says that it runs.
 void doubt(const std::string& progress, PartStatus& status) {
   using namespace std::chrono;
   std::error_code error;

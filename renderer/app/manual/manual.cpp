@@ -2,39 +2,23 @@
 
 #include <algorithm>
 #include <cctype>
+#include <iterator>
 
 #include "renderer/core/version.h"
 
 namespace emberline {
 namespace {
 
-// groff_char(7): what would be typeset as something else, and what begins a request.
+// groff_char(7): what would be typeset as something else.
+constexpr std::pair<char, const char*> kEscapes[] = {
+    {'\\', "\\e"}, {'-', "\\-"}, {'\'', "\\(aq"}, {'`', "\\(ga"}, {'^', "\\(ha"}, {'~', "\\(ti"}};
+
 std::string roff(const std::string& text) {
-  std::string out;
-  if (text.starts_with('.') || text.starts_with('\'')) out = "\\&";
+  // These would begin a request.
+  std::string out = text.starts_with('.') || text.starts_with('\'') ? "\\&" : "";
   for (const char c : text) {
-    switch (c) {
-      case '\\':
-        out += "\\e";
-        break;
-      case '-':
-        out += "\\-";
-        break;
-      case '\'':
-        out += "\\(aq";
-        break;
-      case '`':
-        out += "\\(ga";
-        break;
-      case '^':
-        out += "\\(ha";
-        break;
-      case '~':
-        out += "\\(ti";
-        break;
-      default:
-        out += c;
-    }
+    const auto* const found = std::ranges::find(kEscapes, c, &std::pair<char, const char*>::first);
+    out += found == std::end(kEscapes) ? std::string(1, c) : found->second;
   }
   return out;
 }
@@ -84,7 +68,7 @@ std::string option_entries(const CommandHelp& command) {
   return text;
 }
 
-// What the root's page has beside its options.
+// A section of the root's page alone.
 std::string commands_section(const CommandHelp& root) {
   std::string text = ".SH COMMANDS\nEach has a page of its own.\n";
   for (const CommandHelp& command : root.commands) {

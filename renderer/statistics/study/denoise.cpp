@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "renderer/engine/render_clock.h"
+#include "renderer/engine/render_plan.h"
 #include "renderer/output/denoise_pass.h"
 
 namespace emberline {

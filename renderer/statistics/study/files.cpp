@@ -15,8 +15,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json number(double value) { return std::isfinite(value) ? Json(value) : Json(); }
-Json number(const std::optional<double>& value) { return value ? number(*value) : Json(); }
+// Numbers that are not finite are written as null, too.
+Json number(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
 
 double read_finite(const JsonReader& value) {
   return value.number(-std::numeric_limits<double>::max(), std::numeric_limits<double>::max());
@@ -47,12 +47,12 @@ Json checkpoint_json(const StudyCheckpoint& c) {
                {"wall_s", c.wall_s},
                {"cpu_s", c.cpu_s}};
   for (const StudyMetricEntry& metric : study_metric_table()) {
-    json[std::string(metric.name)] = number(c.error.*metric.value);
+    json[std::string(metric.name)] = c.error.*metric.value;
   }
-  json["signed_bias"] = number(c.error.signed_bias);
+  json["signed_bias"] = c.error.signed_bias;
   json["estimate"] = number(c.estimate);
-  json["filter_cpu_s"] = c.filter ? number(c.filter->cpu_s) : Json();
-  json["kept_share"] = c.filter ? number(c.filter->kept_share) : Json();
+  json["filter_cpu_s"] = c.filter ? Json(c.filter->cpu_s) : Json();
+  json["kept_share"] = c.filter ? Json(c.filter->kept_share) : Json();
   return json;
 }
 
@@ -78,26 +78,23 @@ Json run_object(const StudyRun& run) {
   Json json = {{"seed", run.seed},
                {"status", run.status == StudyRunStatus::kDone ? "done" : "failed"},
                {"reason", run.reason},
-               {"non_finite_samples", run.non_finite_samples}};
-  json["checkpoints"] = Json::array();
+               {"non_finite_samples", run.non_finite_samples},
+               {"checkpoints", Json::array()},
+               {"calibration", Json::array()}};
   for (const StudyCheckpoint& c : run.checkpoints) {
     json["checkpoints"].push_back(checkpoint_json(c));
   }
-  json["calibration"] = Json::array();
   for (const CalibrationPoint& p : run.calibration) {
-    json["calibration"].push_back({{"mean_samples", p.mean_samples},
-                                   {"estimate", p.estimate},
-                                   {"true_rms", number(p.true_rms)}});
+    json["calibration"].push_back(
+        {{"mean_samples", p.mean_samples}, {"estimate", p.estimate}, {"true_rms", p.true_rms}});
   }
   return json;
 }
 
 Json estimate_json(const std::optional<Estimate>& e) {
   if (!e) return nullptr;
-  return {{"value", number(e->value)},
-          {"low", number(e->low)},
-          {"high", number(e->high)},
-          {"runs", e->runs}};
+  return {
+      {"value", e->value}, {"low", number(e->low)}, {"high", number(e->high)}, {"runs", e->runs}};
 }
 
 std::optional<Estimate> ratio_of(const std::optional<Speedup>& speedup) {
@@ -138,17 +135,14 @@ Json metric_summary(const StudyResults& r, size_t method, StudyMetric metric) {
 }
 
 Json method_summary(const StudyResults& r, size_t method) {
-  Json json = {{"method", r.methods[method].name}};
   const FailureCount failed = failures(r, method);
-  json["failed_runs"] = failed.runs;
-  json["reason"] = failed.reason;
-  json["signed_bias"] = json["overhead"] = Json::array();
+  Json json = {{"method", r.methods[method].name}, {"failed_runs", failed.runs},
+               {"reason", failed.reason},          {"overhead", Json::array()},
+               {"signed_bias", Json::array()},     {"filter", Json::array()},
+               {"calibration", Json::array()}};
   for (size_t b = 0; b < r.settings.budgets.size(); ++b) {
     json["signed_bias"].push_back(estimate_json(signed_bias(r, method, b)));
     json["overhead"].push_back(estimate_json(overhead(r, method, b)));
-  }
-  json["filter"] = Json::array();
-  for (size_t b = 0; b < r.settings.budgets.size(); ++b) {
     const std::optional<FilterSummary> filter = filter_summary(r, method, b);
     if (!filter) continue;
     json["filter"].push_back({{"budget", r.settings.budgets[b]},
@@ -156,7 +150,6 @@ Json method_summary(const StudyResults& r, size_t method) {
                               {"kept_share", filter->kept_share},
                               {"estimate_ratio", estimate_json(filter->estimate_ratio)}});
   }
-  json["calibration"] = Json::array();
   for (const CalibrationGroup& group : calibration(r, method)) {
     json["calibration"].push_back(
         {{"mean_samples", group.mean_samples}, {"ratio", estimate_json(group.ratio)}});
@@ -168,9 +161,7 @@ Json method_summary(const StudyResults& r, size_t method) {
 }
 
 Json pairs_json(const std::vector<std::pair<std::string, std::string>>& pairs) {
-  Json json = Json::object();
-  for (const auto& [key, value] : pairs) json[key] = value;
-  return json;
+  return Json::object_t(pairs.begin(), pairs.end());
 }
 
 Json settings_json(const StudySettings& s) {
@@ -194,11 +185,11 @@ Json reference_json(const StudyReference& r) {
           {"seeds", r.seeds},
           {"two_halves", r.two_halves},
           {"noise",
-           {{"mse", number(r.noise_mse)},
-            {"relmse", number(r.noise_rel_mse)},
-            {"display_mse", number(r.noise_display_mse)},
-            {"bias", number(r.noise_bias)}}},
-          {"relmse_epsilon", number(r.rel_mse_epsilon)},
+           {{"mse", r.noise_mse},
+            {"relmse", r.noise_rel_mse},
+            {"display_mse", r.noise_display_mse},
+            {"bias", r.noise_bias}}},
+          {"relmse_epsilon", r.rel_mse_epsilon},
           {"exr", r.exr},
           {"png", r.png}};
 }
@@ -313,28 +304,26 @@ std::string study_csv(const StudyResults& results) {
 }
 
 std::string study_json(const StudyResults& results) {
-  Json json;
-  json["settings"] = settings_json(results.settings);
-  json["complete"] = results.complete;
-  json["reference"] = reference_json(results.reference);
-  json["neyman_limits"] = nullptr;
-  if (results.limits) {
-    json["neyman_limits"] = {{"mse", results.limits->mse},
-                             {"relmse", results.limits->rel_mse},
-                             {"display_mse", results.limits->display}};
+  Json json = {{"settings", settings_json(results.settings)},
+               {"complete", results.complete},
+               {"reference", reference_json(results.reference)},
+               {"neyman_limits", nullptr},
+               {"methods", methods_json(results)},
+               {"runs", Json::array()},
+               {"summary", Json::array()},
+               {"versions", pairs_json(results.settings.versions)}};
+  if (const auto& limits = results.limits) {
+    json["neyman_limits"] = {
+        {"mse", limits->mse}, {"relmse", limits->rel_mse}, {"display_mse", limits->display}};
   }
-  json["methods"] = methods_json(results);
-  json["runs"] = Json::array();
   for (const StudyRun& run : results.runs) {
     Json object = {{"method", results.methods[run.method].name}};
     object.update(run_object(run));
     json["runs"].push_back(object);
   }
-  json["summary"] = Json::array();
   for (size_t m = 0; m < results.methods.size(); ++m) {
     json["summary"].push_back(method_summary(results, m));
   }
-  json["versions"] = pairs_json(results.settings.versions);
   return dumped(json);
 }
 
@@ -368,11 +357,7 @@ std::string study_table(const StudyResults& r) {
     }
     if (!error(StudyMetric::kMse)) continue;
     std::optional<Estimate> bias = signed_bias(r, m, last);
-    if (bias) {
-      bias->value *= 100;
-      if (bias->low) *bias->low *= 100;
-      if (bias->high) *bias->high *= 100;
-    }
+    if (bias) bias = mapped(*bias, [](double share) { return 100 * share; });
     rows.push_back({r.methods[m].name, text_of(error(StudyMetric::kMse)),
                     text_of(error(StudyMetric::kRelMse)), speedup(StudyMetric::kMse),
                     speedup(StudyMetric::kRelMse), text_of(bias)});

@@ -1,4 +1,4 @@
-// What a study writes: its results as CSV and JSON, each finished run for a later start.
+// The files of a study: results as CSV and JSON, and each finished run for a later start.
 #pragma once
 
 #include <string>
@@ -15,7 +15,7 @@ namespace emberline {
 // back exactly; what has no value is empty.
 std::string study_csv(const StudyResults& results);
 
-// All of it, and under "summary" for each method what study_summary.h makes of it.
+// All results, and under "summary" the figures of study_summary.h for each method.
 std::string study_json(const StudyResults& results);
 
 // For people: each method's error, slope, speedup and overhead at the largest budget.

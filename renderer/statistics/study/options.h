@@ -1,4 +1,4 @@
-// What a study is told.
+// The options of a study.
 #pragma once
 
 #include <cstdint>
@@ -6,8 +6,6 @@
 #include <optional>
 #include <string>
 
-#include "renderer/drivers/adaptive/adaptive_settings.h"
-#include "renderer/drivers/adaptive/error_estimator.h"
 #include "renderer/engine/setting_table.h"
 #include "renderer/output/render_options.h"
 

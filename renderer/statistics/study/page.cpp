@@ -9,7 +9,6 @@
 #include <optional>
 #include <span>
 
-#include "io/files/atomic_file.h"
 #include "renderer/core/readable.h"
 #include "renderer/statistics/html_page.h"
 #include "renderer/statistics/study/page_pictures.h"
@@ -21,7 +20,7 @@ namespace {
 
 using Tone = PageCell::Tone;
 
-// What the page's charts and comparisons are of; the table of errors has all.
+// The metrics of charts and comparisons; the table of errors has all.
 constexpr std::array kShown = {StudyMetric::kRelMseTrimmed, StudyMetric::kRelMse, StudyMetric::kMse,
                                StudyMetric::kDisplay, StudyMetric::kFlip};
 
@@ -108,30 +107,10 @@ PageCell speedup_cell(const StudyResults& results, size_t method, StudyMetric me
   return compared_cell(speedup->ratio, results, true, speedup->extrapolated > 0 ? "\u00a0*" : "");
 }
 
-PageTable speedups_by_metric(const StudyResults& results, size_t budget, StudyAxis axis) {
-  return method_table(
-      results,
-      fmt::format("{}, at {}", axis == StudyAxis::kCpu ? "Processor time" : "Wall time",
-                  budget_text(results.settings, results.settings.budgets[budget])),
-      metric_names(kShown),
-      [&](size_t m, size_t c) { return speedup_cell(results, m, kShown[c], axis, budget); },
-      baseline_method(results));
-}
-
-PageTable speedups_by_budget(const StudyResults& results, StudyMetric metric) {
-  return method_table(
-      results, "Processor time to equal " + metric_name(metric), budget_names(results.settings),
-      [&](size_t m, size_t b) { return speedup_cell(results, m, metric, StudyAxis::kCpu, b); },
-      baseline_method(results));
-}
-
 // ---- curves ------------------------------------------------------------------------------------
 
-ChartPoint chart_point(const CurvePoint& point, StudyAxis axis) {
-  ChartPoint p{point.position(axis), point.error.value};
-  if (point.error.low) p.low = *point.error.low;
-  if (point.error.high) p.high = *point.error.high;
-  return p;
+ChartPoint chart_point(double x, const Estimate& y) {
+  return {x, y.value, y.low.value_or(NAN), y.high.value_or(NAN)};
 }
 
 Markup curve_chart(const StudyResults& results, StudyMetric metric, StudyAxis axis) {
@@ -148,7 +127,7 @@ Markup curve_chart(const StudyResults& results, StudyMetric metric, StudyAxis ax
     ChartSeries series{results.methods[m].name};
     series.spread = ChartSpread::kBand;
     for (const CurvePoint& point : study_curve(results, m, metric)) {
-      series.points.push_back(chart_point(point, axis));
+      series.points.push_back(chart_point(position(point, axis), point.error));
     }
     chart.series.push_back(std::move(series));
   }
@@ -211,9 +190,21 @@ void add_speedups(HtmlPage& page, const StudyResults& results) {
     return;
   }
   const size_t last = results.settings.budgets.size() - 1;
-  page.table(speedups_by_metric(results, last, StudyAxis::kCpu));
-  page.table(speedups_by_metric(results, last, StudyAxis::kWall));
-  if (last > 0) page.table(speedups_by_budget(results, StudyMetric::kRelMseTrimmed));
+  const std::string largest = budget_text(results.settings, results.settings.budgets[last]);
+  const auto add_by_metric = [&](const char* time, StudyAxis axis) {
+    page.table(method_table(
+        results, fmt::format("{}, at {}", time, largest), metric_names(kShown),
+        [&](size_t m, size_t c) { return speedup_cell(results, m, kShown[c], axis, last); },
+        baseline));
+  };
+  add_by_metric("Processor time", StudyAxis::kCpu);
+  add_by_metric("Wall time", StudyAxis::kWall);
+  if (last == 0) return;
+  constexpr StudyMetric kMetric = StudyMetric::kRelMseTrimmed;
+  page.table(method_table(
+      results, "Processor time to equal " + metric_name(kMetric), budget_names(results.settings),
+      [&](size_t m, size_t b) { return speedup_cell(results, m, kMetric, StudyAxis::kCpu, b); },
+      baseline));
 }
 
 void add_curves(HtmlPage& page, const StudyResults& results) {
@@ -272,12 +263,9 @@ void add_calibration(HtmlPage& page, const StudyResults& results) {
   for (size_t m = 0; m < results.methods.size(); ++m) {
     ChartSeries series{results.methods[m].name, {}, int(m)};
     for (const CalibrationGroup& group : calibration(results, m)) {
-      ChartPoint p{group.mean_samples, group.ratio.value};
-      if (group.ratio.low) p.low = *group.ratio.low;
-      if (group.ratio.high) p.high = *group.ratio.high;
-      series.points.push_back(p);
-      least = std::min(least, p.x);
-      most = std::max(most, p.x);
+      series.points.push_back(chart_point(group.mean_samples, group.ratio));
+      least = std::min(least, group.mean_samples);
+      most = std::max(most, group.mean_samples);
     }
     if (!series.points.empty()) chart.series.push_back(std::move(series));
   }
@@ -447,11 +435,6 @@ std::string study_page(const StudyResults& results, const std::string& folder) {
   add_runs(page, results);
   add_settings(page, results);
   return page.finish();
-}
-
-void write_study_page(const StudyResults& results, const std::string& folder) {
-  write_file_atomically((std::filesystem::path(folder) / "study.html").string(),
-                        study_page(results, folder));
 }
 
 }  // namespace emberline

@@ -11,7 +11,4 @@ namespace emberline {
 // that is missing is left out. Throws RenderError for a picture that cannot be encoded.
 std::string study_page(const StudyResults& results, const std::string& folder);
 
-// Writes it to FOLDER/study.html, which appears whole or not at all. Throws RenderError.
-void write_study_page(const StudyResults& results, const std::string& folder);
-
 }  // namespace emberline

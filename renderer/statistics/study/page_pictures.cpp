@@ -18,7 +18,7 @@
 namespace emberline {
 namespace {
 
-// What a page shows of a picture at most; larger ones are averaged down.
+// The largest picture on a page; larger ones are averaged down.
 constexpr int kMostPixels = 1280;
 // Side by side at most, and the width of the page that they share.
 constexpr int kInARow = 4, kPageWidth = 1300;
@@ -29,7 +29,7 @@ struct MethodPictures {
   std::optional<Plane> samples;
 };
 
-// Where a study has its pictures, of so many pixels each.
+// The folder of a study's pictures, of `pixels` pixels each.
 struct PictureFolder {
   std::string path;
   int64_t pixels;
@@ -204,31 +204,27 @@ void add_heatmaps(HtmlPage& page, const std::vector<MethodPictures>& methods, in
 
 // Running sums over rows and columns: the sum of any rectangle from four of them (Crow 1984,
 // "Summed-Area Tables for Texture Mapping").
-class SquaredDifferences {
- public:
-  SquaredDifferences(const ByteImage& a, const ByteImage& b) : stride_(size_t(a.width) + 1) {
-    sums_.assign(stride_ * (size_t(a.height) + 1), 0);
-    for (size_t y = 0; y < size_t(a.height); ++y) {
-      for (size_t x = 0; x < size_t(a.width); ++x) {
-        uint64_t square = 0;
-        for (size_t c = 0; c < 3; ++c) {
-          const size_t i = 3 * (y * size_t(a.width) + x) + c;
-          const int d = int(a.values[i]) - int(b.values[i]);
-          square += uint64_t(d * d);
-        }
-        sums_[(y + 1) * stride_ + x + 1] = square + sums_[y * stride_ + x + 1] +
-                                           sums_[(y + 1) * stride_ + x] - sums_[y * stride_ + x];
+struct SquaredDifferences {
+  SquaredDifferences(const ByteImage& a, const ByteImage& b) : stride(size_t(a.width) + 1) {
+    sums.resize(stride * (size_t(a.height) + 1));
+    for (size_t i = 0; i < a.values.size(); i += 3) {
+      uint64_t square = 0;
+      for (size_t c = i; c < i + 3; ++c) {
+        const int d = int(a.values[c]) - int(b.values[c]);
+        square += uint64_t(d * d);
       }
+      const size_t pixel = i / 3,
+                   at = (pixel / (stride - 1) + 1) * stride + pixel % (stride - 1) + 1;
+      sums[at] = square + sums[at - stride] + sums[at - 1] - sums[at - stride - 1];
     }
   }
+  uint64_t at(int x, int y) const { return sums[size_t(y) * stride + size_t(x)]; }
   uint64_t over(const Rect& r) const {
     return at(r.x1, r.y1) - at(r.x0, r.y1) - at(r.x1, r.y0) + at(r.x0, r.y0);
   }
 
- private:
-  uint64_t at(int x, int y) const { return sums_[size_t(y) * stride_ + size_t(x)]; }
-  size_t stride_;
-  std::vector<uint64_t> sums_;
+  size_t stride;
+  std::vector<uint64_t> sums;
 };
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "renderer/statistics/study/pictures.h"
 
+#include <algorithm>
+
 #include "io/files/input_file.h"
 #include "renderer/output/flip_picture.h"
 #include "renderer/output/rgb_file.h"
@@ -14,28 +16,24 @@ StudyPictures::StudyPictures(const StudyFolder& folder, const RenderOptions& fra
       transform_(std::make_shared<DisplayTransform>(frame.display)) {}
 
 StudyMethod::Pictures StudyPictures::names(const std::string& id) {
-  StudyMethod::Pictures pictures;
-  pictures.exr = "pictures/" + id + ".exr";
-  pictures.png = "pictures/" + id + ".png";
-  pictures.flip_png = "pictures/" + id + "_flip.png";
-  return pictures;
+  const std::string begin = "pictures/" + id;
+  return {.exr = begin + ".exr", .png = begin + ".png", .flip_png = begin + "_flip.png"};
 }
 
 bool StudyPictures::exist(const std::string& id) const {
   const StudyMethod::Pictures pictures = names(id);
-  for (const std::string& name : {pictures.exr, pictures.png, pictures.flip_png}) {
-    if (!file_identity(folder_.path(name))) return false;
-  }
-  return true;
+  const std::string files[] = {pictures.exr, pictures.png, pictures.flip_png};
+  return std::ranges::all_of(files, [&](const std::string& name) {
+    return file_identity(folder_.path(name)).has_value();
+  });
 }
 
-ExrHeader StudyPictures::header() const {
-  ExrHeader header;
-  header.width = frame_.width;
-  header.height = frame_.height;
-  header.data_window = crop_;
-  header.attributes = {{"emberline:command", frame_.command_line}};
-  return header;
+ExrHeader StudyPictures::header(std::vector<ExrChannel> channels) const {
+  return {.width = frame_.width,
+          .height = frame_.height,
+          .data_window = crop_,
+          .channels = std::move(channels),
+          .attributes = {{"emberline:command", frame_.command_line}}};
 }
 
 void StudyPictures::write_png(const std::string& name, std::vector<float> rgba) const {
@@ -45,9 +43,7 @@ void StudyPictures::write_png(const std::string& name, std::vector<float> rgba) 
 void StudyPictures::write(const std::string& id, const StudyPicture& picture,
                           const ReferencePicture& reference) const {
   const StudyMethod::Pictures files = names(id);
-  ExrHeader exr = header();
-  for (const char* name : {"R", "G", "B", "A"}) exr.channels.push_back({name});
-  exr.channels.push_back({"samples", ChannelType::kUint});
+  const ExrHeader exr = header({{"R"}, {"G"}, {"B"}, {"A"}, {"samples", ChannelType::kUint}});
   write_exr_file(folder_.path(files.exr), exr, picture.values);
   std::vector<float> rgba;
   rgba.reserve(picture.values.size() / kStudyPictureChannels * 4);
@@ -63,9 +59,7 @@ void StudyPictures::write(const std::string& id, const StudyPicture& picture,
 void StudyPictures::write_reference(const ReferencePicture& reference, StudyReference* out) const {
   out->exr = kReferenceExr;
   out->png = kReferencePng;
-  ExrHeader exr = header();
-  for (const char* name : {"R", "G", "B"}) exr.channels.push_back({name});
-  write_exr_file(folder_.path(out->exr), exr, reference.mean().rgb);
+  write_exr_file(folder_.path(out->exr), header({{"R"}, {"G"}, {"B"}}), reference.mean().rgb);
   std::vector<float> rgba;
   for (size_t i = 0; i < reference.mean().rgb.size(); i += 3) {
     rgba.insert(rgba.end(), &reference.mean().rgb[i], &reference.mean().rgb[i] + 3);

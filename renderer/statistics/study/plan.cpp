@@ -11,8 +11,8 @@
 #include "renderer/core/names.h"
 #include "renderer/core/option_values.h"
 #include "renderer/core/shortened.h"
-#include "renderer/drivers/driver_table.h"
 #include "renderer/engine/render_plan.h"
+#include "renderer/engine/setting_table.h"
 
 namespace emberline {
 namespace {
@@ -32,9 +32,9 @@ std::vector<std::string> split(std::string_view text, char separator) {
 }
 
 void refuse_repeated(const std::vector<std::string>& names, const std::string& option) {
-  for (size_t i = 0; i < names.size(); ++i) {
-    if (std::count(names.begin(), names.end(), names[i]) > 1) {
-      throw UsageError(option + ": '" + shortened(names[i]) + "' is listed twice");
+  for (const std::string& name : names) {
+    if (std::ranges::count(names, name) > 1) {
+      throw UsageError(option + ": '" + shortened(name) + "' is listed twice");
     }
   }
 }
@@ -49,27 +49,24 @@ std::vector<std::string> parse_names(const std::string& list, const char* option
 }
 
 struct EstimatorChoice {
-  std::string name;
-  std::optional<ErrorMetric> allocation;
-  bool unbiased = false;
-  std::string text;  // as given
+  std::string text;             // as given
+  FrameSettings settings = {};  // estimator, allocation and `unbiased` of it
 };
 
 EstimatorChoice parse_estimator(const std::string& text) {
   std::vector<std::string> parts = split(text, '/');
-  EstimatorChoice choice;
-  choice.text = text;
-  choice.name = find_named(estimator_table(), "`estimators`", "estimator", parts[0]).name;
-  parts.erase(parts.begin());
+  EstimatorChoice choice{text};
+  const auto take = [&](const char* setting) {
+    find_named(find_setting(setting)->choices, "`estimators`", setting, parts[0]);
+    find_setting(setting)->read(choice.settings, parts[0]);
+    parts.erase(parts.begin());
+  };
+  take("estimator");
   if (!parts.empty() && parts.back() == "unbiased") {
-    choice.unbiased = true;
+    choice.settings.unbiased = true;
     parts.pop_back();
   }
-  if (!parts.empty()) {
-    choice.allocation =
-        find_named(error_metric_table(), "`estimators`", "allocation", parts[0]).value;
-    parts.erase(parts.begin());
-  }
+  if (!parts.empty()) take("allocation");
   if (!parts.empty()) {
     throw UsageError("`estimators`: '" + shortened(text) +
                      "' is not ESTIMATOR[/ALLOCATION][/unbiased]");
@@ -130,12 +127,10 @@ PlannedMethod plan_method(const StudyOptions& options, const std::string& driver
   planned.id = driver;
   if (estimator) {
     m.name += "/" + estimator->text;
-    m.estimator = o.estimator = estimator->name;
-    o.allocation = estimator->allocation;
-    if (find_estimator(m.estimator).batch == 0) {
-      m.allocation = name_of(error_metric_table(), o.allocation.value_or(kDefaultAllocation));
-    }
-    m.unbiased = o.unbiased = estimator->unbiased;
+    m.estimator = o.estimator = estimator->settings.estimator;
+    o.allocation = estimator->settings.allocation;
+    m.allocation = allocation_of(o);
+    m.unbiased = o.unbiased = estimator->settings.unbiased;
     planned.id += "-" + m.estimator + (m.allocation.empty() ? "" : "-" + m.allocation) +
                   (m.unbiased ? "-unbiased" : "");
   }
@@ -148,7 +143,7 @@ PlannedMethod plan_method(const StudyOptions& options, const std::string& driver
   }
   planned.id += "-" + sampler;
   planned.separate = options.separate || options.denoise || m.denoised || is_fixed_count(sampler) ||
-                     find_named(driver_table(), "`drivers`", "driver", driver).tiles;
+                     finishes_tiles(o);
   return planned;
 }
 
@@ -215,7 +210,7 @@ StudyPlan plan_study(const StudyOptions& options) {
   check_count("reference-spp", options.reference_spp, 2, kMaxSamples);
   StudyPlan plan;
   const std::vector<std::string> drivers =
-      parse_names(options.drivers, "`drivers`", "driver", driver_table());
+      parse_names(options.drivers, "`drivers`", "driver", find_setting("driver")->choices);
   const std::vector<std::string> samplers = parse_samplers(options.samplers.value_or("sobol"));
   std::vector<EstimatorChoice> estimators;
   const std::vector<std::string> estimator_texts = split(options.estimators, ',');
@@ -237,7 +232,9 @@ StudyPlan plan_study(const StudyOptions& options) {
         if (!options.denoise || plan.methods.back().method.denoised) return;
         plan.methods.push_back(plan_method(options, driver, estimator, sampler, several, true));
       };
-      if (find_driver(driver).sharing != Sharing::kByError) {
+      FrameSettings alone;
+      alone.driver = driver;
+      if (shares_evenly(alone)) {
         add(nullptr);
         continue;
       }

@@ -24,6 +24,18 @@ void warn_of_counters(const RenderOptions& o, const RenderCounters& counters) {
   warn_of_optics(counters.optics);
 }
 
+StudyCheckpoint checkpoint(const Rect& crop, double budget, uint64_t samples, double wall_s,
+                           double cpu_s, const std::optional<double>& estimate = {}) {
+  return {.budget = budget,
+          .samples = samples,
+          .mean_samples = double(samples) / double(crop.area()),
+          .wall_s = wall_s,
+          .cpu_s = cpu_s,
+          .error = {},
+          .estimate = estimate,
+          .filter = {}};
+}
+
 // Keeps the delivered tiles' channels.
 class TileKeeper : public RenderSink {
  public:
@@ -97,7 +109,7 @@ class ProgressiveKeeper final : public TileKeeper {
       const double budget = budgets_[pictures.size()];
       const double spent_so_far = by_time_ ? wall : double(now.samples) / double(crop_.area());
       if (spent_so_far < budget) return;
-      pictures.push_back({budget, now.samples, wall, cpu, std::nullopt, with_counts(picture)});
+      pictures.push_back({checkpoint(crop_, budget, now.samples, wall, cpu), with_counts(picture)});
     }
   }
   std::vector<float> rgba(const LivePicture& picture) const {
@@ -149,20 +161,15 @@ std::optional<StudyPicture> StudyRenderer::render(const RenderOptions& options, 
                                                   const std::stop_token& stop) const {
   const RenderPlan plan(options, {.aovs = aovs});
   TileKeeper keeper(crop_, aovs, on_samples_);
-  StudyPicture picture;
   const RenderClock clock;
   const std::unique_ptr<RenderJob> job = plan.prepare(*scene_, camera_, stop);
   const RenderCounters counters = job->render(keeper, stop).counters;
-  picture.wall_s = clock.seconds();
-  picture.cpu_s = clock.cpu_seconds();
+  const double wall = clock.seconds(), cpu = clock.cpu_seconds();
   if (counters.stopped) return std::nullopt;
   warn_of_counters(options, counters);
-  picture.non_finite_samples = counters.non_finite_samples;
   job->deliver(keeper);
-  picture.samples = counters.samples;
-  picture.estimate = job->error_estimate();
-  picture.values = keeper.take_values();
-  return picture;
+  return StudyPicture{checkpoint(crop_, 0, counters.samples, wall, cpu, job->error_estimate()),
+                      keeper.take_values(), counters.non_finite_samples};
 }
 
 ProgressiveFrame StudyRenderer::render_progressive(const RenderOptions& options,
@@ -187,8 +194,9 @@ ProgressiveFrame StudyRenderer::render_progressive(const RenderOptions& options,
     const std::optional<double> estimate = job->error_estimate();
     const std::vector<float> values = keeper.take_values();
     while (result.pictures.size() < budgets.size()) {
-      result.pictures.push_back(
-          {budgets[result.pictures.size()], counters.samples, wall, cpu, estimate, values});
+      result.pictures.push_back({checkpoint(crop_, budgets[result.pictures.size()],
+                                            counters.samples, wall, cpu, estimate),
+                                 values});
     }
     if (estimate) {
       result.claims.push_back(

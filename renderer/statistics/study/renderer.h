@@ -11,7 +11,6 @@
 
 #include "io/files/register.h"
 #include "renderer/engine/open_scene.h"
-#include "renderer/film/film_channels.h"
 #include "renderer/output/render_options.h"
 #include "renderer/scene/camera.h"
 #include "renderer/statistics/error_metrics.h"
@@ -19,24 +18,21 @@
 
 namespace emberline {
 
+class AovSet;
+
 // R G B A samples, of a picture on its way; a finished frame may have more behind them.
 inline constexpr size_t kStudyPictureChannels = 5;
 
-// Of the tiles in which a frame is denoised.
+// The side of the tiles in which a frame is denoised.
 inline constexpr int kStudyTile = 64;
 
-// A frame as it was at some moment: interleaved channels, of the crop.
-struct StudyPicture {
-  double budget = 0;
-  uint64_t samples = 0;
-  double wall_s = 0, cpu_s = 0;  // of rendering, without the copying of pictures
-  std::optional<double> estimate;
+// A frame as it was at some moment, not measured yet: interleaved channels, of the crop.
+struct StudyPicture : StudyCheckpoint {
   std::vector<float> values;        // R G B A samples; of a whole frame all of film_channels()
   uint64_t non_finite_samples = 0;  // of a whole frame
-  std::optional<StudyFilter> filter = {};  // of a denoised picture; its time is in the times
 };
 
-// What a driver claimed of the picture at the end of a round, and that picture.
+// The error that a driver claimed for the picture at the end of a round, and that picture.
 struct ClaimedError {
   uint64_t samples = 0;
   double estimate = 0;

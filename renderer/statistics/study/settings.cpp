@@ -9,10 +9,9 @@ namespace emberline {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
 Json as_json(const SettingTexts& settings) {
-  Json json = Json::object();
-  for (const auto& [name, value] : settings) json[name] = value;
-  return json;
+  return Json::object_t(settings.begin(), settings.end());
 }
 
 std::string line(const Json& json) {

@@ -1,4 +1,4 @@
-// What the pixels and times of a study depend on: for its records, and as keys of what is kept.
+// The settings that pixels and times of a study depend on: for its records, and as keys of files.
 #pragma once
 
 #include <string>

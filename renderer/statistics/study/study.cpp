@@ -41,7 +41,14 @@ uint32_t to_samples(double samples) {
   return uint32_t(std::clamp(samples, 1.0, double(kMaxSamples)));
 }
 
-// Of --reference, before anything takes time.
+StudyRun failed_run(const std::string& reason) {
+  StudyRun run;
+  run.status = StudyRunStatus::kFailed;
+  run.reason = reason;
+  return run;
+}
+
+// Reads --reference before anything takes time.
 std::optional<RgbImage> read_reference(const StudyOptions& options, const LoadLimits& limits) {
   if (options.reference.empty()) return std::nullopt;
   const RenderOptions& frame = options.frame;
@@ -87,7 +94,7 @@ void Study::reserve_frames() {
   reserve_pixels(most + references, renderer_.crop(), memory_);
 }
 
-// All that it will write, but for settings, pace and the reference's halves.
+// The files that it will write, but for settings, pace and the halves of the reference.
 std::vector<std::string> Study::file_names() const {
   std::vector<std::string> names = {"study.csv", "study.json", "study.html",
                                     StudyPictures::kReferenceExr, StudyPictures::kReferencePng};
@@ -120,17 +127,17 @@ void Study::describe_settings(int threads) {
 
 // Renders frames of more and more samples until one has taken long enough; samples a second.
 double Study::warm_up(const PlannedMethod& method) const {
-  const double wanted = plan_.by_time
-                            ? std::max(kWarmUpSeconds, kWarmUpShare * plan_.budgets.back())
-                            : kWarmUpSeconds;
+  const double largest = plan_.budgets.back();
+  const double wanted =
+      plan_.by_time ? std::max(kWarmUpSeconds, kWarmUpShare * largest) : kWarmUpSeconds;
   const uint32_t most =
-      plan_.by_time ? kMaxSamples : std::min(kMostWarmUpSamples, to_samples(plan_.budgets.back()));
-  double pace = 0;
+      plan_.by_time ? kMaxSamples : std::min(kMostWarmUpSamples, to_samples(largest));
   for (uint32_t samples = 1;; samples *= 2) {
     const RenderOptions frame = frame_options(method, samples, options_.frame.seed + kWarmUpSeed);
     const std::optional<StudyPicture> picture = renderer_.render(frame, aovs_of(frame), {});
-    pace = double(picture->samples) / std::max(1e-6, picture->wall_s);
-    if (picture->wall_s >= wanted || 2 * samples > most) return pace;
+    if (picture->wall_s >= wanted || 2 * samples > most) {
+      return double(picture->samples) / std::max(1e-6, picture->wall_s);
+    }
   }
 }
 
@@ -145,12 +152,8 @@ void Study::prepare_pace() {
       measured.samples_per_s[method.id] = 1;  // its runs will fail alike, and be shown
     }
   }
-  if (const std::optional<StudyPace> before = folder_.read_pace()) {
-    pace_ = *before;
-    pace_.samples_per_s.merge(measured.samples_per_s);  // of methods that are new
-  } else {
-    pace_ = measured;
-  }
+  pace_ = folder_.read_pace().value_or(StudyPace());
+  pace_.samples_per_s.merge(measured.samples_per_s);  // of methods that are new
   if (pace_.reference_spp == 0) pace_.reference_spp = reference_samples();
   folder_.write_pace(pace_);
 }
@@ -167,7 +170,7 @@ uint32_t Study::samples_for(const PlannedMethod& method, double budget) const {
   return to_samples(std::floor(largest_budget(method) * budget / plan_.budgets.back()));
 }
 
-// Of both halves.
+// For both halves together.
 uint32_t Study::reference_samples() const {
   double most = 1;
   for (const PlannedMethod& method : plan_.methods) most = std::max(most, largest_budget(method));
@@ -219,12 +222,10 @@ void Study::find_reference() {
 // False if stopped.
 bool Study::complete_reference() {
   if (!reference_.picture) {
-    for (size_t half = 0; half < 2; ++half) {
-      if (!reference_.halves[half]) {
-        reference_.halves[half] =
-            render_reference_half(renderer_, reference_.requests[half], stop_);
-      }
-      if (!reference_.halves[half]) return false;
+    for (size_t i = 0; i < 2; ++i) {
+      std::optional<ReferenceHalf>& half = reference_.halves[i];
+      if (!half) half = render_reference_half(renderer_, reference_.requests[i], stop_);
+      if (!half) return false;
     }
     const std::array<ReferenceHalf, 2> halves = {*reference_.halves[0], *reference_.halves[1]};
     reference_.picture.emplace(reference_picture(halves[0], renderer_.crop()),
@@ -236,7 +237,7 @@ bool Study::complete_reference() {
   return true;
 }
 
-// Of an earlier start; and those that are impossible, which need no rendering.
+// Finds the runs of an earlier start, and those that are impossible and need no rendering.
 void Study::find_finished_runs() {
   for (uint32_t k = 0; k < seeds_; ++k) {
     const uint32_t seed = options_.frame.seed + k;
@@ -244,9 +245,7 @@ void Study::find_finished_runs() {
       const PlannedMethod& method = plan_.methods[m];
       std::optional<StudyRun> run;
       if (!method.impossible.empty()) {
-        run.emplace();
-        run->status = StudyRunStatus::kFailed;
-        run->reason = method.impossible;
+        run = failed_run(method.impossible);
         run->seed = seed;
       } else if (k > 0 || pictures_.exist(method.id)) {
         run = folder_.read_run(method.id, seed);
@@ -313,15 +312,8 @@ StudyRun Study::measure(const ProgressiveFrame& frame) const {
   StudyRun run;
   run.non_finite_samples = frame.non_finite_samples;
   for (const StudyPicture& picture : frame.pictures) {
-    StudyCheckpoint& c = run.checkpoints.emplace_back();
-    c.budget = picture.budget;
-    c.samples = picture.samples;
-    c.mean_samples = double(picture.samples) / pixels;
-    c.wall_s = picture.wall_s;
-    c.cpu_s = picture.cpu_s;
-    c.estimate = picture.estimate;
-    c.filter = picture.filter;
-    c.error = reference_.picture->measure(
+    run.checkpoints.push_back(picture);
+    run.checkpoints.back().error = reference_.picture->measure(
         to_rgb_image(picture.values, kStudyPictureChannels, renderer_.crop()));
   }
   for (const ClaimedError& claim : frame.claims) {
@@ -332,7 +324,7 @@ StudyRun Study::measure(const ProgressiveFrame& frame) const {
   return run;
 }
 
-// Nothing if stopped. What goes wrong is the run's own failure, and the study goes on.
+// Nothing if stopped. A run that throws counts as failed, and the study goes on.
 std::optional<StudyRun> Study::make_run(size_t m, uint32_t seed) {
   const PlannedMethod& method = plan_.methods[m];
   StudyRun run;
@@ -340,18 +332,14 @@ std::optional<StudyRun> Study::make_run(size_t m, uint32_t seed) {
     const std::optional<ProgressiveFrame> frame = render_run(method, seed);
     if (!frame) return std::nullopt;
     run = measure(*frame);
-    run.method = m;
-    run.seed = seed;
     if (seed == options_.frame.seed) {
       pictures_.write(method.id, frame->pictures.back(), *reference_.picture);
     }
   } catch (const std::exception& error) {
-    run = {};
-    run.method = m;
-    run.seed = seed;
-    run.status = StudyRunStatus::kFailed;
-    run.reason = error.what();
+    run = failed_run(error.what());
   }
+  run.method = m;
+  run.seed = seed;
   // A failure is tried again by the next start.
   if (run.status == StudyRunStatus::kDone) folder_.write_run(method.id, run);
   return run;
@@ -417,14 +405,13 @@ void Study::write_results(WriteAttempts& attempts) {
     pictures.mean_samples = first->checkpoints.back().mean_samples;
     pictures.wall_s = first->checkpoints.back().wall_s;
   }
-  const auto write = [&](const char* name, std::string (*text)(const StudyResults&)) {
+  const auto write = [&](const char* name, const auto& text) {
     const std::string path = folder_.path(name);
     attempts.attempt(path, [&] { write_file_atomically(path, text(results_)); });
   };
   write("study.csv", study_csv);
   write("study.json", study_json);
-  attempts.attempt(folder_.path("study.html"),
-                   [&] { write_study_page(results_, options_.folder); });
+  write("study.html", [&](const StudyResults& r) { return study_page(r, options_.folder); });
 }
 
 StudyOutcome make_study(const StudyOptions& options, const std::string& folder,

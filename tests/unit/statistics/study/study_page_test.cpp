@@ -192,11 +192,6 @@ TEST_F(StudyPage, NamesAreText) {
   expect_text(read, odd);
 }
 
-TEST_F(StudyPage, IsWrittenIntoTheFolder) {
-  write_study_page(study(2), folder_.path());
-  EXPECT_GT(std::filesystem::file_size(folder_ / "study.html"), 10000u);
-}
-
 // The literal search: every place on the grid, the sum over its pixels.
 TEST(MostDifferentSquares, AreTheWorstAndDoNotOverlap) {
   ByteImage a{.width = 40, .height = 24, .values = std::vector<uint8_t>(40 * 24 * 3, 50)};
