@@ -35,6 +35,10 @@ def visible(folder):
 
 ALLOWED = {folder: visible(folder) for folder in BELOW}
 
+# Clients render through the engine. They include nothing of what it renders with: how a frame is made is its business.
+CLIENTS = ("renderer/api", "renderer/app", "renderer/session", "renderer/statistics/study", "renderer/window")
+INSIDE = ("integrators/", "renderer/drivers/", "renderer/film/")
+
 # Embree is named in one header; only the folder's own sources may include it.
 EMBREE = re.compile(r"#include\s*<embree")
 OURS = re.compile(r'#include\s*"([^"]+)"')
@@ -104,6 +108,8 @@ def main(root):
                     failures.append(f"{name}: includes {included}, which is not in the tree")
             elif target is not None and (target not in ALLOWED[folder] or is_inside(folder, included)):
                 failures.append(f"{name}: {folder} may not include {included}")
+            elif folder.startswith(CLIENTS) and included.startswith(INSIDE):
+                failures.append(f"{name}: a client of the engine does not include {included}")
     for folder in BELOW:
         if not any((root / folder).rglob("*.h")):
             failures.append(f"{folder}: no headers; is it still there?")
