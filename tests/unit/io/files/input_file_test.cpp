@@ -1,6 +1,7 @@
 // The door through which files are read: what is no regular file is refused, at once.
 #include "io/files/input_file.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -69,6 +70,22 @@ TEST(InputFile, IdentityIsThatOfTheFileAndNotOfItsName) {
   EXPECT_EQ(file_identity(folder / "soft"), a);
   EXPECT_NE(file_identity(folder / "b"), a);
   EXPECT_FALSE(file_identity(folder / "none"));
+}
+
+TEST(InputFile, StateIsThatOfItsOpening) {
+  const TempFolder folder;
+  write_text(folder / "a", "a");
+  const NamedFile then = InputFile(folder / "a").named("it");
+  EXPECT_EQ(then.name, "it");
+  EXPECT_EQ(then.path, (folder / "a").string());
+  ASSERT_TRUE(file_now(folder / "a"));
+  EXPECT_EQ(file_now(folder / "a")->state, then.state);
+  EXPECT_EQ(file_now(folder / "a")->identity, then.identity);
+  const timespec other[2] = {{1, 2}, {3, 4}};
+  ASSERT_EQ(::utimensat(AT_FDCWD, (folder / "a").c_str(), other, 0), 0);
+  EXPECT_EQ(file_now(folder / "a")->state, (FileState{1, 3'000'000'004}));
+  EXPECT_NE(file_now(folder / "a")->state, then.state);
+  EXPECT_FALSE(file_now(folder / "none"));
 }
 
 TEST(InputFile, KernelTextsHaveNoSize) {

@@ -34,6 +34,15 @@ TEST(StudyPlan, CountsAndPartsAreCheckedForEveryClient) {
   EXPECT_THROW(plan_study(options), UsageError) << "it is rendered in two halves";
   options.reference_spp = 2;
   EXPECT_NO_THROW(plan_study(options));
+  options.frame.light_groups = true;
+  EXPECT_THROW(plan_study(options), UsageError);
+  options.frame.light_groups = false;
+  options.frame.seed = 7;
+  EXPECT_NO_THROW(plan_study(options));
+  options.reference = "a.exr";
+  options.cache = "folder";
+  EXPECT_THROW(plan_study(options), UsageError) << "nothing is kept of a given reference";
+  options.reference = options.cache = "";
   options.frame.part = FramePart{1, 2};
   EXPECT_THROW(plan_study(options), UsageError);
 }
