@@ -58,8 +58,8 @@ template <class T>
 
 inline Vec3d to_double(const Vec3f& v) { return {v.x, v.y, v.z}; }
 inline Vec3f to_float(const Vec3d& v) { return {float(v.x), float(v.y), float(v.z)}; }
-// An affine matrix's image of a point; Imath's own divides by w.
 inline Vec3d row(const Mat44d& m, int i) { return {m[i][0], m[i][1], m[i][2]}; }
+// An affine matrix's image of a point; Imath's own divides by w.
 inline Vec3d transform_point(const Mat44d& m, const Vec3d& p) {
   return fma(row(m, 0), p.x, fma(row(m, 1), p.y, fma(row(m, 2), p.z, row(m, 3))));
 }
