@@ -37,6 +37,15 @@ void check_suits(const FrameSettings& settings, const Access::SceneState& scene)
         "`cryptomatte`: the scene was loaded without the names of its nodes; load it with this "
         "setting");
   }
+  FrameSettings posed = scene.open->settings();
+  posed.aovs = settings.aovs;
+  const bool animated = !scene.open->editable().original().animations.empty();
+  if (animated && chosen_time(posed) && load_options(posed).later &&
+      !load_options(scene.open->settings()).later) {
+    throw emberline::UsageError(
+        "`aov` velocity: the scene was loaded without where it is a frame later; load it with this "
+        "setting");
+  }
   const bool shows_uv =
       find_integrator(settings.integrator).shows_uv || aovs_of(settings).contains(Aov::kUv);
   if (shows_uv && !built.unread_uv) {
@@ -76,6 +85,20 @@ RenderOptions options_of(const Access::SceneState& scene, const FrameSettings& s
   options.outputs = {"picture.exr"};
   check_suits(settings, scene);
   return options;
+}
+
+std::string own_pose(const Access::SceneState& scene, const RenderOptions& options) {
+  const auto text_of = [](const FrameSettings& settings) {
+    std::string text;
+    for (const std::string_view name : {"animation", "time", "frame", "fps", "shutter"}) {
+      text += find_setting(name)->text(settings) + ";";
+    }
+    return text;
+  };
+  FrameSettings expected = options;
+  if (!options.edits.empty()) apply_animation(scene.animation, expected);
+  const std::string pose = text_of(scene.open->settings());
+  return pose == text_of(expected) ? "" : pose;
 }
 
 FrameParts::FrameParts(const Access::SceneState& scene, const FrameSettings& settings)

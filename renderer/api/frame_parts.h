@@ -17,6 +17,9 @@ bool is_of_scene(SettingGroup group);
 
 // As the command has them for an EXR, which has the channels of a picture. What decided how the
 // scene was loaded is the scene's. Throws UsageError for settings that do not go with the scene's.
+// The scene's pose, if the options and their edits would give it another one; empty otherwise.
+std::string own_pose(const Access::SceneState& scene, const RenderOptions& options);
+
 RenderOptions options_of(const Access::SceneState& scene, const FrameSettings& settings);
 
 struct FrameParts {

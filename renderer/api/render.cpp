@@ -131,6 +131,9 @@ void open_checkpoint(const RenderOptions& options, const RenderPlan& plan,
   LoadProgress progress({}, give_up, scene.limits);
   nlohmann::json inputs = scene.files.fingerprints(options, progress);
   if (scene.edited && !scene.edited->empty()) inputs["the program's edits"] = *scene.edited;
+  if (const std::string pose = own_pose(scene, options); !pose.empty()) {
+    inputs["the program's pose"] = pose;
+  }
   checkpoint.open(checkpoint_head(options, plan, layers, inputs), false, {}, most, job);
 }
 
@@ -165,10 +168,9 @@ RenderedPicture render_picture(const Access::SceneState& state, const RenderOpti
       reserved(options, output, parts.layers, plan, threads, state.limits);
   const EndOfFrame end(watch.stop, watch.give_up, options.time_limit_s);
   tbb::task_arena arena(threads);
-  const emberline::Scene& scene = state.open->scene();
-  RenderJob job(
-      arena.execute([&] { return plan.frame(scene, parts.camera, parts.of_scene, end.token()); }),
-      plan.drivers());
+  const std::unique_ptr<RenderJob> prepared = arena.execute(
+      [&] { return plan.prepare(*state.open, parts.camera, parts.of_scene, end.token()); });
+  RenderJob& job = *prepared;
   FrameCheckpoint checkpoint(options);
   open_checkpoint(options, plan, parts.layers, state, 2 * memory.bytes(), watch.give_up, job,
                   checkpoint);

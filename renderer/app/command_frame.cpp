@@ -177,7 +177,8 @@ void CommandFrame::note_picture(const JobProgress& now, const LivePicture& pictu
 
 void CommandFrame::resume() {
   if (checkpoint_path(options_).empty()) return;
-  const nlohmann::json& inputs = run_.scene.inputs(options_, progress_);
+  LoadProgress progress({}, {}, run_.limits);  // of its own time: the scene is loaded
+  const nlohmann::json& inputs = run_.scene.inputs(options_, progress);
   checkpoint_.open(checkpoint_head(options_, plan_, layers_, inputs), is_own_checkpoint(options_),
                    take_checkpoint_request, 2 * memory_.bytes(), *job_);
   report_.earlier_samples = job_->counters().samples;
@@ -250,8 +251,13 @@ void CommandFrame::write() {
   // A picture that is whole does not give way to one that is not.
   const auto may_write = [&] { return options_.extended.empty() || !unfinished(); };
   if (may_write()) {
-    run_.arena->execute([&] { job_->deliver(watcher); });
-    denoise();
+    try {
+      run_.arena->execute([&] { job_->deliver(watcher); });
+      denoise();
+    } catch (...) {
+      checkpoint_.not_written(report_.counters.stopped, *job_);
+      throw;
+    }
   }
   report_.complete = result_.complete && !half_denoised_;
   if (may_write()) {

@@ -56,7 +56,7 @@ SceneParts OpenScene::Parts::pointers() const {
 }
 
 std::unique_ptr<OpenScene> ReadScene::build(LoadProgress& progress) && {
-  std::unique_ptr<OpenScene> open(new OpenScene(options_, source_));
+  std::unique_ptr<OpenScene> open(new OpenScene(options_, settings_, source_));
   open->parts_ = OpenScene::Parts(*this);
   open->coverage_ = description_.coverage;
   open->repairs_ = description_.repairs;
@@ -97,13 +97,14 @@ bool OpenScene::pose(ReadScene read, LoadProgress& progress) {
     source_->fail();
     source_->begin();
     read.read({}, progress);
-    OpenScene anew(options_, source_);
+    OpenScene anew(options_, read.settings_, source_);
     anew.build(read, progress);
     if (editable_) anew.editable_->set(read.edits_);
     scene_ = std::move(anew.scene_);
     editable_ = std::move(anew.editable_);
   }
   std::exchange(read.source_, nullptr)->stand();
+  settings_ = std::move(read.settings_);
   parts_ = std::move(parts);
   coverage_ = std::move(coverage);
   repairs_ = repairs;

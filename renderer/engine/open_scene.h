@@ -68,6 +68,8 @@ class OpenScene {
   const Scene& scene() const { return editable_ ? editable_->scene() : *scene_; }
   // Valid until the scene is posed.
   SceneParts parts() const { return parts_.pointers(); }
+  // The settings that it was read with, with animation, time and shutter of its edits.
+  const FrameSettings& settings() const { return settings_; }
   // Reports on the file in the current pose.
   const CoverageReport& coverage() const { return coverage_; }
   const LoadRepairs& repairs() const { return repairs_; }
@@ -99,12 +101,14 @@ class OpenScene {
     std::optional<SurfaceRoles> roles;
   };
 
-  OpenScene(const OpenOptions& options, std::shared_ptr<SceneSource> source)
-      : options_(options), source_(std::move(source)) {}
+  OpenScene(const OpenOptions& options, const FrameSettings& settings,
+            std::shared_ptr<SceneSource> source)
+      : options_(options), settings_(settings), source_(std::move(source)) {}
   void build(ReadScene& read, LoadProgress& progress);
   bool repose(ReadScene& read, LoadProgress& progress);
 
   OpenOptions options_;
+  FrameSettings settings_;
   std::shared_ptr<SceneSource> source_;  // goes last
   std::unique_ptr<Scene> scene_;
   std::optional<EditableScene> editable_;

@@ -55,8 +55,8 @@ class TileStore {
 
 struct RenderResult {
   RenderCounters counters;
-  // All samples were rendered, or a time limit ended a frame that has a whole picture. (A frame of
-  // tiles has none before its last tile.)
+  // All samples were rendered, or a time limit ended a frame whose pixels all have samples. (A
+  // frame of tiles has no picture before its last tile.)
   bool complete = false;
 };
 

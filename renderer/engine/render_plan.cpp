@@ -21,6 +21,11 @@ constexpr uint32_t kDefaultSamples = 64;
 // A pixel that never meets the threshold ends here, if no other limit is given.
 constexpr uint32_t kDefaultMostSamples = 4096;
 
+// The time that the shutter is open, in frames; 1 for an instant.
+double shutter_frames_of(const FrameSettings& settings) {
+  return is_instant(settings) ? 1.0 : settings.shutter->close - settings.shutter->open;
+}
+
 // The requested number of streams, or `least`.
 StreamCount streams_of(const FrameSettings& o, StreamCount least) {
   if (o.streams) return static_cast<StreamCount>(*o.streams);
@@ -81,7 +86,7 @@ RenderPlan::RenderPlan(const FrameSettings& s, const PrepareOptions& options)
       even(shares_evenly(s)),
       seed(s.seed),
       aovs(aovs_of(s)),
-      shutter_frames(is_instant(s) ? 1.0 : s.shutter->close - s.shutter->open),
+      shutter_frames(shutter_frames_of(s)),
       clamp_indirect(s.clamp_indirect.value_or(0.0f)),
       find_empty_pixels(options.find_empty_pixels),
       filter(s.filter_radius ? PixelFilter::create(s.filter, *s.filter_radius)
@@ -125,7 +130,15 @@ std::shared_ptr<const LightGuide> guide_by_all_light(const Scene& scene) {
 
 std::unique_ptr<RenderJob> RenderPlan::prepare(const OpenScene& scene, const Camera& camera,
                                                const std::stop_token& stop) const {
-  return std::make_unique<RenderJob>(frame(scene.scene(), camera, scene.parts(), stop), drivers());
+  return prepare(scene, camera, scene.parts(), stop);
+}
+
+std::unique_ptr<RenderJob> RenderPlan::prepare(const OpenScene& scene, const Camera& camera,
+                                               const SceneParts& parts,
+                                               const std::stop_token& stop) const {
+  Frame whole = frame(scene.scene(), camera, parts, stop);
+  whole.shutter_frames = shutter_frames_of(scene.settings());
+  return std::make_unique<RenderJob>(std::move(whole), drivers());
 }
 
 std::unique_ptr<RenderJob> RenderPlan::prepare_stage(const OpenScene& scene, const Camera& camera,
@@ -133,6 +146,7 @@ std::unique_ptr<RenderJob> RenderPlan::prepare_stage(const OpenScene& scene, con
   DriverSettings settings = driver_settings;
   settings.explained = stage.explained;
   Frame part = frame(scene.scene(), camera, {.light_groups = stage.light_groups});
+  part.shutter_frames = shutter_frames_of(scene.settings());
   part.crop = stage.crop;
   part.samples_per_pixel = stage.samples_per_pixel;
   part.exact_counts = even || find_driver(stage.driver).sharing == Sharing::kEven;

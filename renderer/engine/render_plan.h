@@ -52,6 +52,9 @@ struct RenderPlan {
   // (renderer/scene/light_survey.h), until a stop is requested; such a job must not render.
   std::unique_ptr<RenderJob> prepare(const OpenScene& scene, const Camera& camera,
                                      const std::stop_token& stop) const;
+  // With these parts in place of the open scene's.
+  std::unique_ptr<RenderJob> prepare(const OpenScene& scene, const Camera& camera,
+                                     const SceneParts& parts, const std::stop_token& stop) const;
   // A job for a stage. Its samples are those of the frame.
   std::unique_ptr<RenderJob> prepare_stage(const OpenScene& scene, const Camera& camera,
                                            const StageOptions& stage) const;

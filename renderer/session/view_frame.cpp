@@ -117,13 +117,15 @@ void ViewFrame::render_region() {
 RenderCounters ViewFrame::render_stage(Stage stage, std::unique_ptr<RenderJob>& job,
                                        const std::string& name, const Rect& crop,
                                        uint32_t samples_per_pixel) {
-  stage_ = stage;
-  stage_name_ = name;
   StageOptions options = {name, crop, samples_per_pixel, {}, groups_.get()};
   const bool in_frame = explained_ && crop.contains(explained_->x, explained_->y);
   if (stage == Stage::kMain && in_frame) options.explained = explained_;
-  job = prepared_.plan.prepare_stage(*request_.scene->scene, camera_, options);
-  reserve(crop, job->kept_bytes_per_pixel());
+  std::unique_ptr<RenderJob> prepared =
+      prepared_.plan.prepare_stage(*request_.scene->scene, camera_, options);
+  reserve(crop, prepared->kept_bytes_per_pixel());
+  job = std::move(prepared);
+  stage_ = stage;
+  stage_name_ = name;
   stage_end_ = std::stop_source();
   const std::stop_callback with_the_frame(stop_->token(), [this] { stage_end_.request_stop(); });
   return job->render(*this, stage_end_.get_token()).counters;

@@ -91,6 +91,14 @@ TEST_F(AnimationOption, VelocityLeavesThePictureItsBits) {
     with.channels.erase("velocity.Y");
     EXPECT_EQ(with.channels, without.channels);
   }
+  // The shutter may be an edit.
+  const Words view = {"--look-from", "0,0.2,3", "--look-at", "0,1,0", "--aov", "velocity"};
+  std::ofstream(path("shutter.json"))
+      << R"({"emberline_edits": 1, "animation": {"name": "sink", "time": 1, "shutter_open": 0,
+             "shutter_close": 0.5}})";
+  EXPECT_EQ(
+      picture(view + Words{"--edits", path("shutter.json")}).channels,
+      picture(view + Words{"--animation", "sink", "--time", "1", "--shutter", "0,0.5"}).channels);
   // At rest nothing goes anywhere, but for a turntable's camera.
   const ExrPicture at_rest = picture({"--aov", "velocity"});
   EXPECT_EQ(at_rest.channels.at("velocity.X"), std::vector<float>(256, 0.0f));

@@ -289,21 +289,25 @@ bool RoundPlanner::share_by_deviation() {
 
 // Every pixel meets the threshold. Those that trace light and have met none of its noise,
 // neighbours included, double their samples while there are few of them, as in a small bucket that
-// is black after its pilot because light comes by one path in thousands.
+// is black after its pilot because light comes by one path in thousands. An unbiased round needs
+// samples of every pixel: with one of those, all double.
 bool RoundPlanner::resample_noise_free_pixels() {
+  const size_t pixels = targets_.size();
   const auto noiseless = [&](size_t i) {
     return errors_.error[i] <= kNoNoise * settings_.threshold &&
            statistics_.cost[i] > kCameraRayCost;
   };
+  bool all = false;
+  for (size_t i = 0; settings_.unbiased && i < pixels && !all; ++i) all = noiseless(i);
   uint64_t samples = 0;
-  for (size_t i = 0; i < targets_.size(); ++i) samples += noiseless(i) ? targets_[i] : 0;
-  const bool affordable =
-      settings_.budget == 0 ||
-      spent_ + double(samples) <= double(settings_.budget) * double(targets_.size());
+  for (size_t i = 0; i < pixels; ++i) samples += all || noiseless(i) ? targets_[i] : 0;
+  const bool affordable = settings_.budget == 0 ||
+                          spent_ + double(samples) <= double(settings_.budget) * double(pixels);
   if (settings_.threshold <= 0.0f || samples >= kNoiselessSamples || !affordable) return false;
   const auto most = std::min(uint32_t(most_samples(settings_)), kNoiselessGrowth * pilot_);
+  if (all && std::ranges::max(targets_) >= most) return false;
   set_targets([&](size_t i, uint32_t have, float) {
-    return noiseless(i) ? std::max(have, std::min(2 * have, most)) : have;
+    return all || noiseless(i) ? std::max(have, std::min(2 * have, most)) : have;
   });
   return true;
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
@@ -247,6 +248,73 @@ TEST_F(LibraryCheckpoints, TheScenesFilesAreThoseThatWereLoaded) {
   const Scene scene(path("box.glb"), settings);
   fs::last_write_time(path("box.glb"), fs::file_time_type::clock::now() + std::chrono::hours(1));
   EXPECT_TRUE(refused(scene)) << "its time is another";
+}
+
+// Some tiles meet the threshold while a few of their pixels have met no noise: every pixel must get
+// samples in a round all the same. A tile that is saved can be read again.
+TEST_F(LibraryCheckpoints, UnbiasedTilesAreFiniteAndCanBeRead) {
+  const Settings settings = small("bucket")
+                                .set("size", "64x64")
+                                .set("max-depth", "16")
+                                .set("bucket-size", "8")
+                                .set("noise-threshold", "0.05")
+                                .set("spp", "64")
+                                .set("unbiased", "yes");
+  const Scene scene = box(settings);
+  RenderFiles files = RenderFiles::at(path("unbiased"));
+  files.keep = true;
+  const Picture picture = render(files, scene, settings);
+  EXPECT_TRUE(std::ranges::all_of(picture.values, [](float v) { return std::isfinite(v); }));
+  files.resume = true;
+  std::vector<std::string> messages;
+  set_log([&](Message, std::string_view text) { messages.emplace_back(text); });
+  EXPECT_EQ(render(files, scene, settings).values, picture.values);
+  for (const std::string& text : messages) {
+    EXPECT_EQ(text.find("damaged"), std::string::npos) << text;
+  }
+}
+
+// What settings and edits file would give is another pose than the scene has: the checkpoint says
+// so, and neither the command nor a scene at rest goes on with it.
+TEST_F(LibraryCheckpoints, AreOfTheScenesPose) {
+  const std::string edits = path("edits.json");
+  std::ofstream(edits) << R"({"emberline_edits": 1, "animation": {"time": 0.1}})";
+  const std::string blade = EMBERLINE_SCENES "/moving_blade.glb";
+  const Settings plain = small("bisection"), edited = small("bisection").set("edits", edits);
+  RenderFiles files = RenderFiles::at(path("posed"));
+  files.keep = true;
+  {
+    Scene posed(blade, edited);
+    posed.edit(R"({"emberline_edits": 1})");
+    render(files, posed, plain);
+  }
+  files.resume = true;
+  EXPECT_THROW(render(files, Scene(blade, plain), plain), InputError);
+
+  files = RenderFiles::at(path("rest"));
+  files.keep = true;
+  {
+    Scene at_rest = Scene::animated(blade, edited);
+    at_rest.pose(plain);
+    render(files, at_rest, plain);
+  }
+  files.resume = true;
+  EXPECT_THROW(render(files, Scene(blade, edited), plain), InputError);
+  EXPECT_NO_THROW({
+    Scene at_rest = Scene::animated(blade, edited);
+    at_rest.pose(plain);
+    render(files, at_rest, plain);
+  });
+}
+
+// A picture most of whose pixels are their neighbours' is none that is done.
+TEST_F(LibraryCheckpoints, ATimeLimitBeforeEveryPixelHasASampleIsNotComplete) {
+  for (const char* const driver : {"bisection", "adaptive"}) {
+    const Settings settings = small(driver).set("size", "2048x2048").set("time-limit", "0.001");
+    const Picture picture = render(box(settings), settings);
+    EXPECT_LT(picture.samples, 2048u * 2048) << driver;
+    EXPECT_FALSE(picture.complete) << driver;
+  }
 }
 
 }  // namespace
