@@ -1,6 +1,7 @@
 // --animation, --time, --frame: the scene in a pose of the file's animations.
 #include "cli/command_test.h"
 
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include "support/animated_gltf.h"
 

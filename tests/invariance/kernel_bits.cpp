@@ -95,7 +95,7 @@ void warps() {
   for (uint32_t i = 0; i < kRounds; ++i) {
     const Vec2f u = random.square();
     bits.add(square_to_disk(u), square_to_cosine_hemisphere(u), square_to_sphere(u));
-    bits.add(square_to_cone(u, 0.01f), square_to_triangle(u));
+    bits.add(square_to_triangle(u));
   }
   bits.print("warps");
 }
