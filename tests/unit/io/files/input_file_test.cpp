@@ -77,7 +77,7 @@ TEST(InputFile, StateIsThatOfItsOpening) {
   write_text(folder / "a", "a");
   const NamedFile then = InputFile(folder / "a").named("it");
   EXPECT_EQ(then.name, "it");
-  EXPECT_EQ(then.path, (folder / "a").string());
+  EXPECT_EQ(then.path, folder / "a");
   ASSERT_TRUE(file_now(folder / "a"));
   EXPECT_EQ(file_now(folder / "a")->state, then.state);
   EXPECT_EQ(file_now(folder / "a")->identity, then.identity);
