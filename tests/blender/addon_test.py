@@ -116,7 +116,7 @@ def killed(options, folder):
     child = child_of(process, folder)
     os.kill(process.pid, signal.SIGKILL)
     process.wait()
-    for _ in range(100):
+    for _ in range(1200):
         time.sleep(0.05)
         left = list((folder / "tmp mit Ä").rglob("emberline*"))
         if not running(child) and not left:

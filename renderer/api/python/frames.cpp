@@ -127,9 +127,7 @@ py::dict matte_names(Scene& scene, const api::Settings* settings, const py::kwar
   return mattes_dict(result_of([&](Call&) { return api::matte_names(*scene.scene, all); }));
 }
 
-}  // namespace
-
-void add_frames(py::module_& module) {
+void add_frame_types(py::module_& module) {
   py::class_<Progress>(module, "Progress", "How far a render has come.")
       .def_readonly("samples", &Progress::samples)
       .def_readonly("error_estimate", &Progress::error_estimate, "Of the picture of now, or None.")
@@ -147,6 +145,12 @@ void add_frames(py::module_& module) {
       .def_property_readonly(
           "mattes", [](const api::StoredFrame& stored) { return mattes_dict(stored.mattes); },
           "As matte_names() has them.");
+}
+
+}  // namespace
+
+void add_frames(py::module_& module) {
+  add_frame_types(module);
   module.def(
       "stored_frame",
       [](const py::object& checkpoint) {
