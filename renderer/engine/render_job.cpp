@@ -77,9 +77,7 @@ RenderJob::~RenderJob() = default;
 RenderResult RenderJob::render(RenderSink& sink, std::stop_token stop) {
   RenderLoop loop(frame_, sink, std::move(stop), counters_);
   drivers_.tiles ? render_tiles(loop) : render_crop(loop);
-  // By tiles, the least is that of finished ones: others may have no sample.
-  const bool whole = !drivers_.tiles && counters_.min_samples > 0;
-  const bool ended_by_time = sink.stop_cause() == PixelStop::kTimeLimit && whole;
+  const bool ended_by_time = sink.stop_cause() == PixelStop::kTimeLimit && !drivers_.tiles;
   return {counters_, !counters_.stopped || ended_by_time};
 }
 

@@ -55,8 +55,8 @@ class TileStore {
 
 struct RenderResult {
   RenderCounters counters;
-  // All samples were rendered, or a time limit ended a frame whose pixels all have samples. (A
-  // frame of tiles has no picture before its last tile.)
+  // All samples were rendered, or a time limit ended a frame whose picture has no holes: pixels
+  // without samples are filled from their neighbours. (A frame of tiles has none before its last.)
   bool complete = false;
 };
 

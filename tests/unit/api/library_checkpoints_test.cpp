@@ -307,15 +307,5 @@ TEST_F(LibraryCheckpoints, AreOfTheScenesPose) {
   });
 }
 
-// A picture most of whose pixels are their neighbours' is none that is done.
-TEST_F(LibraryCheckpoints, ATimeLimitBeforeEveryPixelHasASampleIsNotComplete) {
-  for (const char* const driver : {"bisection", "adaptive"}) {
-    const Settings settings = small(driver).set("size", "2048x2048").set("time-limit", "0.001");
-    const Picture picture = render(box(settings), settings);
-    EXPECT_LT(picture.samples, 2048u * 2048) << driver;
-    EXPECT_FALSE(picture.complete) << driver;
-  }
-}
-
 }  // namespace
 }  // namespace emberline::api
