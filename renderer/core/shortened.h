@@ -9,8 +9,9 @@ namespace emberline {
 // Cut to a length that fits a message.
 inline std::string shortened(std::string_view text) {
   constexpr size_t kLongest = 80;
-  if (text.size() <= kLongest) return std::string(text);
-  return std::string(text.substr(0, kLongest)) + "...";
+  std::string cut(text.substr(0, kLongest));
+  if (cut.size() < text.size()) cut += "...";
+  return cut;
 }
 
 // A whole message. What is longer than any that this program has to say is cut in its middle: its
