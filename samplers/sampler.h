@@ -124,6 +124,7 @@ struct SamplerEntry {
   SampleCounts counts;
   ConvergenceRate rate;
   std::unique_ptr<Sampler> (*create)(const SamplerSettings&);
+  bool weighted = false;  // Sampler::integration_weight() is not always 1
 };
 std::span<const SamplerEntry> sampler_table();
 

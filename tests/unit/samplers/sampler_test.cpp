@@ -318,5 +318,13 @@ TEST(SamplerTable, UnknownNameListsTheValidOnes) {
   EXPECT_THROW(create_sampler("Sobol", {}), UsageError);
 }
 
+// Of a sampler that weighs its points, the first of three weighs more or less than the others.
+TEST(SamplerTable, SaysWhichSamplersWeighTheirPoints) {
+  for (const SamplerEntry& entry : sampler_table()) {
+    const float weight = entry.create({StreamCount::kOne, 4, 8, 8})->integration_weight(0, 3);
+    EXPECT_EQ(weight != 1.0f, entry.weighted) << entry.name;
+  }
+}
+
 }  // namespace
 }  // namespace emberline
