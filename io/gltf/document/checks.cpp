@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <ranges>
 #include <utility>
 #include <vector>
 
@@ -281,8 +280,10 @@ void check_gltf_cameras_and_lights(GltfDocument& document) {
     const std::string type = object.at("type").get<std::string>();
     const auto found = std::ranges::find(types, type, &Types::value_type::first);
     if (found == types.end()) {
+      std::vector<std::string_view> names;
+      for (const auto& [name, parameters] : types) names.push_back(name);
       throw InputError(place + "/type", "unknown type \"{}\", expected one of {}", shortened(type),
-                       fmt::join(types | std::views::keys, ", "));
+                       fmt::join(names, ", "));
     }
     if (found->second && !object.contains(type)) {
       throw InputError(place, "the required member \"{}\" is missing", type);
