@@ -37,8 +37,7 @@ void check_suits(const FrameSettings& settings, const Access::SceneState& scene)
         "`cryptomatte`: the scene was loaded without the names of its nodes; load it with this "
         "setting");
   }
-  FrameSettings posed = scene.open->settings();
-  posed.aovs = settings.aovs;
+  const FrameSettings posed = scene.open->posed(settings);
   const bool animated = !scene.open->editable().original().animations.empty();
   if (animated && chosen_time(posed) && load_options(posed).later &&
       !load_options(scene.open->settings()).later) {
@@ -66,7 +65,8 @@ Camera camera_of(const Access::SceneState& state, const FrameSettings& settings)
   FrameSettings still = settings;
   still.turntable.reset();
   const CameraDescription camera = choose_camera(still, views, state.open->editable().edits());
-  return create_camera(settings, turned(camera, settings, state.bounds), state.open->scene());
+  return create_camera(settings, turned(camera, state.open->posed(settings), state.bounds),
+                       state.open->scene());
 }
 
 }  // namespace

@@ -133,7 +133,7 @@ void CommandFrame::build() {
   const bool builds = read_->read.has_value();
   const PosedScene& posed = run_.scene.build(*std::exchange(read_, std::nullopt), progress_);
   const Scene& scene = posed.open->scene();
-  camera_ = create_camera(options_, posed.pose.camera_of(options_), scene);
+  camera_ = create_camera(options_, posed.camera_of(options_), scene);
   report_.times.build_s = build.seconds();
   posed.report(report_);
   report_.budget = run_.limits.memory;

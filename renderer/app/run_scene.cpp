@@ -23,8 +23,8 @@ auto first_time(const Step& step) {
 
 }  // namespace
 
-CameraDescription ScenePose::camera_of(const FrameSettings& settings) const {
-  return turned(camera, settings, bounds);
+CameraDescription PosedScene::camera_of(const FrameSettings& settings) const {
+  return turned(pose.camera, open->posed(settings), pose.bounds);
 }
 
 void PosedScene::report(RenderReport& report) const {

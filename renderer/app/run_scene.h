@@ -28,8 +28,6 @@ struct ScenePose {
   std::optional<double> time;  // seconds; absent: at rest
   CameraDescription camera;    // without a turntable
   WorldBounds bounds;          // for one
-
-  CameraDescription camera_of(const FrameSettings& settings) const;
 };
 
 // The scene of a frame that is read and not built.
@@ -44,6 +42,7 @@ struct PosedScene {
   ScenePose pose;
   size_t warnings = 0;  // when it was built: those of the scene, and of every frame
 
+  CameraDescription camera_of(const FrameSettings& settings) const;
   void report(RenderReport& report) const;
 };
 

@@ -17,8 +17,8 @@ class FilmTile;
 class LightMix;
 struct RenderPlan;
 
-// The frame as it can be shown while it renders: complete at every moment, the pixels without
-// samples filled from their neighbours. Coordinates are pixels of the frame, inside rect().
+// The frame as it can be shown while it renders: complete at every moment. A job fills pixels
+// without samples from their neighbours. Coordinates are pixels of the frame, inside rect().
 class LivePicture {
  public:
   virtual ~LivePicture() = default;

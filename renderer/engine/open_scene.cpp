@@ -74,6 +74,15 @@ void OpenScene::build(ReadScene& read, LoadProgress& progress) {
   }
 }
 
+FrameSettings OpenScene::posed(FrameSettings settings) const {
+  settings.animation = settings_.animation;
+  settings.time = settings_.time;
+  settings.frame = settings_.frame;
+  settings.fps = settings_.fps;
+  settings.shutter = settings_.shutter;
+  return settings;
+}
+
 bool OpenScene::can_pose() const { return source_->is_open(); }
 
 ReadScene OpenScene::read(const FrameSettings& settings, SceneEdits edits, LoadProgress& progress) {

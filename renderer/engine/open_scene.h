@@ -70,6 +70,8 @@ class OpenScene {
   SceneParts parts() const { return parts_.pointers(); }
   // The settings that it was read with, with animation, time and shutter of its edits.
   const FrameSettings& settings() const { return settings_; }
+  // Other settings with the animation, time and shutter that the scene is posed for.
+  FrameSettings posed(FrameSettings settings) const;
   // Reports on the file in the current pose.
   const CoverageReport& coverage() const { return coverage_; }
   const LoadRepairs& repairs() const { return repairs_; }

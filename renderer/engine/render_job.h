@@ -103,8 +103,8 @@ class RenderJob final : public LivePicture {
   // After render(), once: calls end(), then passes a kept film to the sink as finished tiles.
   void deliver(RenderSink& sink);
 
-  // The most bytes per pixel of the crop that render() and deliver() keep, without workers' tiles;
-  // 0 by tiles.
+  // The most bytes per pixel of the crop that are kept, without workers' tiles and what deliver()
+  // adds for layers (shown_layer_bytes_per_pixel); 0 by tiles.
   uint64_t kept_bytes_per_pixel() const;
   // Bytes of film and driver now.
   uint64_t film_bytes() const;

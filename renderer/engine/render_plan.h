@@ -55,9 +55,11 @@ struct RenderPlan {
   // With these parts in place of the open scene's.
   std::unique_ptr<RenderJob> prepare(const OpenScene& scene, const Camera& camera,
                                      const SceneParts& parts, const std::stop_token& stop) const;
-  // A job for a stage. Its samples are those of the frame.
+  // A job for a stage, without roles and mattes. Its samples are those of the frame, unless the
+  // sampler weighs them by their number.
   std::unique_ptr<RenderJob> prepare_stage(const OpenScene& scene, const Camera& camera,
                                            const StageOptions& stage) const;
+  // The frame alone. A shutter that an edits file has is not in it: prepare() knows the scene's.
   Frame frame(const Scene& scene, const Camera& camera, const SceneParts& parts = {},
               const std::stop_token& stop = {}) const;
   DriverFactory drivers() const { return driver_factory(driver->name, driver_settings); }

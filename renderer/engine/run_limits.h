@@ -21,7 +21,7 @@ struct LimitOptions {
   std::optional<uint64_t> texture_bytes = {};  // absent: all of them are held in memory
 };
 
-// A new budget, and the time from now on.
+// A new budget. The time runs from the LoadProgress that gets the limits.
 LoadLimits limits_of(const LimitOptions& options, const std::string& scene);
 
 // Limits for reading a picture of this many pixels that a run wrote: no more than such a picture

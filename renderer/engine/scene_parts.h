@@ -7,7 +7,7 @@ class CryptomatteIds;
 class LightGroups;
 class SurfaceRoles;
 
-// Null: the settings name nothing of that kind. Valid while the built scene is.
+// Null: the settings name nothing of that kind. Valid until the scene is posed.
 struct SceneParts {
   const LightGroups* light_groups = nullptr;
   const CryptomatteIds* cryptomattes = nullptr;
