@@ -66,28 +66,27 @@ struct SampleBatch {
   bool nothing_ahead = false;  // it is known that none of the rays meets a surface
   bool surface_aovs = false;   // fill SampleValue::first_hit
   bool hit_id = false;         // fill first_hit.id alone
-  // With surface_aovs: fill first_hit.velocity of what is hit, too; the shutter is open for so many
-  // frames. 0: no.
+  // With surface_aovs: also fill first_hit.velocity of surfaces, for a shutter that is open for
+  // this number of frames. 0: no velocity.
   double velocity_frames = 0.0;
-  // Where the radiance comes from, if that is asked for: both or neither. The values arrive without
-  // light; what is added there adds up to SampleValue::radiance.
+  // The radiance by light group: both pointers or neither. The values arrive without light; the
+  // groups' shares add up to SampleValue::radiance.
   const LightGroups* light_groups = nullptr;
   LightGroupValues* light_values = nullptr;
-  // By which paths it comes, likewise: values by PathLayers::place_of.
+  // The same by light path: values by PathLayers::place_of.
   const PathLayers* path_layers = nullptr;
   LightGroupValues* layer_values = nullptr;
-  // Of the light samples; null: none.
+  // Guides light samples; null: none.
   const LightGuide* guide = nullptr;
-  // What each sample shows, if that is asked for: as many as there are rays, empty when they
-  // arrive.
+  // For the denoiser: one for each ray, which arrives empty. No span: not recorded.
   std::span<DenoiserFeatures> features = {};
-  // Which surfaces camera rays see otherwise, and those that went straight through smooth panes;
-  // null: none. Of `path` and `direct`.
+  // Holdouts and catchers, for camera rays, also straight through smooth panes; null: none. Only
+  // `path` and `direct` know them.
   const SurfaceRoles* roles = nullptr;
-  // What catchers receive, if that is asked for: as many as there are rays, empty when they arrive.
+  // Light on catchers: one for each ray, which arrives empty. No span: not recorded.
   std::span<CatcherSample> catcher_samples = {};
-  // Then, where there is an environment: chooses its samples by all of its light, as no BSDF sample
-  // finds what MIS compensation leaves out.
+  // With catchers and an environment: samples the environment by all of its light, since no BSDF
+  // sample finds the light that MIS compensation leaves out.
   const LightGuide* catcher_guide = nullptr;
   // The solids that each ray begins in: as many as there are rays. Null: all begin outside.
   const Interior* interiors = nullptr;

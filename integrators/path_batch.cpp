@@ -241,7 +241,7 @@ float PathBatch<kGlass, kSplit>::way_so_far(uint32_t depth, const ShadedPoint& p
   return depth == 0 ? path.hit.t : (point.surface.position - path.last.query.point).length();
 }
 
-// What the path went through on its way to the point.
+// Multiplies the throughput by the absorption on the way to the point.
 template <bool kGlass, bool kSplit>
 void PathBatch<kGlass, kSplit>::absorb(uint32_t depth, const ShadedPoint& point, Path* path) const {
   if constexpr (kGlass) {
@@ -411,7 +411,7 @@ void PathBatch<kGlass, kSplit>::connect_lanes(LaneList lanes, const LightRequest
   for (const int lane : lanes) add_connection(lane);
 }
 
-// What would arrive if nothing were in the way; false: nothing.
+// Sets up the light that arrives if nothing is in the way; false: none.
 template <bool kGlass, bool kSplit>
 bool PathBatch<kGlass, kSplit>::connect(int lane) {
   const ShadedPoint& point = points_[lane];
@@ -515,7 +515,7 @@ void PathBatch<kGlass, kSplit>::add_light(int lane, Way way, Found found, uint32
   }
 }
 
-// What the path does at its vertex if it goes on along wi, local.
+// The kind of event at the path's vertex for a continuation along wi, in local space.
 template <bool kGlass, bool kSplit>
 typename PathBatch<kGlass, kSplit>::FirstEvent PathBatch<kGlass, kSplit>::event_along(
     int lane, const Vec3f& wi, bool transmitted, bool delta) {
@@ -728,8 +728,8 @@ void PathBatch<kGlass, kSplit>::see_nothing(LaneList* missed, std::span<SampleVa
   });
 }
 
-// Ends the paths of camera rays that have met a holdout, or a catcher that is not to be seen. Of
-// catchers behind each other, seen through those that are panes, the last one counts.
+// Ends the paths of camera rays that have met a holdout or an invisible catcher. If a camera ray
+// passes several catchers that are panes, the last one counts.
 template <bool kGlass, bool kSplit>
 void PathBatch<kGlass, kSplit>::see_roles(std::span<SampleValue> values, uint32_t depth) {
   alive_.filter([&](int lane) {
@@ -797,7 +797,7 @@ void PathBatch<kGlass, kSplit>::see_environment(const LaneList& missed) {
   }
 }
 
-// Of a light; 0 where there are no groups.
+// The group of a light; 0 without groups.
 template <bool kGlass, bool kSplit>
 uint32_t PathBatch<kGlass, kSplit>::group_of(const LightSample& light) const {
   if (!kSplit || !batch_.light_groups) return 0;

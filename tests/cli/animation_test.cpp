@@ -97,9 +97,11 @@ TEST_F(AnimationOption, VelocityLeavesThePictureItsBits) {
   std::ofstream(path("shutter.json"))
       << R"({"emberline_edits": 1, "animation": {"name": "sink", "time": 1, "shutter_open": 0,
              "shutter_close": 0.5}})";
-  EXPECT_EQ(
-      picture(view + Words{"--edits", path("shutter.json")}).channels,
-      picture(view + Words{"--animation", "sink", "--time", "1", "--shutter", "0,0.5"}).channels);
+  const Words shutter = {"--animation", "sink", "--time", "1", "--shutter", "0,0.5"};
+  for (const Words& turn : {Words{}, Words{"--turntable", "2/36"}}) {
+    EXPECT_EQ(picture(view + turn + Words{"--edits", path("shutter.json")}).channels,
+              picture(view + turn + shutter).channels);
+  }
   // At rest nothing goes anywhere, but for a turntable's camera.
   const ExrPicture at_rest = picture({"--aov", "velocity"});
   EXPECT_EQ(at_rest.channels.at("velocity.X"), std::vector<float>(256, 0.0f));

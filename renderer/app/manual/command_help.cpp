@@ -22,7 +22,7 @@ std::vector<std::string> suffixes_in(const std::string& text) {
   return found;
 }
 
-// Of the type "cull|show" both, of "NAME|INDEX|all" the last.
+// Adds the words of a type that are values themselves: "all" of "NAME|INDEX|all".
 void add_literals(OptionHelp& help) {
   std::istringstream words(help.type);
   for (std::string word; std::getline(words, word, '|');) {

@@ -287,10 +287,10 @@ bool RoundPlanner::share_by_deviation() {
   return true;
 }
 
-// Every pixel meets the threshold. Those that trace light and have met none of its noise,
-// neighbours included, double their samples while there are few of them, as in a small bucket that
-// is black after its pilot because light comes by one path in thousands. An unbiased round needs
-// samples of every pixel: with one of those, all double.
+// Every pixel meets the threshold. Pixels that trace light but have seen no noise, neighbours
+// included, double their samples while there are few of them: a small bucket may be black after its
+// pilot because light comes by one path in thousands. An unbiased round needs samples of every
+// pixel, so there all pixels double if one does.
 bool RoundPlanner::resample_noise_free_pixels() {
   const size_t pixels = targets_.size();
   const auto noiseless = [&](size_t i) {
