@@ -300,7 +300,9 @@ void add_session_options(CLI::App* app, SessionOptions& o) {
 }
 
 void add_info_options(CLI::App* app, InfoOptions& o) {
-  app->add_option("scene", o.scene, "a .gltf or .glb file")->required();
+  CLI::Option* scene = app->add_option("scene", o.scene, "a .gltf or .glb file");
+  app->add_flag("--channels", o.channels, "the channels that pictures can have, without a scene")
+      ->excludes(scene);
   app->add_flag("--json", o.json, "machine-readable");
   add_settings(app, o.settings, {kLoading});
   add_limits(app, o.limits);

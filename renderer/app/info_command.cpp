@@ -14,6 +14,7 @@
 #include "renderer/description/framing.h"
 #include "renderer/engine/frame_scene.h"
 #include "renderer/engine/worker_threads.h"
+#include "renderer/output/channel_list.h"
 #include "renderer/scene/build_scene.h"
 
 namespace emberline {
@@ -190,6 +191,11 @@ std::string as_text(const Json& j) {
 }  // namespace
 
 int run_info(const InfoOptions& options) {
+  if (options.channels) {
+    print_result(channel_list(options.json));
+    return kExitDone;
+  }
+  if (options.scene.empty()) throw UsageError("scene is required");
   const WorkerThreads workers(0);
   LoadProgress progress({}, {}, limits_of(options.limits, options.scene));
   SceneDescription scene = load_gltf(options.scene, load_options(options.settings), progress);

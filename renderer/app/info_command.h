@@ -1,4 +1,5 @@
-// `emberline info`: what is in a scene, which features it needs, what is approximated or ignored.
+// `emberline info`: what is in a scene, which features it needs, what is approximated or ignored;
+// or which channels pictures can have.
 #pragma once
 
 #include <string>
@@ -10,7 +11,8 @@
 namespace emberline {
 
 struct InfoOptions {
-  std::string scene;
+  std::string scene;      // unless `channels`
+  bool channels = false;  // the table of channels instead
   bool json = false;
   FrameSettings settings;  // how it is loaded
   LimitOptions limits;

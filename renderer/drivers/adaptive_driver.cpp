@@ -369,7 +369,7 @@ void AdaptiveDriver::resolve(const FilmTile& film, std::span<float> rgba,
     parallel_each(have_.size(), [&](size_t i) {
       const float alpha = rgba[4 * i + 3];
       averages_.resolve(i, &rgba[4 * i]);
-      if (!film.shadows().empty()) rgba[4 * i + 3] = alpha;
+      if (film.has(Sums::kShadow)) rgba[4 * i + 3] = alpha;
     });
   }
   if (!covered() && tree_->sample_count() > 0) fill_from_tree(film, rgba);

@@ -142,7 +142,7 @@ class BisectionPicture::RowReader {
   void read(int x, int y, float* out) const {
     const int film_x = film_.rect().x0 + x, film_y = film_.rect().y0 + y;
     if (mix_) {
-      mix_->sums(film_).relit(film_.rect().index_of(film_x, film_y), *mix_, out);
+      mix_->sums(film_, film_.rect().index_of(film_x, film_y)).relit(*mix_, out);
     } else {
       film_.rgba(film_x, film_y, out);
     }

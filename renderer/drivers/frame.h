@@ -8,8 +8,8 @@
 
 #include "integrators/integrator.h"
 #include "renderer/core/rect.h"
+#include "renderer/film/channels.h"
 #include "renderer/film/clamped_light.h"
-#include "renderer/film/film_channels.h"
 #include "renderer/film/film_extras.h"
 #include "samplers/sampler.h"
 

@@ -6,8 +6,8 @@
 #include "renderer/core/vector.h"
 #include "renderer/drivers/bisection_picture.h"
 #include "renderer/engine/live_picture.h"
+#include "renderer/film/channels.h"
 #include "renderer/film/film.h"
-#include "renderer/film/film_channels.h"
 
 namespace emberline {
 namespace {

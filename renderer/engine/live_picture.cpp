@@ -62,7 +62,7 @@ void TilePicture::resolve(std::span<float> rgba, const LightMix* mix) const {
   std::ranges::copy(rgba_, rgba.begin());
   if (!mix) return;
   for (size_t i = 0; i < rgba_.size() / 4; ++i) {
-    if (film_->sums(i).samples() > 0) film_->light_groups().relit(i, *mix, &rgba[4 * i]);
+    if (film_->sums(i).samples() > 0) film_->lights(i).relit(*mix, &rgba[4 * i]);
   }
 }
 

@@ -202,8 +202,8 @@ void RenderJob::deliver(RenderSink& sink) {
     shown.resize(4 * size_t(crop.area()));
     resolve(shown);
   }
-  const auto groups = size_t(std::max(0, film_->light_groups().groups()));
-  const auto layers = size_t(std::max(0, film_->path_layers().groups()));
+  const auto groups = size_t(std::max(0, film_->extras().light_groups));
+  const auto layers = PathLayers(film_->aovs()).list().size();
   std::vector<Rgb> lights, paths;
   if (!shown.empty() && groups > 0) lights = shown_groups(*this, LightMix::Of::kLights, groups);
   if (!shown.empty() && layers > 0) paths = shown_groups(*this, LightMix::Of::kPaths, layers);

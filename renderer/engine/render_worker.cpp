@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <limits>
 
 #include "renderer/film/film.h"
 #include "renderer/film/filter.h"
@@ -35,6 +34,10 @@ RenderWorker::RenderWorker(const Frame& frame)
       weighted_(frame.exact_counts &&
                 frame.sampler.integration_weight(0, frame.samples_per_pixel) != 1.0f),
       samples_(frame.sampler, camera_dimensions(frame)),
+      first_hits_wanted_(frame.aovs.needs(ChannelFeed::kFirstHit)),
+      hit_ids_wanted_(frame.cryptomattes || frame.aovs.needs(ChannelFeed::kHitId)),
+      features_wanted_(frame.aovs.needs(ChannelFeed::kFeatures)),
+      catchers_wanted_(frame.aovs.needs(ChannelFeed::kCatchers)),
       counters_(frame.no_counts()),
       light_values_(frame.light_groups ? frame.light_groups->size() : 0),
       path_layers_(frame.aovs),
@@ -103,12 +106,12 @@ void RenderWorker::place_samples(Vec2f* film) {
     const FilterSample offset = frame_.filter.sample(
         {samples_.get(camera_dim::kPixelX), samples_.get(camera_dim::kPixelY)});
     weights_[i] = offset.weight;
-    if (records_features()) shares_[i] = frame_.filter.shares(offset.offset);
+    if (features_wanted_) shares_[i] = frame_.filter.shares(offset.offset);
     if (weighted_) {
       const float weight =
           frame_.sampler.integration_weight(addresses_[i].sample, frame_.samples_per_pixel);
       weights_[i] *= weight;
-      for (float& share : shares_[i]) share = records_features() ? share * weight : 0.0f;
+      for (float& share : shares_[i]) share = features_wanted_ ? share * weight : 0.0f;
     }
     film[i] = {float(addresses_[i].x) + 0.5f + offset.offset.x,
                float(addresses_[i].y) + 0.5f + offset.offset.y};
@@ -126,12 +129,9 @@ void RenderWorker::trace_batch() {
     make_rays({film, count});
   }
   const bool velocity = frame_.aovs.contains(Aov::kVelocity);
-  const bool surface = frame_.aovs.contains(Aov::kAlbedo) || frame_.aovs.contains(Aov::kNormal) ||
-                       frame_.aovs.contains(Aov::kDepth) || frame_.aovs.contains(Aov::kPosition) ||
-                       frame_.aovs.contains(Aov::kUv) || velocity;
   SampleBatch batch{frame_.scene, frame_.camera, {rays_, count}};
-  batch.surface_aovs = surface;
-  batch.hit_id = frame_.aovs.contains(Aov::kId) || frame_.cryptomattes;
+  batch.surface_aovs = first_hits_wanted_;
+  batch.hit_id = hit_ids_wanted_;
   batch.nothing_ahead = all_empty();
   batch.guide = frame_.guide.get();
   if (velocity) batch.velocity_frames = frame_.shutter_frames;
@@ -146,7 +146,7 @@ void RenderWorker::trace_batch() {
     batch.layer_values = &layer_values_;
   }
   if (counters_.clamped.clamps()) batch.clamped = &counters_.clamped;
-  if (records_features()) {
+  if (features_wanted_) {
     std::fill_n(features_, count, DenoiserFeatures{});
     batch.features = {features_, count};
   }
@@ -156,7 +156,7 @@ void RenderWorker::trace_batch() {
     frame_.camera_solids->interiors({rays_, count}, {interiors_, count});
     batch.interiors = interiors_;
   }
-  if (records_catchers()) [[unlikely]] {
+  if (catchers_wanted_) [[unlikely]] {
     std::fill_n(catcher_samples_, count, CatcherSample{});
     batch.catcher_samples = {catcher_samples_, count};
     batch.catcher_guide = frame_.catcher_guide.get();
@@ -175,48 +175,26 @@ void RenderWorker::add_background_velocity() {
   }
 }
 
-// False if the sample was NaN or infinite.
-bool RenderWorker::add(int lane, FilmTile& tile) {
+void RenderWorker::add(int lane, FilmTile& tile) {
   const SampleAddress& a = addresses_[lane];
   const int x = int(a.x), y = int(a.y);
-  if (records_catchers() && !is_finite(catcher_samples_[lane]))
-      [[unlikely]]  // no sample then, as a whole
-    values_[lane].radiance = Rgb(std::numeric_limits<float>::quiet_NaN());
-  if (tile.add(x, y, frame_.half_of(a.sample), weights_[lane], values_[lane],
-               records_features() ? &features_[lane] : nullptr,
-               records_features() ? &shares_[lane] : nullptr)) {
+  FilmSample sample{.value = values_[lane],
+                    .filter_weight = weights_[lane],
+                    .half = frame_.half_of(a.sample),
+                    .lights = &light_values_,
+                    .layers = &layer_values_,
+                    .lane = lane};
+  if (features_wanted_) {
+    sample.features = &features_[lane];
+    sample.shares = &shares_[lane];
+  }
+  if (catchers_wanted_) sample.catcher = &catcher_samples_[lane];
+  if (frame_.cryptomattes) sample.ids = frame_.cryptomattes->of_hit(values_[lane].first_hit.id);
+  if (tile.add(x, y, sample)) {
     if (counters_.clamped.clamps()) counters_.clamped.keep(values_[lane].radiance);
-    const float alpha = values_[lane].alpha;
-    if (frame_.cryptomattes && alpha != 0.0f) [[unlikely]] {
-      tile.add_ids(x, y, weights_[lane] * alpha,
-                   frame_.cryptomattes->of_hit(values_[lane].first_hit.id));
-    }
-    if (records_catchers()) [[unlikely]]
-      tile.add_catcher_sample(x, y, weights_[lane], catcher_samples_[lane]);
-    return true;
-  }
-  counters_.non_finite_samples++;
-  counters_.locate({x, y, a.sample, seed_});
-  // It counts as black for the light groups and layers, too.
-  values_[lane].alpha = 0.0f;
-  light_values_.clear(lane);
-  layer_values_.clear(lane);
-  return false;
-}
-
-// Adds the light groups of a batch that the film has accepted.
-void RenderWorker::add_lights(FilmTile& tile) const {
-  for (int i = 0; i < count_; ++i) {
-    const SampleAddress& a = addresses_[i];
-    tile.add_lights(int(a.x), int(a.y), frame_.half_of(a.sample), weights_[i], values_[i].alpha,
-                    light_values_, i);
-  }
-}
-
-void RenderWorker::add_layers(FilmTile& tile) const {
-  for (int i = 0; i < count_; ++i) {
-    const SampleAddress& a = addresses_[i];
-    tile.add_layers(int(a.x), int(a.y), weights_[i], values_[i].alpha, layer_values_, i);
+  } else {
+    counters_.non_finite_samples++;
+    counters_.locate({x, y, a.sample, seed_});
   }
 }
 
@@ -228,15 +206,11 @@ void RenderWorker::add_batch(FilmTile& tile) {
   const Clock::time_point start = timed ? Clock::now() : Clock::time_point{};
   trace_batch();
   for (int i = 0; i < count_; ++i) {
-    const SampleRays& rays = values_[i].rays;
-    counters_.rays.add(rays);
-    tile.add_rays(int(addresses_[i].x), int(addresses_[i].y), rays.total());
+    counters_.rays.add(values_[i].rays);
     add(i, tile);
     counters_.max_samples =
         std::max(counters_.max_samples, addresses_[i].sample + 1 - frame_.first_sample);
   }
-  if (frame_.light_groups) add_lights(tile);
-  if (!path_layers_.empty()) add_layers(tile);
   if (timed) {
     const double share = std::chrono::duration<double>(Clock::now() - start).count() / count_;
     for (int i = 0; i < count_; ++i) {
@@ -249,14 +223,6 @@ void RenderWorker::add_batch(FilmTile& tile) {
 
 void RenderWorker::flush_scattered(FilmTile& tile) {
   if (count_ == 0) return;
-  if (frame_.light_groups) {
-    for (int i = 0; i < count_; ++i) {
-      tile.prefetch_lights(int(addresses_[i].x), int(addresses_[i].y));
-    }
-  }
-  for (int i = 0; i < count_ && !path_layers_.empty(); ++i) {
-    tile.prefetch_layers(int(addresses_[i].x), int(addresses_[i].y));
-  }
   samples_.start_batch({addresses_, size_t(count_)}, seed_);
   add_batch(tile);
 }

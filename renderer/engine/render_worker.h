@@ -43,8 +43,6 @@ class RenderWorker {
   RenderCounters take_counters() { return std::exchange(counters_, frame_.no_counts()); }
 
  private:
-  bool records_catchers() const { return frame_.aovs.contains(Aov::kShadow); }
-  bool records_features() const { return frame_.aovs.contains(Aov::kDenoising); }
   void begin_batch(int x, int y, uint32_t first_sample, int count);
   bool all_empty() const;
   void place_samples(Vec2f* film);
@@ -53,16 +51,15 @@ class RenderWorker {
   void make_rays(std::span<const Vec2f> film);
   void make_lens_rays(std::span<const Vec2f> film);
   void make_timed_rays(std::span<const Vec2f> film);
-  bool add(int lane, FilmTile& tile);
+  void add(int lane, FilmTile& tile);
   void add_batch(FilmTile& tile);
-  void add_lights(FilmTile& tile) const;
-  void add_layers(FilmTile& tile) const;
   void flush_scattered(FilmTile& tile);
 
   const Frame& frame_;
   uint32_t seed_;
   const bool weighted_;  // the sampler's points have unequal weights
   PixelSamples samples_;
+  const bool first_hits_wanted_, hit_ids_wanted_, features_wanted_, catchers_wanted_;
   RenderCounters counters_;
   SampleAddress addresses_[kSampleLanes];  // of the batch under way
   int count_ = 0;

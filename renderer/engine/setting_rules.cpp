@@ -10,8 +10,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/option_values.h"
 #include "renderer/drivers/adaptive/error_estimator.h"
-#include "renderer/engine/half_layers.h"
-#include "renderer/film/film_channels.h"
+#include "renderer/film/channels.h"
 #include "renderer/film/path_layers.h"
 #include "samplers/sampler.h"
 
@@ -165,6 +164,12 @@ std::vector<SettingRule> view_rules() {
   };
 }
 
+// Whether a lossy compression takes the channels for colours that they are not.
+bool would_blur(const ChannelRow& row) {
+  return row.setting == "aov" && row.use != ChannelUse::kColour &&
+         row.components.find_first_of("RGBAY") != std::string_view::npos;
+}
+
 // Rules about the EXR's layers.
 std::vector<SettingRule> channel_rules() {
   std::vector<SettingRule> rules = {
@@ -179,22 +184,20 @@ std::vector<SettingRule> channel_rules() {
        .reason = "it counts the ids of its layers"},
       {.about = values_of("exr-compression", exr_compression_table(),
                           [](const auto& entry) { return is_lossy(entry.value); }),
-       .excludes = joined({{{"cryptomatte"}, {"aov", "variance"}},
-                           denoising(),
-                           {{"aov", "N"}, {"aov", "P"}, {"aov", "velocity"}}}),
+       .excludes =
+           joined({{{"cryptomatte"}}, denoising(), values_of("aov", channel_table(), would_blur)}),
        .unless = {{"exr-parts", "layers"}},
        .reason = "it would blur them; `exr-parts` layers keeps such a part zip",
        .in_help = false},
   };
-  for (const HalfLayer& layer : half_layer_table()) {
+  for (const ChannelRow& row : channel_table()) {
+    if (!may_be_half(row.use) || row.setting.empty()) continue;
     SettingRule rule = {
-        .about = {{"half", layer.name}}, .reason = "there is no such layer", .in_help = false};
-    const auto same = [&](const NamedValue<Aov>& aov) { return aov.name == layer.name; };
-    rule.needs = values_of("aov", aov_table(), same);
-    if (layer.name == "shadow") rule.needs.push_back({"catcher"});
-    if (layer.name == "light") rule.needs = {{"light-groups"}};
-    if (layer.name == "denoised") rule.needs = {{"denoise"}, {"allocation", "denoised"}};
-    if (!rule.needs.empty()) rules.push_back(std::move(rule));
+        .about = {{"half", row.name}}, .reason = "there is no such layer", .in_help = false};
+    rule.needs = {row.setting == "aov" ? SettingIs{"aov", row.name} : SettingIs{row.setting}};
+    if (row.feed == ChannelFeed::kCatchers) rule.needs.push_back({"catcher"});
+    if (row.setting == "denoise") rule.needs.push_back({"allocation", "denoised"});
+    rules.push_back(std::move(rule));
   }
   return rules;
 }

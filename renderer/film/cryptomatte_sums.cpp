@@ -5,7 +5,6 @@
 #include <cassert>
 #include <cmath>
 
-#include "renderer/core/archive.h"
 #include "renderer/core/option_values.h"
 #include "renderer/film/finite_float.h"
 
@@ -32,22 +31,23 @@ std::vector<CryptomatteKind> parse_cryptomattes(std::string_view list) {
   return kinds;
 }
 
-void CryptomatteSums::reset(size_t pixels) {
-  const size_t lists = levels_ > 0 ? pixels * kinds_ : 0;
-  ids_.reset(lists * levels_);
-  weights_.reset(lists * (levels_ + 1));
+size_t CryptomatteSums::id_bytes(const FilmExtras& extras) {
+  return size_t(extras.cryptomattes) * size_t(extras.cryptomatte_levels) * sizeof(uint32_t);
 }
 
-void CryptomatteSums::add(size_t pixel, float filter_weight, std::span<const uint32_t> ids) {
+size_t CryptomatteSums::weight_bytes(const FilmExtras& extras) {
+  if (extras.cryptomatte_levels == 0) return 0;
+  return size_t(extras.cryptomattes) * size_t(extras.cryptomatte_levels + 1) * sizeof(double);
+}
+
+void CryptomatteSums::add(float filter_weight, std::span<const uint32_t> ids) {
   assert(ids.size() == kinds_);
-  for (size_t kind = 0; kind < kinds_; ++kind) {
-    add_to(list_of(pixel, kind), ids[kind], double(filter_weight));
-  }
+  for (size_t kind = 0; kind < kinds_; ++kind) add_to(kind, ids[kind], double(filter_weight));
 }
 
-void CryptomatteSums::add_to(size_t list, uint32_t id, double weight) {
-  uint32_t* const ids = &ids_[list * levels_];
-  double* const weights = &weights_[list * (levels_ + 1)];
+void CryptomatteSums::add_to(size_t kind, uint32_t id, double weight) {
+  uint32_t* const ids = &ids_[kind * levels_];
+  double* const weights = &weights_[kind * (levels_ + 1)];
   size_t least = 0;
   for (size_t i = 0; i < levels_; ++i) {
     if (ids[i] == id || ids[i] == 0) {
@@ -62,30 +62,19 @@ void CryptomatteSums::add_to(size_t list, uint32_t id, double weight) {
   weights[least] = weight;
 }
 
-void CryptomatteSums::add_sums(const CryptomatteSums& from, size_t pixel) {
-  assert(from.kinds_ == kinds_ && (kinds_ == 0 || from.levels_ == levels_));
-  for (size_t list = list_of(pixel, 0); list < list_of(pixel + 1, 0); ++list) {
-    const double* const weights = &from.weights_[list * (levels_ + 1)];
-    for (size_t i = 0; i < levels_ && from.ids_[list * levels_ + i] != 0; ++i) {
-      add_to(list, from.ids_[list * levels_ + i], weights[i]);
-    }
-    weights_[list * (levels_ + 1) + levels_] += weights[levels_];
+void CryptomatteSums::merge(const CryptomatteSums& more) {
+  assert(more.kinds_ == kinds_ && more.levels_ == levels_);
+  for (size_t kind = 0; kind < kinds_; ++kind) {
+    const uint32_t* const ids = &more.ids_[kind * levels_];
+    const double* const weights = &more.weights_[kind * (levels_ + 1)];
+    for (size_t i = 0; i < levels_ && ids[i] != 0; ++i) add_to(kind, ids[i], weights[i]);
+    weights_[kind * (levels_ + 1) + levels_] += weights[levels_];
   }
 }
 
-void CryptomatteSums::copy(const CryptomatteSums& from, size_t from_pixel, size_t pixel) {
-  assert(from.kinds_ == kinds_ && (kinds_ == 0 || from.levels_ == levels_));
-  if (empty()) return;
-  const size_t ids = kinds_ * levels_, weights = kinds_ * (levels_ + 1);
-  std::copy_n(&from.ids_[from_pixel * ids], ids, &ids_[pixel * ids]);
-  std::copy_n(&from.weights_[from_pixel * weights], weights, &weights_[pixel * weights]);
-}
-
-float CryptomatteSums::resolve(size_t pixel, size_t kind, double samples,
-                               std::span<Rank> ranks) const {
-  const size_t list = list_of(pixel, kind);
-  const uint32_t* const ids = &ids_[list * levels_];
-  const double* const weights = &weights_[list * (levels_ + 1)];
+float CryptomatteSums::resolve(size_t kind, double samples, std::span<Rank> ranks) const {
+  const uint32_t* const ids = &ids_[kind * levels_];
+  const double* const weights = &weights_[kind * (levels_ + 1)];
   double sum = 0.0, positive = 0.0;
   for (size_t i = 0; i <= levels_; ++i) {
     sum += weights[i];
@@ -106,15 +95,12 @@ float CryptomatteSums::resolve(size_t pixel, size_t kind, double samples,
   return to_finite_float(std::max(weights[levels_], 0.0) * scale);
 }
 
-void CryptomatteSums::archive(Archive& archive) {
-  archive.values(std::span(ids_.begin(), ids_.size()));
-  archive.values(std::span(weights_.begin(), weights_.size()));
-  if (!archive.loading()) return;
-  bool sound = true;
-  // As floats they are written to files.
-  for (const uint32_t id : ids_) sound &= id == 0 || std::isnormal(std::bit_cast<float>(id));
-  for (const double weight : weights_) sound &= std::abs(weight) <= 1e30;
-  archive.check(sound);
+bool CryptomatteSums::is_sound() const {
+  return std::all_of(
+             ids_, ids_ + kinds_ * levels_,
+             [](uint32_t id) { return id == 0 || std::isnormal(std::bit_cast<float>(id)); }) &&
+         std::all_of(weights_, weights_ + kinds_ * (levels_ + 1),
+                     [](double weight) { return std::abs(weight) <= 1e30; });
 }
 
 }  // namespace emberline

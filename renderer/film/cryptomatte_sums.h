@@ -15,11 +15,9 @@
 #include <vector>
 
 #include "renderer/core/names.h"
-#include "renderer/core/zeroed_array.h"
+#include "renderer/film/film_extras.h"
 
 namespace emberline {
-
-class Archive;
 
 enum class CryptomatteKind : uint8_t { kObject, kMaterial, kAsset };
 // The table behind --cryptomatte, its --help and its error message.
@@ -27,21 +25,22 @@ std::span<const NamedValue<CryptomatteKind>> cryptomatte_table();
 // "object,asset" -> those, in table order, each once. Throws UsageError that lists the valid names.
 std::vector<CryptomatteKind> parse_cryptomattes(std::string_view list);
 
+// A view of the lists of one pixel, which its film holds.
 class CryptomatteSums {
  public:
-  // Lists of `levels` ids for each of `kinds`; none of them: nothing is kept.
-  CryptomatteSums(int kinds, int levels) : kinds_(size_t(kinds)), levels_(size_t(levels)) {}
-
-  // Clears to no samples of so many pixels, as FilmTile does.
-  void reset(size_t pixels);
-  bool empty() const { return weights_.empty(); }
-  size_t kinds() const { return kinds_; }
-  size_t levels() const { return levels_; }
+  // The lists of a film with these kinds and levels: id_bytes() at `ids`, 0 a free place, and
+  // weight_bytes() at `weights`, what was dropped behind each list.
+  CryptomatteSums(uint32_t* ids, double* weights, const FilmExtras& extras)
+      : ids_(ids),
+        weights_(weights),
+        kinds_(size_t(extras.cryptomattes)),
+        levels_(size_t(extras.cryptomatte_levels)) {}
+  static size_t id_bytes(const FilmExtras& extras);
+  static size_t weight_bytes(const FilmExtras& extras);
 
   // A sample that saw something: an id for each kind, none of them 0.
-  void add(size_t pixel, float filter_weight, std::span<const uint32_t> ids);
-  void add_sums(const CryptomatteSums& from, size_t pixel);
-  void copy(const CryptomatteSums& from, size_t from_pixel, size_t pixel);
+  void add(float filter_weight, std::span<const uint32_t> ids);
+  void merge(const CryptomatteSums& more);
 
   struct Rank {
     uint32_t id = 0;  // 0: none
@@ -50,21 +49,16 @@ class CryptomatteSums {
   // Of one kind, the largest first; `ranks` has room for all levels. Returns the share of the pixel
   // that was dropped. Together they are the alpha of so many samples, at most 1: a filter with
   // negative lobes may leave [0, 1], coverage may not.
-  float resolve(size_t pixel, size_t kind, double samples, std::span<Rank> ranks) const;
-
-  uint64_t bytes() const {
-    return ids_.capacity() * sizeof(uint32_t) + weights_.capacity() * sizeof(double);
-  }
-  // Of so many pixels as reset() was told. Throws InputError.
-  void archive(Archive& archive);
+  float resolve(size_t kind, double samples, std::span<Rank> ranks) const;
+  // Ids that are floats, too, as files have them, and sums of weights.
+  bool is_sound() const;
 
  private:
-  size_t list_of(size_t pixel, size_t kind) const { return pixel * kinds_ + kind; }
-  void add_to(size_t list, uint32_t id, double weight);
+  void add_to(size_t kind, uint32_t id, double weight);
 
+  uint32_t* ids_;
+  double* weights_;
   size_t kinds_, levels_;
-  ZeroedArray<uint32_t> ids_;    // by list; 0: a free place
-  ZeroedArray<double> weights_;  // by list, with what was dropped behind each
 };
 
 }  // namespace emberline

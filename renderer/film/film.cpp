@@ -7,102 +7,66 @@
 #include <limits>
 
 #include "renderer/core/archive.h"
-#include "renderer/core/names.h"
 #include "renderer/core/parallel.h"
 #include "renderer/film/finite_float.h"
-#include "renderer/film/half_channels.h"
+#include "renderer/film/shadow_sums.h"
 
 namespace emberline {
 namespace {
 
-bool is_finite(const FirstHit& hit) {
-  return !hit.hit || (emberline::is_finite(hit.albedo) && emberline::is_finite(hit.normal) &&
-                      std::isfinite(hit.depth) && emberline::is_finite(hit.position) &&
-                      std::isfinite(hit.uv.x) && std::isfinite(hit.uv.y));
+bool is_of_lights(Sums block) {
+  return (block >= Sums::kLights && block <= Sums::kLayerRests) || block == Sums::kHalfLights ||
+         block == Sums::kHalfLightRests;
 }
 
 }  // namespace
 
+bool is_finite(const FilmSample& sample) {
+  return is_finite(sample.value.radiance * sample.filter_weight) &&
+         is_finite(sample.value.first_hit) && (!sample.features || is_finite(*sample.features)) &&
+         (!sample.catcher || is_finite(*sample.catcher));
+}
+
 void FilmTile::reset(const Rect& rect) {
   rect_ = rect;
   part_ = 0;
-  const auto n = size_t(rect.area());
-  sums_.reset(n);
+  records_.reset(pixels() * layout_.stride());
   shown_.reset(0);
-  if (aovs_.contains(Aov::kVariance) || extras_.squares) squares_.reset(3 * n);
-  if (extras_.rays) rays_.reset(n);
-  if (wants_surface()) surfaces_.reset(n);
-  if (wants_place()) places_.reset(n);
-  if (aovs_.contains(Aov::kVelocity)) velocities_.reset(n);
-  if (aovs_.contains(Aov::kClamped)) clamped_.reset(3 * n);
-  if (aovs_.contains(Aov::kTime)) seconds_.reset(n);
-  if (aovs_.contains(Aov::kStop)) stops_.reset(n);
-  if (takes_sample_variance()) sample_variances_.reset(n);
-  light_groups_.reset(n);
-  path_layers_.reset(n);
-  shadows_.reset(n);
-  halves_.reset(n);
-  cryptomattes_.reset(n);
+  if (takes_sample_variance()) sample_variances_.reset(pixels());
 }
 
-bool FilmTile::add(int x, int y, int half, float filter_weight, const SampleValue& value,
-                   const DenoiserFeatures* features, const SampleShares* shares) {
+void FilmTile::prefetch(int x, int y) const {
+  constexpr size_t kLine = 64;
+  const std::byte* const first = record(index(x, y));
+  for (size_t offset = 0; offset < layout_.stride(); offset += kLine) {
+    __builtin_prefetch(first + offset, 1);
+  }
+  __builtin_prefetch(first + layout_.stride() - 1, 1);
+}
+
+bool FilmTile::add(int x, int y, const FilmSample& sample) {
   const size_t i = index(x, y);
-  PixelSums& sums = sums_[i];
-  sums.count[half]++;
-  const Rgb weighted = value.radiance * filter_weight;
-  if (!emberline::is_finite(weighted) || !is_finite(value.first_hit) ||
-      (features && !emberline::is_finite(*features))) {
+  PixelSums& sums = *at<PixelSums>(Sums::kPixel, i);
+  sums.count[sample.half]++;
+  const bool finite = is_finite(sample);
+  if (finite) {
+    const Rgb weighted = sample.value.radiance * sample.filter_weight;
+    for (int c = 0; c < 3; ++c) sums.rgb[sample.half][c] += double(weighted[c]);
+    sums.alpha += double(sample.value.alpha * sample.filter_weight);
+    if (sums.id == 0) sums.id = sample.value.first_hit.id;
+  } else {
     sums.non_finite++;
-    return false;
   }
-  for (int c = 0; c < 3; ++c) sums.rgb[half][c] += double(weighted[c]);
-  sums.alpha += double(value.alpha * filter_weight);
-  if (sums.id == 0) sums.id = value.first_hit.id;
-  if (!squares_.empty()) {
-    for (int c = 0; c < 3; ++c) {
-      double& sum = squares_[3 * i + size_t(c)];
-      sum = fma(double(weighted[c]), double(weighted[c]), sum);
-    }
-  }
-  if (!surfaces_.empty() && value.first_hit.hit) {
-    SurfaceSums& surface = surfaces_[i];
-    for (int c = 0; c < 3; ++c) {
-      surface.albedo[c] += double(value.first_hit.albedo[c]);
-      surface.normal[c] += double(value.first_hit.normal[c]);
-    }
-    surface.depth += double(value.first_hit.depth);
-    surface.hits++;
-  }
-  if (!places_.empty() && value.first_hit.hit) {
-    const FirstHit& hit = value.first_hit;
-    places_[i].add({{double(hit.position.x), double(hit.position.y), double(hit.position.z)},
-                    {double(hit.uv.x), double(hit.uv.y)},
-                    1});
-  }
-  if (!velocities_.empty()) {
-    const FirstHit& hit = value.first_hit;
-    velocities_[i].add({double(hit.velocity.x), double(hit.velocity.y), 1, hit.hit ? 1u : 0u});
-  }
-  if (!clamped_.empty()) {
-    const Rgb clamped = value.clamped * filter_weight;
-    for (int c = 0; c < 3; ++c) clamped_[3 * i + size_t(c)] += double(clamped[c]);
-  }
-  if (features) halves_.add(i, half, *features);
-  if (shares) halves_.add_shares(i, half, value.radiance, *shares);
-  return true;
+  layout_.add(record(i), sample, finite);
+  return finite;
 }
 
 void FilmTile::add_time(int x, int y, double seconds) {
-  if (!seconds_.empty()) seconds_[index(x, y)] += float(seconds);
-}
-
-void FilmTile::add_rays(int x, int y, uint32_t rays) {
-  if (!rays_.empty()) rays_[index(x, y)] += rays;
+  if (has(Sums::kSeconds)) *at<float>(Sums::kSeconds, index(x, y)) += float(seconds);
 }
 
 void FilmTile::set_stop(int x, int y, PixelStop stop) {
-  if (!stops_.empty()) stops_[index(x, y)] = stop;
+  if (has(Sums::kStop)) *at<PixelStop>(Sums::kStop, index(x, y)) = stop;
 }
 
 void FilmTile::set_sample_variance(size_t i, const Rgb& variance) {
@@ -113,19 +77,20 @@ void FilmTile::set_sample_variance(size_t i, const Rgb& variance) {
 }
 
 void FilmTile::mark_stops(uint32_t budget, PixelStop cut_short) {
+  if (!has(Sums::kStop)) return;
   constexpr size_t kGrain = 16384;
-  parallel_ranges(stops_.size(), kGrain, [&](size_t begin, size_t end) {
+  parallel_ranges(pixels(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
-      const uint32_t samples = sums_[i].count[0] + sums_[i].count[1];
-      stops_[i] = samples == 0        ? PixelStop::kNone
-                  : samples == budget ? PixelStop::kBudget
-                                      : cut_short;
+      const uint32_t samples = sums(i).count[0] + sums(i).count[1];
+      *at<PixelStop>(Sums::kStop, i) = samples == 0        ? PixelStop::kNone
+                                       : samples == budget ? PixelStop::kBudget
+                                                           : cut_short;
     }
   });
 }
 
 void FilmTile::show(int x, int y, const float* rgba) {
-  if (shown_.empty()) shown_.reset(sums_.size());
+  if (shown_.empty()) shown_.reset(pixels());
   ShownValue& value = shown_[index(x, y)];
   std::copy_n(rgba, 4, value.rgba);
   value.set = true;
@@ -133,55 +98,23 @@ void FilmTile::show(int x, int y, const float* rgba) {
 
 void FilmTile::copy_pixel(const FilmTile& from, int x, int y) {
   const size_t i = index(x, y), j = from.index(x, y);
-  sums_[i] = from.sums_[j];
-  if (!squares_.empty()) std::copy_n(&from.squares_[3 * j], 3, &squares_[3 * i]);
-  if (!rays_.empty()) rays_[i] = from.rays_[j];
-  if (!surfaces_.empty()) surfaces_[i] = from.surfaces_[j];
-  if (!places_.empty()) places_[i] = from.places_[j];
-  if (!velocities_.empty()) velocities_[i] = from.velocities_[j];
-  if (!clamped_.empty()) std::copy_n(&from.clamped_[3 * j], 3, &clamped_[3 * i]);
-  if (!seconds_.empty()) seconds_[i] = from.seconds_[j];
-  if (!stops_.empty()) stops_[i] = from.stops_[j];
+  for (const RecordLayout::Part& part : layout_.parts()) {
+    const RecordLayout::Part& of_from = from.layout_.part(part.block);
+    assert(of_from.bytes >= part.bytes);
+    std::memcpy(record(i) + part.offset, from.record(j) + of_from.offset, part.bytes);
+  }
   if (!sample_variances_.empty()) sample_variances_[i] = from.sample_variances_[j];
-  if (!light_groups_.empty()) light_groups_.copy(from.light_groups_, j, i);
-  if (!path_layers_.empty()) path_layers_.copy(from.path_layers_, j, i);
-  if (!shadows_.empty()) shadows_.copy(from.shadows_, j, i);
-  halves_.copy(from.halves_, j, i);
-  cryptomattes_.copy(from.cryptomattes_, j, i);
   if (!from.shown_.empty() && from.shown_[j].set) show(x, y, from.shown_[j].rgba);
 }
 
 void FilmTile::add_film(const FilmTile& other) {
   assert(rect_ == other.rect_);
-  if (shown_.empty() && !other.shown_.empty()) shown_.reset(sums_.size());
-  for (size_t i = 0; i < sums_.size(); ++i) {
-    PixelSums& sums = sums_[i];
-    const PixelSums& more = other.sums_[i];
-    const double n = sums.samples(), m = more.samples();
+  if (shown_.empty() && !other.shown_.empty()) shown_.reset(pixels());
+  for (size_t i = 0; i < pixels(); ++i) {
+    const double n = sums(i).samples(), m = other.sums(i).samples();
     if (m == 0) continue;
     add_means_of(other, i, n / (n + m), m / (n + m));
-    for (int half = 0; half < 2; ++half) {
-      for (int c = 0; c < 3; ++c) sums.rgb[half][c] += more.rgb[half][c];
-      sums.count[half] += more.count[half];
-    }
-    sums.alpha += more.alpha;
-    sums.non_finite += more.non_finite;
-    if (sums.id == 0) sums.id = more.id;
-    for (size_t c = 3 * i; c < 3 * i + 3 && !squares_.empty(); ++c)
-      squares_[c] += other.squares_[c];
-    if (!rays_.empty()) rays_[i] += other.rays_[i];
-    if (!surfaces_.empty()) surfaces_[i].add(other.surfaces_[i]);
-    if (!places_.empty()) places_[i].add(other.places_[i]);
-    if (!velocities_.empty()) velocities_[i].add(other.velocities_[i]);
-    for (size_t c = 3 * i; c < 3 * i + 3 && !clamped_.empty(); ++c)
-      clamped_[c] += other.clamped_[c];
-    if (!seconds_.empty()) seconds_[i] += other.seconds_[i];
-    if (!stops_.empty()) stops_[i] = other.stops_[i];
-    if (!light_groups_.empty()) light_groups_.add_sums(other.light_groups_, i);
-    if (!path_layers_.empty()) path_layers_.add_sums(other.path_layers_, i);
-    if (!shadows_.empty()) shadows_.add_sums(other.shadows_, i);
-    halves_.add_sums(other.halves_, i);
-    if (!cryptomattes_.empty()) cryptomattes_.add_sums(other.cryptomattes_, i);
+    layout_.merge(record(i), other.record(i));
   }
 }
 
@@ -209,13 +142,14 @@ void FilmTile::add_means_of(const FilmTile& other, size_t i, double here, double
 }
 
 uint32_t FilmTile::sample_count(int x, int y) const {
-  const PixelSums& sums = sums_[index(x, y)];
+  const PixelSums& sums = this->sums(index(x, y));
   return sums.count[0] + sums.count[1];
 }
 
 uint32_t FilmTile::least_samples() const {
-  uint32_t least = sums_.empty() ? 0 : std::numeric_limits<uint32_t>::max();
-  for (const PixelSums& sums : sums_) least = std::min(least, sums.count[0] + sums.count[1]);
+  uint32_t least = pixels() == 0 ? 0 : std::numeric_limits<uint32_t>::max();
+  for (size_t i = 0; i < pixels(); ++i)
+    least = std::min(least, sums(i).count[0] + sums(i).count[1]);
   return least;
 }
 
@@ -227,28 +161,30 @@ Rgb FilmTile::mean(int x, int y) const {
 
 FilmTile::Surface FilmTile::surface(int x, int y) const {
   const size_t i = index(x, y);
-  const SurfaceSums& sums = surfaces_[i];
-  const auto per = float(1.0 / sums_[i].samples());
+  // In the order of the rows of the group: albedo, N, Z.
+  const double* const sums = at<double>(Sums::kSurface, i);
+  const auto hits = *reinterpret_cast<const uint32_t*>(sums + 7);
+  const auto per = float(1.0 / this->sums(i).samples());
   Surface out;
-  for (int c = 0; c < 3; ++c) out.albedo[c] = to_finite_float(sums.albedo[c]) * per;
-  for (int c = 0; c < 3; ++c) out.normal[c] = to_finite_float(sums.normal[c]) * per;
-  out.nearness = sums.hits > 0 && sums.depth > 0.0 ? to_finite_float(sums.hits / sums.depth) : 0.0f;
+  for (int c = 0; c < 3; ++c) out.albedo[c] = to_finite_float(sums[c]) * per;
+  for (int c = 0; c < 3; ++c) out.normal[c] = to_finite_float(sums[3 + c]) * per;
+  out.nearness = hits > 0 && sums[6] > 0.0 ? to_finite_float(hits / sums[6]) : 0.0f;
   return out;
 }
 
 std::optional<Rgb> FilmTile::variance(int x, int y) const {
   const size_t i = index(x, y);
-  const PixelSums& sums = sums_[i];
+  const PixelSums& sums = this->sums(i);
   const bool two_streams = sums.count[0] > 0 && sums.count[1] > 0;
-  if (!knows_sample_variance(i) && !two_streams && (squares_.empty() || sums.samples() < 2.0))
-    return std::nullopt;
+  const bool spread_is_known = has(Sums::kSquares) && sums.samples() >= 2.0;
+  if (!knows_sample_variance(i) && !two_streams && !spread_is_known) return std::nullopt;
   Rgb result;
   for (int c = 0; c < 3; ++c) result[c] = to_finite_float(variance_of_mean(i, size_t(c)));
   return result;
 }
 
 double FilmTile::variance_of_mean(size_t i, size_t c) const {
-  const PixelSums& sums = sums_[i];
+  const PixelSums& sums = this->sums(i);
   const double n0 = sums.count[0], n1 = sums.count[1], n = n0 + n1;
   if (knows_sample_variance(i)) return double(sample_variances_[i].rgb[c]) / n;
   if (n0 > 0 && n1 > 0) {
@@ -259,7 +195,7 @@ double FilmTile::variance_of_mean(size_t i, size_t c) const {
   // One stream: as if its samples were independent, (sum of squares - n mean^2) / (n (n - 1)).
   // Non-finite samples count as the black they were added as.
   const double sum = sums.rgb[0][c] + sums.rgb[1][c];
-  const double spread = squares_[3 * i + c] - (n > 0 ? sum * sum / n : 0.0);
+  const double spread = squares(i)[c] - (n > 0 ? sum * sum / n : 0.0);
   return n > 1 ? std::max(0.0, spread) / (n * (n - 1)) : 0.0;
 }
 
@@ -268,164 +204,112 @@ void FilmTile::put_rgba(size_t i, float* out) const {
     std::copy_n(shown_[i].rgba, 4, out);
     return;
   }
-  const PixelSums& sums = sums_[i];
+  const PixelSums& sums = this->sums(i);
   const double n = sums.samples();
   const double scale = n > 0 ? 1.0 / n : 0.0;
   for (int c = 0; c < 3; ++c) out[c] = to_finite_float((sums.rgb[0][c] + sums.rgb[1][c]) * scale);
   // A filter with negative lobes may leave [0, 1]; coverage may not.
-  const double alpha = shadows_.empty() ? sums.alpha : sums.alpha + shadows_.alpha(i);
+  double alpha = sums.alpha;
+  if (has(Sums::kShadow)) alpha += shadow_alpha(at<double>(Sums::kShadow, i));
   out[3] = to_finite_float(std::clamp(alpha * scale, 0.0, 1.0));
 }
 
 // Where something else than the mean is shown, each layer is its share of that.
-float* FilmTile::put_layers(size_t i, float* out) const {
-  const PixelSums& sums = sums_[i];
+void FilmTile::put_layer(size_t i, PathLayer layer, float* rgb) const {
+  const PixelSums& sums = this->sums(i);
   const double n = sums.samples();
   const bool shares = n > 0 && !shown_.empty() && shown_[i].set;
-  for (int layer = 0; layer < path_layers_.groups(); ++layer) {
-    const Rgb mean = path_layers_.mean(i, layer);
-    for (int c = 0; c < 3; ++c) {
-      const double whole = (sums.rgb[0][c] + sums.rgb[1][c]) / n;
-      *out++ =
-          shares && whole != 0 ? to_finite_float(mean[c] * (shown_[i].rgba[c] / whole)) : mean[c];
-    }
+  const Rgb mean = layers(i).mean(int(layers_.place_of(layer)));
+  for (int c = 0; c < 3; ++c) {
+    const double whole = (sums.rgb[0][c] + sums.rgb[1][c]) / n;
+    rgb[c] =
+        shares && whole != 0 ? to_finite_float(mean[c] * (shown_[i].rgba[c] / whole)) : mean[c];
   }
-  return out;
 }
 
 void FilmTile::resolve_rgba(std::vector<float>& out) const {
-  out.resize(4 * sums_.size());
+  out.resize(4 * pixels());
   resolve_rgba(std::span(out));
 }
 
 void FilmTile::resolve_rgba(std::span<float> out) const {
-  assert(out.size() >= 4 * sums_.size());
-  for (size_t i = 0; i < sums_.size(); ++i) put_rgba(i, &out[4 * i]);
+  assert(out.size() >= 4 * pixels());
+  for (size_t i = 0; i < pixels(); ++i) put_rgba(i, &out[4 * i]);
 }
 
 void FilmTile::resolve(std::vector<float>& out) const {
-  const size_t channels = film_channels(aovs_).size();
-  out.resize(channels * sums_.size());
-  for (size_t i = 0; i < sums_.size(); ++i) {
-    const PixelSums& sums = sums_[i];
-    const double n = sums.samples();
-    float* p = &out[channels * i];
-    put_rgba(i, p);
-    p += 4;
-    *p++ = float(n);
-    if (aovs_.contains(Aov::kVariance)) {
-      for (size_t c = 0; c < 3; ++c) *p++ = to_finite_float(variance_of_mean(i, c));
+  const size_t channels = film_channels(aovs()).size();
+  out.resize(channels * pixels());
+  size_t first = 0;
+  for (const ChannelRow* row : rows_of(aovs())) {
+    resolve_row(*row, std::span(out).subspan(first), channels);
+    first += channels_of(*row).size();
+  }
+}
+
+// The values of a row, every `stride`-th.
+void FilmTile::resolve_row(const ChannelRow& row, std::span<float> out, size_t stride) const {
+  if (row.put) {
+    for (size_t i = 0; i < pixels(); ++i) row.put(*this, i, row, &out[i * stride]);
+    return;
+  }
+  const RecordLayout::SumPlace place = layout_.place_of(row);
+  for (size_t i = 0; i < pixels(); ++i) {
+    const auto* const of_row = reinterpret_cast<const double*>(record(i) + place.sums);
+    const bool mean = row.kind == ChannelKind::kMean;
+    const double count =
+        mean ? sums(i).samples() : *reinterpret_cast<const uint32_t*>(record(i) + *place.hits);
+    for (size_t c = 0; c < row.size(); ++c) {
+      out[i * stride + c] = count == 0.0 ? row.background
+                            : mean       ? to_finite_float(of_row[c] / count)
+                                         : to_finite_float(of_row[c] * (1.0 / count));
     }
-    const SurfaceSums* surface = surfaces_.empty() ? nullptr : &surfaces_[i];
-    const double per_hit = surface && surface->hits ? 1.0 / surface->hits : 0.0;
-    if (aovs_.contains(Aov::kAlbedo)) {
-      // Averaged over all samples: a pixel half covered shows half the albedo, as a denoiser wants.
-      for (const double a : surface->albedo) *p++ = n > 0 ? to_finite_float(a / n) : 0.0f;
-    }
-    if (aovs_.contains(Aov::kNormal)) {
-      for (const double c : surface->normal) *p++ = n > 0 ? to_finite_float(c / n) : 0.0f;
-    }
-    if (aovs_.contains(Aov::kDepth)) {
-      *p++ = surface->hits ? to_finite_float(surface->depth * per_hit) : kBackgroundDepth;
-    }
-    const PlaceSums* place = places_.empty() ? nullptr : &places_[i];
-    const double per_place = place && place->hits ? 1.0 / place->hits : 0.0;
-    if (aovs_.contains(Aov::kPosition)) {
-      for (const double x : place->position) *p++ = to_finite_float(x * per_place);
-    }
-    if (aovs_.contains(Aov::kUv)) {
-      for (const double t : place->uv) *p++ = to_finite_float(t * per_place);
-    }
-    if (aovs_.contains(Aov::kVelocity)) {
-      const VelocitySums& velocity = velocities_[i];
-      const double scale = velocity.count > 0 ? 1.0 / velocity.count : 0.0;
-      *p++ = to_finite_float(velocity.x * scale);
-      *p++ = to_finite_float(velocity.y * scale);
-    }
-    if (aovs_.contains(Aov::kClamped)) {
-      for (size_t c = 0; c < 3; ++c) *p++ = n > 0 ? to_finite_float(clamped_[3 * i + c] / n) : 0.0f;
-    }
-    if (!path_layers_.empty()) p = put_layers(i, p);
-    if (aovs_.contains(Aov::kShadow)) {
-      const Rgb shadow = shadows_.shadow(i);
-      p = std::copy_n(&shadow.x, 3, p);
-    }
-    if (aovs_.contains(Aov::kDenoising)) p = put_halves(*this, i, p);
-    if (aovs_.contains(Aov::kId)) *p++ = float(sums.id);
-    if (aovs_.contains(Aov::kTime)) *p++ = to_finite_float(double(seconds_[i]));
-    if (aovs_.contains(Aov::kStop)) *p++ = float(stops_[i]);
-    if (aovs_.contains(Aov::kNonFinite)) *p++ = float(sums.non_finite);
-    if (aovs_.contains(Aov::kPart)) *p++ = float(part_);
   }
 }
 
 uint64_t FilmTile::bytes() const {
-  return sums_.capacity() * sizeof(PixelSums) + squares_.capacity() * sizeof(double) +
-         rays_.capacity() * sizeof(uint32_t) + surfaces_.capacity() * sizeof(SurfaceSums) +
-         places_.capacity() * sizeof(PlaceSums) + velocities_.capacity() * sizeof(VelocitySums) +
-         clamped_.capacity() * sizeof(double) + seconds_.capacity() * sizeof(float) +
-         stops_.capacity() * sizeof(PixelStop) +
-         sample_variances_.capacity() * sizeof(SampleVariance) +
-         shown_.capacity() * sizeof(ShownValue) + light_groups_.bytes() + path_layers_.bytes() +
-         shadows_.bytes() + halves_.bytes() + cryptomattes_.bytes();
+  return records_.capacity() + sample_variances_.capacity() * sizeof(SampleVariance) +
+         shown_.capacity() * sizeof(ShownValue);
 }
 
+// Block by block, each of all pixels.
 void FilmTile::archive(Archive& archive) {
-  archive.values(std::span(sums_.begin(), sums_.size()));
-  archive.values(std::span(squares_.begin(), squares_.size()));
-  archive.values(std::span(rays_.begin(), rays_.size()));
-  archive.values(std::span(surfaces_.begin(), surfaces_.size()));
-  archive.values(std::span(places_.begin(), places_.size()));
-  archive.values(std::span(velocities_.begin(), velocities_.size()));
-  archive.values(std::span(clamped_.begin(), clamped_.size()));
-  archive.values(std::span(seconds_.begin(), seconds_.size()));
-  archive.values(std::span(stops_.begin(), stops_.size()));
-  archive.values(std::span(sample_variances_.begin(), sample_variances_.size()));
-  light_groups_.archive(archive);
-  path_layers_.archive(archive);
-  shadows_.archive(archive);
-  halves_.archive(archive);
-  cryptomattes_.archive(archive);
+  for (const RecordLayout::Part& part : layout_.parts()) {
+    if (part.bytes > 0) archive_block(part, archive);
+    if (part.block == Sums::kStop) {
+      archive.values(std::span(sample_variances_.begin(), sample_variances_.size()));
+    }
+  }
   bool shown = !shown_.empty();
   archive.number(shown, false, true);
-  if (archive.loading()) shown_.reset(shown ? sums_.size() : 0);
+  if (archive.loading()) shown_.reset(shown ? pixels() : 0);
   archive.values(std::span(shown_.begin(), shown_.size()));
   if (archive.loading()) check(archive);
 }
 
-// What was loaded may have been written by anybody: means must be finite, and counts those that the
-// arithmetic here is made for.
+void FilmTile::archive_block(const RecordLayout::Part& part, Archive& archive) {
+  constexpr size_t kPixels = 4096;  // at a time
+  std::vector<std::byte> values;
+  for (size_t first = 0; first < pixels(); first += kPixels) {
+    const size_t count = std::min(kPixels, pixels() - first);
+    values.resize(count * part.bytes);
+    for (size_t k = 0; k < count && !archive.loading(); ++k)
+      std::memcpy(&values[k * part.bytes], record(first + k) + part.offset, part.bytes);
+    archive.values(std::span(values));
+    for (size_t k = 0; k < count && archive.loading(); ++k)
+      std::memcpy(record(first + k) + part.offset, &values[k * part.bytes], part.bytes);
+  }
+  // Checkpoints have had an unused number behind all sums of light since version 1.0.
+  float unused = 0.0f;
+  if (pixels() > 0 && is_of_lights(part.block)) archive.values(std::span(&unused, 1));
+}
+
+// What was loaded may have been written by anybody.
 void FilmTile::check(const Archive& archive) const {
-  const auto finite = [&](const auto& values) {
-    bool all = true;
-    for (const auto value : values) all &= std::isfinite(value);
-    archive.check(all);
+  for (size_t i = 0; i < pixels(); ++i) archive.check(layout_.is_sound(record(i)));
+  const auto are_finite = [](const auto& values) {
+    return std::ranges::all_of(values, [](float value) { return std::isfinite(value); });
   };
-  constexpr uint32_t kMost = 1u << 25;  // of one stream
-  for (const PixelSums& sums : sums_) {
-    const uint64_t count = uint64_t(sums.count[0]) + sums.count[1];
-    archive.check(sums.count[0] <= kMost && sums.count[1] <= kMost && sums.non_finite <= count);
-    finite(sums.rgb[0]);
-    finite(sums.rgb[1]);
-    archive.check(std::isfinite(sums.alpha));
-  }
-  finite(squares_);
-  finite(clamped_);
-  finite(seconds_);
-  for (const SurfaceSums& surface : surfaces_) {
-    finite(surface.albedo);
-    finite(surface.normal);
-    archive.check(std::isfinite(surface.depth));
-  }
-  for (const PlaceSums& place : places_) {
-    finite(place.position);
-    finite(place.uv);
-  }
-  for (const VelocitySums& velocity : velocities_) {
-    archive.check(std::isfinite(velocity.x) && std::isfinite(velocity.y));
-    archive.check(velocity.of_surfaces <= 1);
-  }
-  for (const PixelStop stop : stops_) archive.check(stop <= PixelStop::kGoingOn);
   // A bool that is neither is no bool to C++: looked at as the byte that it is.
   const auto is_flag = [](const bool& flag) {
     uint8_t byte;
@@ -435,12 +319,11 @@ void FilmTile::check(const Archive& archive) const {
   for (size_t i = 0; i < sample_variances_.size(); ++i) {
     const SampleVariance& variance = sample_variances_[i];
     archive.check(is_flag(variance.known));
-    archive.check(!variance.known || sums_[i].samples() > 0);
-    finite(variance.rgb);
+    archive.check(!variance.known || sums(i).samples() > 0);
+    archive.check(are_finite(variance.rgb));
   }
   for (const ShownValue& value : shown_) {
-    archive.check(is_flag(value.set));
-    finite(value.rgba);
+    archive.check(is_flag(value.set) && are_finite(value.rgba));
   }
 }
 

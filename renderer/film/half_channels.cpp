@@ -55,9 +55,9 @@ float* put_halves(const FilmTile& tile, size_t i, float* values) {
     for (size_t c = 0; c < 3; ++c) {
       *values++ = sums.count[half] > 0 ? to_finite_float(sums.rgb[half][c] * scale + shift[c]) : 0;
     }
-    for (const double sum : tile.halves().sums(i, half)) *values++ = to_finite_float(sum * scale);
+    for (const double sum : tile.halves(i).features[half]) *values++ = to_finite_float(sum * scale);
     *values++ = float(sums.count[half]);
-    const std::array<float, kSharedValues>& shared = tile.halves().shared(i, half);
+    const std::array<float, kSharedValues>& shared = tile.halves(i).shared[half];
     for (size_t k = 0; k < kSharedValues; k += 4) {
       const double weight = double(shared[k + 3]) * scale;
       for (size_t c = 0; c < 3; ++c) {
@@ -70,11 +70,10 @@ float* put_halves(const FilmTile& tile, size_t i, float* values) {
 }
 
 float* put_half_lights(const FilmTile& tile, size_t i, int half, float* values) {
-  const LightGroupSums& all = tile.light_groups();
-  const LightGroupSums& second = tile.halves().second_lights();
+  const LightGroupSums all = tile.lights(i), second = tile.second_lights(i);
   const uint32_t count = tile.sums(i).count[half];
   for (int group = 0; group < all.groups(); ++group) {
-    const std::array<double, 3> sum = all.sum(i, group), of_second = second.sum(i, group);
+    const std::array<double, 3> sum = all.sum(group), of_second = second.sum(group);
     for (size_t c = 0; c < 3; ++c) {
       const double of_half = half == 1 ? of_second[c] : sum[c] - of_second[c];
       *values++ = to_finite_float(of_half * per(count));

@@ -6,7 +6,6 @@
 #include <cstring>
 #include <limits>
 
-#include "renderer/core/archive.h"
 #include "renderer/film/finite_float.h"
 #include "renderer/film/light_group_values.h"
 #include "renderer/film/light_mix.h"
@@ -28,20 +27,14 @@ void store3(Color4 value, float* p) { std::memcpy(p, &value, 3 * sizeof(float));
 
 }  // namespace
 
-void LightGroupSums::reset(size_t pixels) {
-  // The last group of the last pixel is read four floats at a time.
-  const size_t size = groups_ >= 0 ? pixels * stride() + 1 : 0;
-  sums_.reset(size);
-  rests_.reset(size);
-}
-
 void LightGroupSums::add_to(size_t at, Color4 value) {
+  float* const rests = sums_ + size();
   const Color4 sum = load3(&sums_[at]);
   // Knuth's exact sum (The Art of Computer Programming, volume 2, section 4.2.2, theorem B), and
   // Dekker's of a large and a small number: whatever they are, the pair holds their sum.
   const Color4 rounded = sum + value;
   const Color4 of_value = rounded - sum;
-  const Color4 left_out = (sum - (rounded - of_value)) + (value - of_value) + load3(&rests_[at]);
+  const Color4 left_out = (sum - (rounded - of_value)) + (value - of_value) + load3(&rests[at]);
   Color4 total = rounded + left_out;
   Color4 rest = left_out - (total - rounded);
   if (!(std::abs(total[0] + total[1] + total[2]) <= kMost)) [[unlikely]] {
@@ -53,86 +46,62 @@ void LightGroupSums::add_to(size_t at, Color4 value) {
     }
   }
   store3(total, &sums_[at]);
-  store3(rest, &rests_[at]);
+  store3(rest, &rests[at]);
 }
 
-void LightGroupSums::add(size_t pixel, float filter_weight, float alpha,
-                         const LightGroupValues& values, int lane) {
-  const size_t first = pixel * stride();
-  add_to(first, Color4{1.0f, alpha * filter_weight, 0.0f, 0.0f});
-  values.for_each(lane, [&](size_t group, const Rgb& radiance) {
-    add_to(first + 3 * (group + 1), color4(radiance * filter_weight));
+void LightGroupSums::add(float filter_weight, float alpha, const LightGroupValues* values,
+                         int lane) {
+  add_to(0, Color4{1.0f, alpha * filter_weight, 0.0f, 0.0f});
+  if (!values) return;
+  values->for_each(lane, [&](size_t group, const Rgb& radiance) {
+    add_to(3 * (group + 1), color4(radiance * filter_weight));
   });
 }
 
-void LightGroupSums::show(size_t pixel, std::span<const Rgb> means) {
-  assert(means.size() == size_t(groups_) && sums_[pixel * stride()] == 0.0f);
-  float* sums = &sums_[pixel * stride()];
-  sums[0] = 1.0f;
-  for (size_t g = 0; g < means.size(); ++g) std::copy_n(&means[g].x, 3, &sums[3 * (g + 1)]);
+void LightGroupSums::show(std::span<const Rgb> means) {
+  assert(means.size() == size_t(groups_) && sums_[0] == 0.0f);
+  sums_[0] = 1.0f;
+  for (size_t g = 0; g < means.size(); ++g) std::copy_n(&means[g].x, 3, &sums_[3 * (g + 1)]);
 }
 
-void LightGroupSums::copy(const LightGroupSums& from, size_t from_pixel, size_t pixel) {
-  assert(from.groups_ == groups_);
-  std::copy_n(&from.sums_[from_pixel * stride()], stride(), &sums_[pixel * stride()]);
-  std::copy_n(&from.rests_[from_pixel * stride()], stride(), &rests_[pixel * stride()]);
-}
-
-void LightGroupSums::add_sums(const LightGroupSums& from, size_t pixel) {
-  assert(from.groups_ == groups_);
-  for (size_t at = pixel * stride(); at < (pixel + 1) * stride(); at += 3) {
-    add_to(at, load3(&from.rests_[at]));
-    add_to(at, load3(&from.sums_[at]));
+void LightGroupSums::merge(const LightGroupSums& more) {
+  assert(more.groups_ == groups_);
+  for (size_t at = 0; at < size(); at += 3) {
+    add_to(at, load3(&more.sums_[size() + at]));
+    add_to(at, load3(&more.sums_[at]));
   }
 }
 
-void LightGroupSums::archive(Archive& archive) {
-  for (ZeroedArray<float>* values : {&sums_, &rests_}) {
-    archive.values(std::span(values->begin(), values->size()));
-    bool finite = true;
-    for (const float value : *values) finite &= std::isfinite(value);
-    archive.check(finite);
-  }
-  // A pixel's first sum counts its samples; everything is divided by it.
-  for (size_t at = 0; at + 1 < sums_.size(); at += stride()) {
-    archive.check(sums_[at] == 0.0f || sums_[at] >= 1.0f);
-  }
+bool LightGroupSums::is_sound() const {
+  return std::all_of(sums_, sums_ + 2 * size(), [](float sum) { return std::isfinite(sum); }) &&
+         (sums_[0] == 0.0f || sums_[0] >= 1.0f);
 }
 
-std::array<double, 3> LightGroupSums::sum(size_t pixel, int group) const {
-  const size_t at = pixel * stride() + 3 * (size_t(group) + 1);
+std::array<double, 3> LightGroupSums::sum(int group) const {
+  const size_t at = 3 * (size_t(group) + 1);
   return {whole(at), whole(at + 1), whole(at + 2)};
 }
 
-Rgb LightGroupSums::mean(size_t pixel, int group) const {
-  const double samples = whole(pixel * stride()), scale = samples > 0 ? 1.0 / samples : 0.0;
-  const std::array<double, 3> total = sum(pixel, group);
+Rgb LightGroupSums::mean(int group) const {
+  const double samples = whole(0), scale = samples > 0 ? 1.0 / samples : 0.0;
+  const std::array<double, 3> total = sum(group);
   return {to_finite_float(total[0] * scale), to_finite_float(total[1] * scale),
           to_finite_float(total[2] * scale)};
 }
 
-void LightGroupSums::relit(size_t pixel, const LightMix& mix, float* rgba) const {
+void LightGroupSums::relit(const LightMix& mix, float* rgba) const {
   assert(mix.size() == size_t(groups_));
-  const float* sums = &sums_[pixel * stride()];
+  const float* sums = sums_;
   const float scale = sums[0] > 0.0f ? 1.0f / sums[0] : 0.0f;
   const float alpha = std::clamp(sums[1] * scale, 0.0f, 1.0f);
   Color4 sum = splat4(0.0f);
   for (size_t group = 0; group < mix.size(); ++group) {
     sums += 3;
-    // The fourth float is the next group's, and of no interest.
+    // The fourth float is the next group's, or one of what was left out: of no interest.
     sum = fma(load4(sums) * splat4(scale), mix.data()[group], sum);
   }
   for (int c = 0; c < 3; ++c) rgba[c] = std::clamp(sum[c], -kMost, kMost);
   rgba[3] = alpha;
-}
-
-void LightGroupSums::prefetch(size_t pixel) const {
-  constexpr size_t kLine = 64 / sizeof(float);
-  const size_t first = pixel * stride();
-  for (size_t i = 0; i < stride(); i += kLine) {
-    __builtin_prefetch(&sums_[first + i], 1);
-    __builtin_prefetch(&rests_[first + i], 1);
-  }
 }
 
 }  // namespace emberline

@@ -12,8 +12,8 @@ LightMix::LightMix(std::span<const Rgb> weights, Of of) : of_(of) {
   for (const Rgb& weight : weights) weights_.push_back(color4(weight));
 }
 
-const LightGroupSums& LightMix::sums(const FilmTile& film) const {
-  return of_ == Of::kLights ? film.light_groups() : film.path_layers();
+LightGroupSums LightMix::sums(const FilmTile& film, size_t pixel) const {
+  return of_ == Of::kLights ? film.lights(pixel) : film.layers(pixel);
 }
 
 void relight(const FilmTile& film, const LightMix& mix, std::span<float> rgba) {
@@ -21,7 +21,7 @@ void relight(const FilmTile& film, const LightMix& mix, std::span<float> rgba) {
   assert(rgba.size() >= 4 * pixels);
   constexpr size_t kGrain = 4096;  // about 15 us
   parallel_ranges(pixels, kGrain, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) mix.sums(film).relit(i, mix, &rgba[4 * i]);
+    for (size_t i = begin; i < end; ++i) mix.sums(film, i).relit(mix, &rgba[4 * i]);
   });
 }
 

@@ -21,8 +21,8 @@ class LightMix {
   // weights[g] is group g's, finite; of as many groups as the film has.
   explicit LightMix(std::span<const Rgb> weights, Of of = Of::kLights);
 
-  // What is mixed of a film.
-  const LightGroupSums& sums(const FilmTile& film) const;
+  // What is mixed of a film's pixel.
+  LightGroupSums sums(const FilmTile& film, size_t pixel) const;
 
   size_t size() const { return weights_.size(); }
   const Color4* data() const { return weights_.data(); }

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "renderer/film/film_channels.h"
+#include "renderer/film/channels.h"
 
 namespace emberline {
 

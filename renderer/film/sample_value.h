@@ -1,6 +1,7 @@
 // What an integrator says of one sample.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -20,6 +21,11 @@ struct FirstHit {
   // Pixels a frame, to the right and up; finite. Where nothing was hit, that of the background.
   Vec2f velocity = Vec2f(0.0f);
 };
+inline bool is_finite(const FirstHit& hit) {
+  return !hit.hit ||
+         (is_finite(hit.albedo) && is_finite(hit.normal) && std::isfinite(hit.depth) &&
+          is_finite(hit.position) && std::isfinite(hit.uv.x) && std::isfinite(hit.uv.y));
+}
 
 // Rays traced for one sample, beside its camera ray.
 struct SampleRays {
@@ -32,8 +38,8 @@ struct SampleRays {
 struct SampleValue {
   Rgb radiance = Rgb(0.0f);
   float alpha = 0.0f;
-  FirstHit first_hit;
-  SampleRays rays;
+  FirstHit first_hit = {};
+  SampleRays rays = {};
   Rgb clamped = Rgb(0.0f);  // what the radiance lacks: IntegratorSettings::clamp_indirect
 };
 

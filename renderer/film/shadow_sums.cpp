@@ -3,18 +3,21 @@
 #include <algorithm>
 #include <cmath>
 
-#include "renderer/core/archive.h"
+#include "renderer/film/film_sample.h"
 #include "renderer/film/finite_float.h"
 
 namespace emberline {
 namespace {
+
+// Where the sums of a pixel are.
+constexpr size_t kReceived = 0, kUnshadowed = 3, kCatcher = 6, kHidden = 7, kBackground = 8;
 
 // 1 where there is nothing to be shadowed.
 double ratio(double received, double unshadowed) {
   return unshadowed > 0.0 ? std::clamp(received / unshadowed, 0.0, 1.0) : 1.0;
 }
 
-double luminance_of(const double (&rgb)[3]) {
+double luminance_of(const double* rgb) {
   return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
 }
 
@@ -25,60 +28,30 @@ bool is_finite(const CatcherSample& sample) {
          std::isfinite(sample.catcher + sample.hidden + sample.background);
 }
 
-void ShadowSums::add(size_t pixel, float filter_weight, const CatcherSample& sample) {
-  Sums& sums = sums_[pixel];
+void add_shadow(const FilmSample& sample, double* sums) {
+  if (!sample.catcher) return;
+  const CatcherSample& seen = *sample.catcher;
   for (int c = 0; c < 3; ++c) {
-    sums.received[c] += double(sample.received[c] * filter_weight);
-    sums.unshadowed[c] += double(sample.unshadowed[c] * filter_weight);
+    sums[kReceived + size_t(c)] += double(seen.received[c] * sample.filter_weight);
+    sums[kUnshadowed + size_t(c)] += double(seen.unshadowed[c] * sample.filter_weight);
   }
-  sums.catcher += double(sample.catcher * filter_weight);
-  sums.hidden += double(sample.hidden * filter_weight);
-  sums.background += double(sample.background * filter_weight);
+  sums[kCatcher] += double(seen.catcher * sample.filter_weight);
+  sums[kHidden] += double(seen.hidden * sample.filter_weight);
+  sums[kBackground] += double(seen.background * sample.filter_weight);
 }
 
-void ShadowSums::add_sums(const ShadowSums& from, size_t pixel) {
-  Sums& sums = sums_[pixel];
-  const Sums& more = from.sums_[pixel];
-  for (int c = 0; c < 3; ++c) {
-    sums.received[c] += more.received[c];
-    sums.unshadowed[c] += more.unshadowed[c];
+void put_shadow(const double* sums, float* rgb) {
+  const double shows = sums[kCatcher] + sums[kBackground];
+  const double share = shows > 0.0 ? std::clamp(sums[kCatcher] / shows, 0.0, 1.0) : 0.0;
+  for (size_t c = 0; c < 3; ++c) {
+    const double lit = ratio(sums[kReceived + c], sums[kUnshadowed + c]);
+    rgb[c] = to_finite_float(1.0 - share * (1.0 - lit));
   }
-  sums.catcher += more.catcher;
-  sums.hidden += more.hidden;
-  sums.background += more.background;
 }
 
-void ShadowSums::copy(const ShadowSums& from, size_t from_pixel, size_t pixel) {
-  sums_[pixel] = from.sums_[from_pixel];
-}
-
-Rgb ShadowSums::shadow(size_t pixel) const {
-  const Sums& sums = sums_[pixel];
-  const double shows = sums.catcher + sums.background;
-  const double share = shows > 0.0 ? std::clamp(sums.catcher / shows, 0.0, 1.0) : 0.0;
-  Rgb shadow;
-  for (int c = 0; c < 3; ++c) {
-    shadow[c] = to_finite_float(1.0 - share * (1.0 - ratio(sums.received[c], sums.unshadowed[c])));
-  }
-  return shadow;
-}
-
-double ShadowSums::alpha(size_t pixel) const {
-  const Sums& sums = sums_[pixel];
-  return sums.hidden * (1.0 - ratio(luminance_of(sums.received), luminance_of(sums.unshadowed)));
-}
-
-void ShadowSums::archive(Archive& archive) {
-  archive.values(std::span(sums_.begin(), sums_.size()));
-  if (!archive.loading()) return;
-  bool sound = true;
-  for (const Sums& sums : sums_) {
-    for (const double v : sums.received) sound &= std::isfinite(v);
-    for (const double v : sums.unshadowed) sound &= std::isfinite(v);
-    sound &= std::isfinite(sums.catcher) && std::isfinite(sums.hidden);
-    sound &= std::isfinite(sums.background);
-  }
-  archive.check(sound);
+double shadow_alpha(const double* sums) {
+  return sums[kHidden] *
+         (1.0 - ratio(luminance_of(sums + kReceived), luminance_of(sums + kUnshadowed)));
 }
 
 }  // namespace emberline

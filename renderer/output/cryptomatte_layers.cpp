@@ -41,14 +41,14 @@ std::vector<std::string> cryptomatte_channel_names(std::span<const CryptomatteKi
 
 void append_cryptomattes(const FilmTile& tile, std::vector<float>& pixels,
                          std::span<CryptomatteReport> reports) {
-  const CryptomatteSums& sums = tile.cryptomattes();
-  const size_t ranked = layers_of(sums.levels()) * kRanksOfLayer;
+  const auto kinds = size_t(tile.extras().cryptomattes);
+  const size_t ranked = layers_of(size_t(tile.extras().cryptomatte_levels)) * kRanksOfLayer;
   std::vector<CryptomatteSums::Rank> ranks(ranked);
-  append_channels(size_t(tile.rect().area()), sums.kinds() * (2 * ranked + 1), pixels,
+  append_channels(size_t(tile.rect().area()), kinds * (2 * ranked + 1), pixels,
                   [&](size_t pixel, float* values) {
-                    for (size_t kind = 0; kind < sums.kinds(); ++kind) {
+                    for (size_t kind = 0; kind < kinds; ++kind) {
                       const float lost =
-                          sums.resolve(pixel, kind, tile.sums(pixel).samples(), ranks);
+                          tile.mattes(pixel).resolve(kind, tile.sums(pixel).samples(), ranks);
                       for (const CryptomatteSums::Rank& rank : ranks) {
                         *values++ = std::bit_cast<float>(rank.id);
                         *values++ = rank.coverage;

@@ -60,7 +60,7 @@ uint64_t light_group_bytes(const RenderOptions& options, const OutputSettings& s
     const uint64_t copies = (checkpoint_path(options).empty() ? 1 : 2) *
                             (settings.aovs.contains(Aov::kDenoising) ? 2 : 1);
     bytes = bytes_of(uint64_t(settings.crop.area()),
-                     copies * LightGroupSums::bytes_per_pixel(layers.size()) +
+                     copies * LightGroupSums::bytes_per_pixel(int(layers.size())) +
                          shown_layer_bytes_per_pixel(layers.size()));
   }
   return bytes + output_bytes(options, settings, layers) - output_bytes(options, settings, {});
@@ -70,7 +70,7 @@ uint64_t light_group_bytes(const RenderOptions& options, const OutputSettings& s
 // that of a half.
 uint64_t light_tile_bytes_per_pixel(const AovSet& aovs, size_t lights) {
   const uint64_t films = aovs.contains(Aov::kDenoising) ? 2 : 1;
-  return films * LightGroupSums::bytes_per_pixel(lights);
+  return films * LightGroupSums::bytes_per_pixel(int(lights));
 }
 
 // The lists of the frame's buckets, and where each output has them.

@@ -61,13 +61,12 @@ std::vector<std::string> light_channel_names(const std::vector<std::string>& lay
 }
 
 void append_light_layers(const FilmTile& tile, std::vector<float>& pixels) {
-  const LightGroupSums& lights = tile.light_groups();
   const auto count = size_t(tile.rect().area());
-  const auto groups = size_t(lights.groups());
-  const int halves = tile.halves().empty() ? 0 : 2;
+  const auto groups = size_t(tile.extras().light_groups);
+  const int halves = tile.has(Sums::kHalves) ? 2 : 0;
   append_channels(count, 3 * groups * size_t(1 + halves), pixels, [&](size_t i, float* values) {
     for (size_t g = 0; g < groups; ++g) {
-      const Rgb mean = lights.mean(i, int(g));
+      const Rgb mean = tile.lights(i).mean(int(g));
       values = std::copy_n(&mean.x, 3, values);
     }
     for (int half = 0; half < halves; ++half) values = put_half_lights(tile, i, half, values);

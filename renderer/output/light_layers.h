@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "renderer/film/film_channels.h"
+#include "renderer/film/channels.h"
 #include "renderer/scene/light_groups.h"
 
 namespace emberline {

@@ -13,7 +13,7 @@
 #include "io/display/display.h"
 #include "io/image/output.h"
 #include "renderer/core/rect.h"
-#include "renderer/film/film_channels.h"
+#include "renderer/film/channels.h"
 #include "renderer/output/render_options.h"
 #include "renderer/statistics/heatmap_quantity.h"
 

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "renderer/film/film_channels.h"
+#include "renderer/film/channels.h"
 #include "renderer/statistics/heatmap.h"
 
 namespace emberline {

@@ -8,8 +8,8 @@
 #include "renderer/drivers/adaptive/allocation.h"
 #include "renderer/drivers/adaptive/error_estimator.h"
 #include "renderer/drivers/adaptive/round_planner.h"
+#include "renderer/film/channels.h"
 #include "renderer/film/film.h"
-#include "renderer/film/film_channels.h"
 #include "renderer/film/film_extras.h"
 #include "renderer/film/sample_value.h"
 
@@ -29,7 +29,7 @@ std::shared_ptr<const FilmTile> noisy_film() {
       for (uint32_t k = 0; k < 16; ++k) {
         SampleValue value;
         value.radiance = Rgb(mean * (0.9f + 0.2f * random_unit(2, 16 * pixel + k)));
-        film->add(x, y, int(k >> 3), 1.0f, value);
+        film->add(x, y, {value, 1.0f, int(k >> 3)});
       }
     }
   }

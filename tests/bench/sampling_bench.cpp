@@ -93,7 +93,7 @@ void add_films() {
     add_benchmark(std::string("film/add") + (*aovs ? "/all_aovs" : ""),
                   [tile, values, n = 0u]() mutable {
                     const uint32_t pixel = n++ / 16 % 4096;
-                    return tile->add(int(pixel % 64), int(pixel / 64), 0, 1.0f, values());
+                    return tile->add(int(pixel % 64), int(pixel / 64), {values(), 1.0f, 0});
                   });
   }
 }

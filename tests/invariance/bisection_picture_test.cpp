@@ -7,8 +7,8 @@
 
 #include "renderer/drivers/bisection_driver.h"
 #include "renderer/drivers/bisection_picture.h"
+#include "renderer/film/channels.h"
 #include "renderer/film/film.h"
-#include "renderer/film/film_channels.h"
 
 namespace emberline {
 namespace {
@@ -43,7 +43,7 @@ class Unfinished {
       for (size_t i = 0; i < list.size(); ++i) {
         if (part + partial >= parts && i % 2 == 1) continue;
         const PixelWork& w = list[i];
-        film_.add(w.x, w.y, 0, 1.0f, {Rgb(value_(w.x, w.y)), 1.0f, {}, {}});
+        film_.add(w.x, w.y, {{Rgb(value_(w.x, w.y)), 1.0f, {}, {}}, 1.0f, 0});
       }
     }
     size_t step = parts - partial == pass_.parts() ? steps_.size() : pass_.step_of(parts - partial);

@@ -24,7 +24,7 @@ SampleValue grey(float v) { return {Rgb(v), 1.0f, {}, {}}; }
 TEST(Film, LongAccumulation) {
   FilmTile tile{AovSet{}};
   tile.reset({0, 0, 1, 1});
-  for (uint32_t i = 0; i < 1u << 25; ++i) tile.add(0, 0, 0, 1.0f, grey(0.1f));
+  for (uint32_t i = 0; i < 1u << 25; ++i) tile.add(0, 0, {grey(0.1f), 1.0f, 0});
   EXPECT_NEAR(tile.mean(0, 0).x, 0.1, 0.1 * 1e-6);
   EXPECT_EQ(tile.sample_count(0, 0), 1u << 25);
 }
@@ -35,10 +35,10 @@ TEST(Film, NonFiniteSamples) {
   tile.reset({2, 3, 4, 5});
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float inf = std::numeric_limits<float>::infinity();
-  EXPECT_TRUE(tile.add(3, 4, 0, 1.0f, grey(1.0f)));
-  EXPECT_FALSE(tile.add(3, 4, 0, 1.0f, {Rgb(1.0f, nan, 1.0f), 1.0f, {}, {}}));
-  EXPECT_FALSE(tile.add(3, 4, 0, 1.0f, {Rgb(inf, 0.0f, 0.0f), 1.0f, {}, {}}));
-  EXPECT_TRUE(tile.add(3, 4, 0, 1.0f, grey(2.0f)));
+  EXPECT_TRUE(tile.add(3, 4, {grey(1.0f), 1.0f, 0}));
+  EXPECT_FALSE(tile.add(3, 4, {{Rgb(1.0f, nan, 1.0f), 1.0f, {}, {}}, 1.0f, 0}));
+  EXPECT_FALSE(tile.add(3, 4, {{Rgb(inf, 0.0f, 0.0f), 1.0f, {}, {}}, 1.0f, 0}));
+  EXPECT_TRUE(tile.add(3, 4, {grey(2.0f), 1.0f, 0}));
   EXPECT_EQ(tile.non_finite(3, 4), 2u);
   EXPECT_EQ(tile.sample_count(3, 4), 4u);
   EXPECT_FLOAT_EQ(tile.mean(3, 4).x, 3.0f / 4);
@@ -54,7 +54,7 @@ TEST(Film, NonFiniteSamples) {
 TEST(Film, VarianceOfTheMean) {
   FilmTile tile(AovSet::parse("variance"));
   tile.reset({0, 0, 1, 1});
-  for (const float v : {1.0f, 2.0f, 4.0f, 9.0f}) tile.add(0, 0, 0, 1.0f, grey(v));
+  for (const float v : {1.0f, 2.0f, 4.0f, 9.0f}) tile.add(0, 0, {grey(v), 1.0f, 0});
   std::vector<float> out;
   tile.resolve(out);
   // Mean 4; squared deviations 9 + 4 + 0 + 25 = 38; over n (n - 1) = 12.
@@ -64,8 +64,8 @@ TEST(Film, VarianceOfTheMean) {
 TEST(Film, VarianceFromTwoStreams) {
   FilmTile tile(AovSet::parse("variance"));
   tile.reset({0, 0, 1, 1});
-  for (const float v : {1.0f, 3.0f}) tile.add(0, 0, 0, 1.0f, grey(v));
-  for (const float v : {5.0f, 7.0f}) tile.add(0, 0, 1, 1.0f, grey(v));
+  for (const float v : {1.0f, 3.0f}) tile.add(0, 0, {grey(v), 1.0f, 0});
+  for (const float v : {5.0f, 7.0f}) tile.add(0, 0, {grey(v), 1.0f, 1});
   std::vector<float> out;
   tile.resolve(out);
   EXPECT_FLOAT_EQ(out[0], 4.0f);
@@ -78,12 +78,12 @@ TEST(Film, VarianceAsTheDriverTellsIt) {
   FilmTile tile(AovSet::parse("variance"), {.sample_variance = true});
   tile.reset({0, 0, 2, 1});
   for (int x = 0; x < 2; ++x) {
-    for (const float v : {1.0f, 2.0f, 4.0f, 9.0f}) tile.add(x, 0, 0, 1.0f, grey(v));
+    for (const float v : {1.0f, 2.0f, 4.0f, 9.0f}) tile.add(x, 0, {grey(v), 1.0f, 0});
   }
   tile.set_sample_variance(1, {8, 2, 0});
   EXPECT_NEAR(tile.variance(0, 0)->x, 38.0 / 12, 1e-6);
   EXPECT_EQ(*tile.variance(1, 0), Rgb(2, 0.5f, 0));
-  for (int i = 0; i < 4; ++i) tile.add(1, 0, 0, 1.0f, grey(4));
+  for (int i = 0; i < 4; ++i) tile.add(1, 0, {grey(4), 1.0f, 0});
   EXPECT_EQ(*tile.variance(1, 0), Rgb(1, 0.25f, 0));
   EXPECT_EQ(tile.mean(1, 0), Rgb(4));
 
@@ -115,7 +115,7 @@ TEST(Film, RoomForToldVariancesIsNoneWhereNoneIsTold) {
 TEST(Film, VarianceStaysFinite) {
   FilmTile tile(AovSet::parse("variance"));
   tile.reset({0, 0, 1, 1});
-  for (const float v : {0.0f, 1e25f}) tile.add(0, 0, 0, 1.0f, grey(v));
+  for (const float v : {0.0f, 1e25f}) tile.add(0, 0, {grey(v), 1.0f, 0});
   std::vector<float> out;
   tile.resolve(out);
   for (const float v : out) EXPECT_TRUE(std::isfinite(v));
@@ -126,8 +126,8 @@ TEST(Film, HalvesAddUpToTheWhole) {
   split.reset({0, 0, 1, 1});
   whole.reset({0, 0, 1, 1});
   for (int i = 0; i < 32; ++i) {
-    split.add(0, 0, (i >> 3) & 1, 1.0f, grey(float(i)));
-    whole.add(0, 0, 0, 1.0f, grey(float(i)));
+    split.add(0, 0, {grey(float(i)), 1.0f, (i >> 3) & 1});
+    whole.add(0, 0, {grey(float(i)), 1.0f, 0});
   }
   EXPECT_FLOAT_EQ(split.mean(0, 0).x, whole.mean(0, 0).x);
   EXPECT_FLOAT_EQ(whole.mean(0, 0).x, 15.5f);
@@ -150,8 +150,8 @@ TEST(Film, VelocityIsThatOfSurfaces) {
     more.reset({0, 0, 2, 1});
     for (size_t i = 0; i < samples.size(); ++i) {
       FilmTile& to = i < first_film ? film : more;
-      to.add(0, 0, 0, 1.0f, samples[i]);
-      if (!samples[i].first_hit.hit) to.add(1, 0, 0, 1.0f, samples[i]);
+      to.add(0, 0, {samples[i], 1.0f, 0});
+      if (!samples[i].first_hit.hit) to.add(1, 0, {samples[i], 1.0f, 0});
     }
     film.add_film(more);
     std::vector<std::byte> bytes;
@@ -185,7 +185,7 @@ TEST(Film, SumsThatSomebodyElseWroteAreWrittenAsNumbers) {
   FilmTile film(aovs, extras);
   film.reset({0, 0, 2, 1});
   const DenoiserFeatures seen = {Rgb(0.5f), Vec3f(0.0f, 0.0f, 1.0f), 1.0f, 1.0f};
-  for (int i = 0; i < 4; ++i) film.add(0, 0, i & 1, 1.0f, moving(true, 1, 2), &seen);
+  for (int i = 0; i < 4; ++i) film.add(0, 0, {moving(true, 1, 2), 1.0f, i & 1, &seen});
   std::vector<std::byte> state;
   Archive saving(state);
   film.archive(saving);
@@ -223,7 +223,7 @@ TEST(Film, SumsThatSomebodyElseWroteAreWrittenAsNumbers) {
             << "round " << round << ": " << film_channel_names(aovs)[i % (out.size() / 2)];
       }
       for (int group = 0; group < 2; ++group) {
-        ASSERT_TRUE(is_finite(tile->light_groups().mean(0, group))) << round;
+        ASSERT_TRUE(is_finite(tile->lights(0).mean(group))) << round;
       }
       const FilmTile::Surface surface = tile->surface(0, 0);
       ASSERT_TRUE(std::isfinite(surface.albedo[0]) && std::isfinite(surface.nearness)) << round;

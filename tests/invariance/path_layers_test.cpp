@@ -314,17 +314,16 @@ TEST(PathLayers, OfAFilm) {
   values.add(0, layers.place_of(PathLayer::kReflection), Rgb(1.0f), Rgb(9.0f));  // not wanted
   FilmTile film(aovs), other(aovs), read(aovs);
   for (FilmTile* tile : {&film, &other, &read}) tile->reset({0, 0, 2, 1});
-  film.add(0, 0, 0, 1.0f, {Rgb(2, 4, 6), 1.0f, {}, {}});
-  film.add_layers(0, 0, 1.0f, 1.0f, values, 0);
+  const SampleValue lit{Rgb(2, 4, 6), 1.0f, {}, {}}, black{Rgb(0.0f), 1.0f, {}, {}};
+  film.add(0, 0, {.value = lit, .layers = &values});
   std::vector<std::byte> state;
   Archive saving(state);
   film.archive(saving);
   Archive loading{std::span<const std::byte>(state)};
   read.archive(loading);
   loading.end();
-  other.add(0, 0, 0, 1.0f, {Rgb(0.0f), 1.0f, {}, {}});
   values.clear(0);
-  other.add_layers(0, 0, 1.0f, 1.0f, values, 0);
+  other.add(0, 0, {.value = black, .layers = &values});
   read.add_film(other);
   std::vector<float> pixels;
   read.resolve(pixels);

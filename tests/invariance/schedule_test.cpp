@@ -83,8 +83,8 @@ class Listed {
       SampleValue value;
       value.radiance = Rgb(to_unit_float(noise) * float(work.x % 7));
       value.alpha = 1.0f;
-      film_.add(work.x, work.y, 0, 1.0f, value);
-      film_.add_rays(work.x, work.y, 1 + noise % 5);
+      value.rays.scatter = noise % 5;
+      film_.add(work.x, work.y, {value});
     }
     return work.sample_count;
   }

@@ -16,7 +16,7 @@ TEST(LongSum, OfAConstant) {
   FilmTile tile{AovSet{}};
   tile.reset({0, 0, 1, 1});
   const SampleValue value{Rgb(.1f), 1.0f, {}, {}};
-  for (uint32_t i = 0; i < 1u << 25; ++i) tile.add(0, 0, int(i >> 3 & 1), 1.0f, value);
+  for (uint32_t i = 0; i < 1u << 25; ++i) tile.add(0, 0, {value, 1.0f, int(i >> 3 & 1)});
   expect_case({"31", "mean of 2^25 samples of .1"}, {.1, double(tile.mean(0, 0).x), 0, 1e-7},
               "FilmTile, 2^25 samples");
 }
@@ -27,8 +27,8 @@ TEST(LongSum, AtTheEndsOfFloat) {
   FilmTile tile{AovSet::parse("variance")};
   tile.reset({0, 0, 2, 1});
   for (uint32_t i = 0; i < 1u << 20; ++i) {
-    ASSERT_TRUE(tile.add(0, 0, 0, 1.0f, {Rgb(3e38f), 1.0f, {}, {}}));
-    ASSERT_TRUE(tile.add(1, 0, 0, 1.0f, {Rgb(i == 0 ? 1e-30f : 1e-36f), 1.0f, {}, {}}));
+    ASSERT_TRUE(tile.add(0, 0, {{Rgb(3e38f), 1.0f, {}, {}}, 1.0f, 0}));
+    ASSERT_TRUE(tile.add(1, 0, {{Rgb(i == 0 ? 1e-30f : 1e-36f), 1.0f, {}, {}}, 1.0f, 0}));
   }
   expect_case({"E27", "mean of 2^20 samples of 3e38, over 3e38"},
               {1, double(tile.mean(0, 0).x) / double(3e38f), 0, 1e-6}, "FilmTile");

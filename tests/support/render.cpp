@@ -30,7 +30,7 @@ void MemorySink::keep_lights(const FilmTile& tile, int x, int y) {
   const auto groups = size_t(image_.light_groups);
   for (size_t g = 0; g < groups; ++g) {
     image_.lights[image_.crop.index_of(x, y) * groups + g] =
-        tile.light_groups().mean(tile.rect().index_of(x, y), int(g));
+        tile.lights(tile.rect().index_of(x, y)).mean(int(g));
   }
 }
 

@@ -43,10 +43,9 @@ class SyntheticFrame {
       for (; have_[i] < targets[i]; ++have_[i]) {
         TestRandom random(seed_, (uint64_t(i) << 32) + have_[i]);
         const Sample sample = draw_(x, y, random);
-        film_.add(x, y, int((have_[i] >> 3) & 1u), 1.0f,
-                  {.radiance = Rgb(sample.radiance), .alpha = 1.0f, .first_hit = {}, .rays = {}},
-                  &seen);
-        film_.add_rays(x, y, sample.rays);
+        const SampleValue value = {
+            .radiance = Rgb(sample.radiance), .alpha = 1.0f, .rays = {.scatter = sample.rays - 1}};
+        film_.add(x, y, {value, 1.0f, int((have_[i] >> 3) & 1u), &seen});
       }
     }
   }

@@ -29,15 +29,15 @@ struct Block {
     for (size_t j = 0; j < pixels; ++j) {
       const size_t ahead = std::min(first + j + kPixels, last);
       __builtin_prefetch(&film.sums(ahead));
-      __builtin_prefetch(film.squares() + 3 * ahead);
+      __builtin_prefetch(film.squares(ahead));
       const PixelSums& sums = film.sums(first + j);
-      const double* squares_of_pixel = film.squares() + 3 * (first + j);
+      const double* squares_of_pixel = film.squares(first + j);
       for (size_t stream = 0; stream < 2; ++stream) {
         count[stream][j] = sums.count[stream];
         for (size_t c = 0; c < 3; ++c) rgb[stream][c][j] = sums.rgb[stream][c];
       }
       for (size_t c = 0; c < 3; ++c) squares[c][j] = squares_of_pixel[c];
-      rays[j] = film.rays()[first + j];
+      rays[j] = film.rays(first + j);
     }
   }
 };

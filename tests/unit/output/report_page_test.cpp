@@ -44,7 +44,7 @@ FilmTile film() {
   tile.reset(kWindow);
   for (int y = kWindow.y0; y < kWindow.y1; ++y) {
     for (int x = kWindow.x0; x < kWindow.x1; ++x) {
-      for (int s = 0; s <= x % 3; ++s) tile.add(x, y, 0, 1, grey(0.5f));
+      for (int s = 0; s <= x % 3; ++s) tile.add(x, y, {grey(0.5f), 1, 0});
     }
   }
   return tile;
@@ -160,7 +160,7 @@ TEST(ReportPictures, LargeFramesAreAveraged) {
   tile.reset(crop);
   for (int y = 0; y < 3; ++y) {
     for (int x = 0; x < crop.x1; ++x) {
-      for (int s = 0; s <= x % 2; ++s) tile.add(x, y, 0, 1, grey(x % 2 ? 1.0f : 0.0f));
+      for (int s = 0; s <= x % 2; ++s) tile.add(x, y, {grey(x % 2 ? 1.0f : 0.0f), 1, 0});
     }
   }
   pictures.add(tile);

@@ -2,8 +2,8 @@
 #include "renderer/drivers/adaptive/pixel_statistics.h"
 #include "renderer/core/rect.h"
 #include "renderer/core/vector.h"
+#include "renderer/film/channels.h"
 #include "renderer/film/film.h"
-#include "renderer/film/film_channels.h"
 
 #include <gtest/gtest.h>
 
@@ -18,8 +18,9 @@ FilmTile film_of(const Rect& crop) {
   return film;
 }
 
-void add(FilmTile* film, int x, int y, int stream, const Rgb& radiance) {
-  film->add(x, y, stream, 1.0f, {.radiance = radiance, .alpha = 1.0f, .first_hit = {}, .rays = {}});
+void add(FilmTile* film, int x, int y, int stream, const Rgb& radiance, uint32_t rays = 1) {
+  const SampleRays traced{.scatter = rays - 1};
+  film->add(x, y, {{.radiance = radiance, .alpha = 1.0f, .rays = traced}, 1.0f, stream});
 }
 
 PixelStatistics gather(const FilmTile& film) {
@@ -32,9 +33,8 @@ TEST(PixelStatistics, TwoStreams) {
   FilmTile film = film_of({10, 20, 13, 22});
   // Stream A holds 1, 3 and 5, stream B 2 and 6: mean 17/5, A - B = 3 - 4, sum of squares 75,
   // variance (75 - 17^2 / 5) / 4.
-  for (const float x : {1.0f, 3.0f, 5.0f}) add(&film, 11, 21, 0, {x, 10 * x, 0});
-  for (const float x : {2.0f, 6.0f}) add(&film, 11, 21, 1, {x, 10 * x, 0});
-  film.add_rays(11, 21, 30);
+  for (const float x : {1.0f, 3.0f, 5.0f}) add(&film, 11, 21, 0, {x, 10 * x, 0}, 6);
+  for (const float x : {2.0f, 6.0f}) add(&film, 11, 21, 1, {x, 10 * x, 0}, 6);
   const PixelStatistics pixels = gather(film);
   ASSERT_EQ(pixels.width, 3);
   ASSERT_EQ(pixels.height, 2);
@@ -109,9 +109,9 @@ TEST(PixelStatistics, EveryPixelOfAnySize) {
     for (int i = 0; i < 3 * width; ++i) {
       const int x = 5 + i % width, y = 7 + i / width;
       // Both streams' means are i + 1 and i + 3, their sizes 1 and 2.
-      add(&film, x, y, 0, Rgb(float(i + 1)));
-      for (const int value : {i + 2, i + 4}) add(&film, x, y, 1, Rgb(float(value)));
-      film.add_rays(x, y, uint32_t(3 * (i + 1)));
+      add(&film, x, y, 0, Rgb(float(i + 1)), uint32_t(i + 1));
+      for (const int value : {i + 2, i + 4})
+        add(&film, x, y, 1, Rgb(float(value)), uint32_t(i + 1));
     }
     const PixelStatistics pixels = gather(film);
     for (int i = 0; i < 3 * width; ++i) {

@@ -6,8 +6,8 @@
 #include "renderer/core/vector.h"
 #include "renderer/drivers/adaptive/ordered_sum.h"
 #include "renderer/drivers/adaptive/round_planner.h"
+#include "renderer/film/channels.h"
 #include "renderer/film/film.h"
-#include "renderer/film/film_channels.h"
 
 namespace emberline {
 namespace {
@@ -57,8 +57,8 @@ Chosen chosen_of_a_constant(uint32_t seed) {
   for (int y = 0; y < kSize; ++y) {
     for (int x = 0; x < kSize; ++x) {
       for (uint32_t k = 0; k < pilot; ++k) {
-        film.add(x, y, 0, 1.0f,
-                 {.radiance = Rgb(0.5f), .alpha = 1.0f, .first_hit = {}, .rays = {}});
+        film.add(x, y,
+                 {{.radiance = Rgb(0.5f), .alpha = 1.0f, .first_hit = {}, .rays = {}}, 1.0f, 0});
       }
     }
   }

@@ -1,7 +1,7 @@
 // What a mean over rounds is and how sure it is, on made-up samples.
 #include "renderer/drivers/adaptive/round_averages.h"
+#include "renderer/film/channels.h"
 #include "renderer/film/film.h"
-#include "renderer/film/film_channels.h"
 
 #include <gtest/gtest.h>
 
@@ -29,8 +29,10 @@ RoundAverages average(std::span<const Round> rounds, bool stratified, int stream
   for (const Round& round : rounds) {
     for (int k = 0; k < round.count; ++k) {
       const double u = random.next_double(), value = stratified ? (k + u) / double(round.count) : u;
-      film.add(0, 0, k % streams, 1.0f,
-               {.radiance = Rgb(float(value)), .alpha = 1.0f, .first_hit = {}, .rays = {}});
+      film.add(0, 0,
+               {{.radiance = Rgb(float(value)), .alpha = 1.0f, .first_hit = {}, .rays = {}},
+                1.0f,
+                k % streams});
     }
     averages.add_round(film, round.weight);
   }

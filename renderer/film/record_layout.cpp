@@ -1,0 +1,352 @@
+#include "renderer/film/record_layout.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <iterator>
+
+#include "renderer/film/half_sums.h"
+#include "renderer/film/path_layers.h"
+#include "renderer/film/pixel_stop.h"
+
+namespace emberline {
+namespace {
+
+using Part = RecordLayout::Part;
+
+// A block of any film, and what is done with it. Functions that are null have nothing to do.
+struct BlockType {
+  size_t alignment;
+  size_t (*bytes)(const FilmContents& contents);  // 0: not kept
+  SumGroup group = SumGroup::kNone;
+  void (*add)(const RecordLayout& layout, const Part& part, std::byte* record,
+              const FilmSample& sample, bool finite) = nullptr;
+  void (*merge)(const RecordLayout& layout, const Part& part, std::byte* record,
+                const std::byte* more) = nullptr;
+  bool (*is_sound)(const RecordLayout& layout, const Part& part, const std::byte* record) = nullptr;
+};
+
+template <class T>
+bool all_finite(const T* values, size_t count) {
+  return std::all_of(values, values + count, [](T value) { return std::isfinite(value); });
+}
+
+// Sums that are merged by adding them.
+template <class T, size_t kCount>
+void merge_numbers(const RecordLayout&, const Part& part, std::byte* record,
+                   const std::byte* more) {
+  for (size_t i = 0; i < kCount; ++i) sums_at<T>(part, record)[i] += sums_at<T>(part, more)[i];
+}
+template <class T, size_t kCount>
+bool numbers_are_sound(const RecordLayout&, const Part& part, const std::byte* record) {
+  return all_finite(sums_at<T>(part, record), kCount);
+}
+
+void merge_pixel(const RecordLayout&, const Part& part, std::byte* record, const std::byte* from) {
+  PixelSums& sums = *sums_at<PixelSums>(part, record);
+  const PixelSums& more = *sums_at<PixelSums>(part, from);
+  for (int half = 0; half < 2; ++half) {
+    for (int c = 0; c < 3; ++c) sums.rgb[half][c] += more.rgb[half][c];
+    sums.count[half] += more.count[half];
+  }
+  sums.alpha += more.alpha;
+  sums.non_finite += more.non_finite;
+  if (sums.id == 0) sums.id = more.id;
+}
+
+bool pixel_is_sound(const RecordLayout&, const Part& part, const std::byte* record) {
+  constexpr uint32_t kMost = 1u << 25;  // of one stream
+  const PixelSums& sums = *sums_at<PixelSums>(part, record);
+  const uint64_t count = uint64_t(sums.count[0]) + sums.count[1];
+  return sums.count[0] <= kMost && sums.count[1] <= kMost && sums.non_finite <= count &&
+         all_finite(&sums.rgb[0][0], 6) && std::isfinite(sums.alpha);
+}
+
+void add_squares(const RecordLayout&, const Part& part, std::byte* record, const FilmSample& sample,
+                 bool finite) {
+  if (!finite) return;
+  const Rgb weighted = sample.value.radiance * sample.filter_weight;
+  double* sums = sums_at<double>(part, record);
+  for (int c = 0; c < 3; ++c) sums[c] = fma(double(weighted[c]), double(weighted[c]), sums[c]);
+}
+
+void add_rays(const RecordLayout&, const Part& part, std::byte* record, const FilmSample& sample,
+              bool) {
+  *sums_at<uint32_t>(part, record) += sample.value.rays.total();
+}
+
+uint32_t* hits_of(const Part& part, std::byte* record) {
+  return reinterpret_cast<uint32_t*>(sums_at<double>(part, record) + part.sums);
+}
+
+void add_group(const RecordLayout&, const Part& part, std::byte* record, const FilmSample& sample,
+               bool finite) {
+  if (!finite || (part.of_hits && !sample.value.first_hit.hit)) return;
+  double* sums = sums_at<double>(part, record);
+  for (const ChannelRow& row : part.rows) {
+    row.add(sample, sums);
+    sums += row.sum_count();
+  }
+  if (part.of_hits) ++*hits_of(part, record);
+}
+
+void merge_group(const RecordLayout&, const Part& part, std::byte* record, const std::byte* more) {
+  for (size_t i = 0; i < part.sums; ++i)
+    sums_at<double>(part, record)[i] += sums_at<double>(part, more)[i];
+  if (part.of_hits) *hits_of(part, record) += *hits_of(part, const_cast<std::byte*>(more));
+}
+
+bool group_is_sound(const RecordLayout&, const Part& part, const std::byte* record) {
+  return all_finite(sums_at<double>(part, record), part.sums);
+}
+
+void add_velocities(VelocitySums& sums, const VelocitySums& more) {
+  if (more.of_surfaces > sums.of_surfaces) sums = {0.0, 0.0, 0, 1};
+  if (more.of_surfaces < sums.of_surfaces) return;
+  sums.x += more.x;
+  sums.y += more.y;
+  sums.count += more.count;
+}
+
+void add_velocity(const RecordLayout&, const Part& part, std::byte* record,
+                  const FilmSample& sample, bool finite) {
+  const FirstHit& hit = sample.value.first_hit;
+  if (!finite) return;
+  add_velocities(*sums_at<VelocitySums>(part, record),
+                 {double(hit.velocity.x), double(hit.velocity.y), 1, hit.hit ? 1u : 0u});
+}
+
+void merge_velocity(const RecordLayout&, const Part& part, std::byte* record,
+                    const std::byte* more) {
+  add_velocities(*sums_at<VelocitySums>(part, record), *sums_at<VelocitySums>(part, more));
+}
+
+bool velocity_is_sound(const RecordLayout&, const Part& part, const std::byte* record) {
+  const VelocitySums& sums = *sums_at<VelocitySums>(part, record);
+  return std::isfinite(sums.x) && std::isfinite(sums.y) && sums.of_surfaces <= 1;
+}
+
+int light_groups_of(const FilmContents& contents) { return contents.extras.light_groups; }
+int layers_of(const FilmContents& contents) {
+  const int layers = PathLayers(contents.aovs).size();
+  return layers > 0 ? layers : -1;
+}
+int half_lights_of(const FilmContents& contents) {
+  const bool kept = contents.aovs.contains(Aov::kDenoising) && contents.extras.light_groups > 0;
+  return kept ? contents.extras.light_groups : -1;
+}
+
+void merge_lights(const RecordLayout&, const Part& part, std::byte* record, const std::byte* more) {
+  lights_at(part, record).merge(lights_at(part, more));
+}
+
+bool lights_are_sound(const RecordLayout&, const Part& part, const std::byte* record) {
+  return lights_at(part, record).is_sound();
+}
+
+void add_lights(const RecordLayout&, const Part& part, std::byte* record, const FilmSample& sample,
+                bool finite) {
+  const float alpha = finite ? sample.value.alpha : 0.0f;
+  lights_at(part, record)
+      .add(sample.filter_weight, alpha, finite ? sample.lights : nullptr, sample.lane);
+}
+
+void add_layers(const RecordLayout&, const Part& part, std::byte* record, const FilmSample& sample,
+                bool finite) {
+  const float alpha = finite ? sample.value.alpha : 0.0f;
+  lights_at(part, record)
+      .add(sample.filter_weight, alpha, finite ? sample.layers : nullptr, sample.lane);
+}
+
+void add_half_lights(const RecordLayout&, const Part& part, std::byte* record,
+                     const FilmSample& sample, bool finite) {
+  if (sample.half != 1) return;
+  lights_at(part, record)
+      .add(sample.filter_weight, 0.0f, finite ? sample.lights : nullptr, sample.lane);
+}
+
+void add_halves(const RecordLayout&, const Part& part, std::byte* record, const FilmSample& sample,
+                bool finite) {
+  if (!finite) return;
+  HalfSums& sums = *sums_at<HalfSums>(part, record);
+  if (sample.features) sums.add(sample.half, *sample.features);
+  if (sample.shares) sums.add_shares(sample.half, sample.value.radiance, *sample.shares);
+}
+
+void merge_halves(const RecordLayout&, const Part& part, std::byte* record, const std::byte* more) {
+  sums_at<HalfSums>(part, record)->merge(*sums_at<HalfSums>(part, more));
+}
+
+bool halves_are_sound(const RecordLayout&, const Part& part, const std::byte* record) {
+  return sums_at<HalfSums>(part, record)->is_sound();
+}
+
+void add_mattes(const RecordLayout& layout, const Part&, std::byte* record,
+                const FilmSample& sample, bool finite) {
+  if (!finite || sample.value.alpha == 0.0f || sample.ids.empty()) return;
+  mattes_at(layout, record).add(sample.filter_weight * sample.value.alpha, sample.ids);
+}
+
+void merge_mattes(const RecordLayout& layout, const Part&, std::byte* record,
+                  const std::byte* more) {
+  mattes_at(layout, record).merge(mattes_at(layout, more));
+}
+
+bool mattes_are_sound(const RecordLayout& layout, const Part&, const std::byte* record) {
+  return mattes_at(layout, record).is_sound();
+}
+
+// Bytes of what is kept with a channel.
+template <Aov kAov, class T>
+size_t bytes_with(const FilmContents& contents) {
+  return contents.aovs.contains(kAov) ? sizeof(T) : 0;
+}
+
+template <SumGroup kGroup>
+constexpr BlockType group_type() {
+  // The parts of groups know their size: `bytes` only says whether there is one.
+  return {alignof(double),
+          [](const FilmContents& contents) -> size_t { return contents.aovs.needs(kGroup); },
+          kGroup,
+          add_group,
+          merge_group,
+          group_is_sound};
+}
+
+template <int (*kGroups)(const FilmContents&)>
+size_t light_bytes(const FilmContents& contents) {
+  return LightGroupSums::bytes_per_pixel(kGroups(contents)) / 2;
+}
+
+template <int (*kGroups)(const FilmContents&)>
+constexpr BlockType light_type(decltype(BlockType::add) add) {
+  return {alignof(float), light_bytes<kGroups>, SumGroup::kNone, add,
+          merge_lights,   lights_are_sound};
+}
+template <int (*kGroups)(const FilmContents&)>
+constexpr BlockType rest_type() {
+  return {.alignment = alignof(float), .bytes = light_bytes<kGroups>};
+}
+
+constexpr BlockType kTypes[] = {
+    {alignof(double), [](const FilmContents&) { return sizeof(PixelSums); }, SumGroup::kNone,
+     nullptr, merge_pixel, pixel_is_sound},
+    {alignof(double),
+     [](const FilmContents& c) -> size_t {
+       return c.aovs.contains(Aov::kVariance) || c.extras.squares ? sizeof(double[3]) : 0;
+     },
+     SumGroup::kNone, add_squares, merge_numbers<double, 3>, numbers_are_sound<double, 3>},
+    {alignof(uint32_t), [](const FilmContents& c) { return c.extras.rays ? sizeof(uint32_t) : 0; },
+     SumGroup::kNone, add_rays, merge_numbers<uint32_t, 1>},
+    group_type<SumGroup::kSurface>(),
+    group_type<SumGroup::kPlace>(),
+    {alignof(double), bytes_with<Aov::kVelocity, VelocitySums>, SumGroup::kNone, add_velocity,
+     merge_velocity, velocity_is_sound},
+    group_type<SumGroup::kClamped>(),
+    {alignof(float), bytes_with<Aov::kTime, float>, SumGroup::kNone, nullptr,
+     merge_numbers<float, 1>, numbers_are_sound<float, 1>},
+    {alignof(PixelStop), bytes_with<Aov::kStop, PixelStop>, SumGroup::kNone, nullptr,
+     [](const RecordLayout&, const Part& part, std::byte* record, const std::byte* more) {
+       *sums_at<PixelStop>(part, record) = *sums_at<PixelStop>(part, more);
+     },
+     [](const RecordLayout&, const Part& part, const std::byte* record) {
+       return *sums_at<PixelStop>(part, record) <= PixelStop::kGoingOn;
+     }},
+    light_type<light_groups_of>(add_lights),
+    rest_type<light_groups_of>(),
+    light_type<layers_of>(add_layers),
+    rest_type<layers_of>(),
+    group_type<SumGroup::kShadow>(),
+    {alignof(double), bytes_with<Aov::kDenoising, HalfSums>, SumGroup::kNone, add_halves,
+     merge_halves, halves_are_sound},
+    light_type<half_lights_of>(add_half_lights),
+    rest_type<half_lights_of>(),
+    {alignof(uint32_t), [](const FilmContents& c) { return CryptomatteSums::id_bytes(c.extras); },
+     SumGroup::kNone, add_mattes, merge_mattes, mattes_are_sound},
+    {.alignment = alignof(double),
+     .bytes = [](const FilmContents& c) { return CryptomatteSums::weight_bytes(c.extras); }},
+};
+static_assert(std::size(kTypes) == kBlocks);
+
+const BlockType& type_of(const Part& part) { return kTypes[size_t(part.block)]; }
+
+Part make_part(Sums block, const FilmContents& contents) {
+  const BlockType& type = kTypes[size_t(block)];
+  Part part{block, type.bytes(contents), 0};
+  if (type.group == SumGroup::kNone || part.bytes == 0) return part;
+  const std::span<const ChannelRow> table = channel_table();
+  const auto is_in = [&](const ChannelRow& row) { return row.group == type.group; };
+  const auto first = std::ranges::find_if(table, is_in);
+  part.rows = {first, std::find_if_not(first, table.end(), is_in)};
+  for (const ChannelRow& row : part.rows) {
+    part.sums += row.sum_count();
+    part.of_hits = part.of_hits || row.kind == ChannelKind::kMeanOfHits;
+  }
+  part.bytes = sizeof(double) * (part.sums + (part.of_hits ? 1 : 0));
+  return part;
+}
+
+}  // namespace
+
+// Large numbers first, so that nothing lies between two blocks.
+RecordLayout::RecordLayout(const FilmContents& contents) : contents_(contents) {
+  for (size_t i = 0; i < kBlocks; ++i) parts_[i] = make_part(Sums(i), contents);
+  for (const size_t alignment : {alignof(double), alignof(float), alignof(PixelStop)}) {
+    for (Part& part : parts_) {
+      if (type_of(part).alignment != alignment) continue;
+      part.offset = stride_;
+      stride_ += part.bytes;
+    }
+  }
+  stride_ = (stride_ + alignof(double) - 1) / alignof(double) * alignof(double);
+  std::ranges::copy_if(parts_, std::back_inserter(added_), [](const Part& part) {
+    return part.bytes > 0 && type_of(part).add != nullptr;
+  });
+}
+
+RecordLayout::SumPlace RecordLayout::place_of(const ChannelRow& row) const {
+  for (const Part& part : parts_) {
+    size_t sums = 0;
+    for (const ChannelRow& of_part : part.rows) {
+      if (&of_part == &row) {
+        SumPlace place{part.offset + sizeof(double) * sums, std::nullopt};
+        if (part.of_hits) place.hits = part.offset + sizeof(double) * part.sums;
+        return place;
+      }
+      sums += of_part.sum_count();
+    }
+  }
+  assert(false);
+  return {};
+}
+
+void RecordLayout::add(std::byte* record, const FilmSample& sample, bool finite) const {
+  for (const Part& part : added_) type_of(part).add(*this, part, record, sample, finite);
+}
+
+void RecordLayout::merge(std::byte* record, const std::byte* more) const {
+  for (const Part& part : parts_) {
+    const auto merge = type_of(part).merge;
+    if (merge && part.bytes > 0) merge(*this, part, record, more);
+  }
+}
+
+bool RecordLayout::is_sound(const std::byte* record) const {
+  return std::ranges::all_of(parts_, [&](const Part& part) {
+    const auto is_sound = type_of(part).is_sound;
+    return !is_sound || part.bytes == 0 || is_sound(*this, part, record);
+  });
+}
+
+LightGroupSums lights_at(const Part& part, const std::byte* record) {
+  const size_t numbers = part.bytes / sizeof(float);
+  return {const_cast<float*>(sums_at<float>(part, record)), int(numbers / 3) - 1};
+}
+
+CryptomatteSums mattes_at(const RecordLayout& layout, const std::byte* record) {
+  return {const_cast<uint32_t*>(sums_at<uint32_t>(layout.part(Sums::kMattes), record)),
+          const_cast<double*>(sums_at<double>(layout.part(Sums::kMatteWeights), record)),
+          layout.contents().extras};
+}
+
+}  // namespace emberline
