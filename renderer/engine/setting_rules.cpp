@@ -167,7 +167,9 @@ std::vector<SettingRule> view_rules() {
 // Whether a lossy compression takes the channels for colours that they are not.
 bool would_blur(const ChannelRow& row) {
   return row.setting == "aov" && row.use != ChannelUse::kColour &&
-         row.components.find_first_of("RGBAY") != std::string_view::npos;
+         std::ranges::any_of(row.components, [](std::string_view component) {
+           return std::string_view("RGBAY").find(component) != std::string_view::npos;
+         });
 }
 
 // Rules about the EXR's layers.

@@ -1,8 +1,9 @@
 // The table of channels, and their names.
 #include "renderer/film/channels.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cmath>
 
 #include "renderer/core/names.h"
 #include "renderer/core/option_values.h"
@@ -14,6 +15,12 @@
 
 namespace emberline {
 namespace {
+
+constexpr std::string_view kRgba[] = {"R", "G", "B", "A"};
+constexpr std::span<const std::string_view> kRgb(kRgba, 3);
+constexpr std::string_view kXyz[] = {"X", "Y", "Z"};
+constexpr std::span<const std::string_view> kXy(kXyz, 2);
+constexpr std::string_view kUv[] = {"U", "V"};
 
 using Kind = ChannelKind;
 using Feed = ChannelFeed;
@@ -30,7 +37,7 @@ void put_layer(const FilmTile& film, size_t i, const ChannelRow& row, float* val
 
 constexpr ChannelRow path_layer(std::string_view name, std::string_view summary) {
   return {.name = name,
-          .components = "RGB",
+          .components = kRgb,
           .kind = Kind::kMean,
           .feed = Feed::kPaths,
           .use = Use::kColour,
@@ -40,7 +47,7 @@ constexpr ChannelRow path_layer(std::string_view name, std::string_view summary)
 
 constexpr ChannelRow kRows[] = {
     {.name = "RGBA",
-     .components = "RGBA",
+     .components = kRgba,
      .kind = Kind::kMean,
      .feed = Feed::kRadiance,
      .use = Use::kColour,
@@ -58,7 +65,7 @@ constexpr ChannelRow kRows[] = {
      .put = [](const FilmTile& film, size_t i, const ChannelRow&,
                float* v) { *v = float(film.sums(i).samples()); }},
     {.name = "variance",
-     .components = "RGB",
+     .components = kRgb,
      .kind = Kind::kDerived,
      .feed = Feed::kRadiance,
      .use = Use::kNumber,
@@ -73,7 +80,7 @@ constexpr ChannelRow kRows[] = {
          }},
     // Over all samples: a pixel half covered shows half the albedo, as a denoiser wants.
     {.name = "albedo",
-     .components = "RGB",
+     .components = kRgb,
      .kind = Kind::kMean,
      .feed = Feed::kFirstHit,
      .use = Use::kColour,
@@ -81,7 +88,7 @@ constexpr ChannelRow kRows[] = {
      .group = SumGroup::kSurface,
      .add = [](const FilmSample& s, double* sums) { add3(s.value.first_hit.albedo, sums); }},
     {.name = "N",
-     .components = "XYZ",
+     .components = kXyz,
      .kind = Kind::kMean,
      .feed = Feed::kFirstHit,
      .use = Use::kNumber,
@@ -98,7 +105,7 @@ constexpr ChannelRow kRows[] = {
      .add = [](const FilmSample& s, double* sums) { *sums += double(s.value.first_hit.depth); },
      .background = kBackgroundDepth},
     {.name = "P",
-     .components = "XYZ",
+     .components = kXyz,
      .kind = Kind::kMeanOfHits,
      .feed = Feed::kFirstHit,
      .use = Use::kNumber,
@@ -107,7 +114,7 @@ constexpr ChannelRow kRows[] = {
      .group = SumGroup::kPlace,
      .add = [](const FilmSample& s, double* sums) { add3(s.value.first_hit.position, sums); }},
     {.name = "UV",
-     .components = "UV",
+     .components = kUv,
      .kind = Kind::kMeanOfHits,
      .feed = Feed::kFirstHit,
      .use = Use::kNumber,
@@ -119,7 +126,7 @@ constexpr ChannelRow kRows[] = {
            sums[1] += double(s.value.first_hit.uv.y);
          }},
     {.name = "velocity",
-     .components = "XY",
+     .components = kXy,
      .kind = Kind::kDerived,
      .feed = Feed::kFirstHit,
      .use = Use::kNumber,
@@ -134,7 +141,7 @@ constexpr ChannelRow kRows[] = {
            v[1] = to_finite_float(sums.y * scale);
          }},
     {.name = "clamped",
-     .components = "RGB",
+     .components = kRgb,
      .kind = Kind::kMean,
      .feed = Feed::kClamping,
      .use = Use::kColour,
@@ -151,7 +158,7 @@ constexpr ChannelRow kRows[] = {
     path_layer("reflection", "mirror images and highlights on the first surface"),
     path_layer("environment", "the environment, seen by the camera itself"),
     {.name = "shadow",
-     .components = "RGB",
+     .components = kRgb,
      .kind = Kind::kRatio,
      .feed = Feed::kCatchers,
      .use = Use::kColour,
@@ -213,7 +220,7 @@ constexpr ChannelRow kRows[] = {
                float* v) { *v = float(film.part()); }},
     // Named by the scene; their channels lie behind those of the film.
     {.name = "light",
-     .components = "RGB",
+     .components = kRgb,
      .kind = Kind::kMean,
      .feed = Feed::kLights,
      .use = Use::kColour,
@@ -221,14 +228,14 @@ constexpr ChannelRow kRows[] = {
      .summary = "what each light group gave, as light.NAME",
      .denoised = true},
     {.name = "Crypto",
-     .components = "RGBA",
+     .components = kRgba,
      .kind = Kind::kIds,
      .feed = Feed::kHitId,
      .use = Use::kExact,
      .setting = "cryptomatte",
      .summary = "ranks of ids and coverage, as CryptoObject00"},
     {.name = "denoised",
-     .components = "RGB",
+     .components = kRgb,
      .kind = Kind::kDerived,
      .feed = Feed::kFeatures,
      .use = Use::kColour,
@@ -243,16 +250,17 @@ static_assert(is_named(Aov::kVariance, "variance") && is_named(Aov::kVelocity, "
 static_assert(std::size(kRows) <= AovSet::kMost);
 
 // "albedo.R", but "R" of the picture's own.
-std::string name_of_component(const ChannelRow& row, char component) {
-  if (&row == &kRows[size_t(Aov::kPicture)]) return {component};
-  return std::string(row.name) + "." + component;
+std::string name_of_component(const ChannelRow& row, std::string_view component) {
+  if (&row == &kRows[size_t(Aov::kPicture)]) return std::string(component);
+  return fmt::format("{}.{}", row.name, component);
 }
 
 }  // namespace
 
 std::string_view name_of(ChannelKind kind) {
-  constexpr std::string_view kNames[] = {"mean",     "mean of hits", "first hit", "count",
-                                         "assigned", "ratio",        "derived",   "ids"};
+  constexpr std::string_view kNames[] = {"mean",      "mean of hits", "variance of hits",
+                                         "first hit", "count",        "assigned",
+                                         "ratio",     "derived",      "ids"};
   return kNames[size_t(kind)];
 }
 
@@ -298,7 +306,7 @@ std::vector<FilmChannel> channels_of(const ChannelRow& row) {
   const bool integer = row.use == ChannelUse::kWhole;
   if (row.components.empty()) return {{std::string(row.name), integer}};
   std::vector<FilmChannel> channels;
-  for (const char component : row.components) {
+  for (const std::string_view component : row.components) {
     channels.push_back({name_of_component(row, component), integer});
   }
   return channels;

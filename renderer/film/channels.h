@@ -46,12 +46,13 @@ enum class Aov : uint8_t {
 enum class ChannelKind : uint8_t {
   kMean,        // over all samples
   kMeanOfHits,  // over the samples that hit a surface; `background` without one
-  kFirstHit,    // of the first sample that hits a surface
-  kCount,       // sum over all samples
-  kAssigned,    // no sample's doing
-  kRatio,       // of two sums
-  kDerived,     // from other sums
-  kIds,         // ids and how much of the pixel each covers
+  kVarianceOfHits,
+  kFirstHit,  // of the first sample that hits a surface
+  kCount,     // sum over all samples
+  kAssigned,  // no sample's doing
+  kRatio,     // of two sums
+  kDerived,   // from other sums
+  kIds,       // ids and how much of the pixel each covers
 };
 
 // What a channel is made from: what has to be recorded while a sample is traced.
@@ -78,7 +79,8 @@ enum class ChannelUse : uint8_t {
   kWhole,   // whole numbers of 32 bits
 };
 
-// Sums that rows share: a film that has one of the rows keeps those of all of them.
+// Sums that rows, one behind the other, share: a film that has one of them keeps those of all. A
+// row of kNone has its own.
 enum class SumGroup : uint8_t { kNone, kSurface, kPlace, kClamped, kShadow };
 
 std::string_view name_of(ChannelKind kind);  // "mean of hits"
@@ -93,8 +95,8 @@ struct FilmChannel {
 };
 
 struct ChannelRow {
-  std::string_view name;             // the layer of an EXR, and what the setting calls it
-  std::string_view components = {};  // a letter each; empty: one value
+  std::string_view name;  // the layer of an EXR, and what the setting calls it
+  std::span<const std::string_view> components = {};  // none: one value, of the layer's name
   ChannelKind kind;
   ChannelFeed feed;
   ChannelUse use;
@@ -102,12 +104,15 @@ struct ChannelRow {
   std::string_view setting = "aov";  // that asks for it; empty: it is always there
   std::string_view summary;
   bool denoised = false;  // `denoise` makes a clean one of it
-  // Sums of kMean and kMeanOfHits, one for each component unless `sums` says otherwise, and what a
-  // finite sample adds to them.
+  // What a finite sample adds to the row's sums: one for each component, unless `sums` says
+  // otherwise. Of kMeanOfHits and kVarianceOfHits alone those samples that hit a surface.
   SumGroup group = SumGroup::kNone;
   void (*add)(const FilmSample& sample, double* sums) = nullptr;
   uint32_t sums = 0;
-  float background = 0.0f;
+  float background = 0.0f;  // without such a sample
+  // Of kCount what any sample adds, one number for each component; of kFirstHit the first sample's
+  // that is not 0.
+  void (*count)(const FilmSample& sample, uint32_t* numbers) = nullptr;
   // Writes the values of pixel i of a film that has the row. Null: kind and sums say it all.
   void (*put)(const FilmTile& film, size_t i, const ChannelRow& row, float* values) = nullptr;
   // In the place of `components`.
@@ -115,6 +120,9 @@ struct ChannelRow {
 
   size_t size() const { return components.empty() ? 1 : components.size(); }
   size_t sum_count() const { return sums > 0 ? sums : add ? size() : 0; }
+  bool is_of_hits() const {
+    return kind == ChannelKind::kMeanOfHits || kind == ChannelKind::kVarianceOfHits;
+  }
 };
 
 // All channels, in the order in which pictures have them.

@@ -19,6 +19,21 @@ bool is_of_lights(Sums block) {
          block == Sums::kHalfLightRests;
 }
 
+// The values of a row with these sums of so many samples.
+void put_sums(const ChannelRow& row, const double* sums, double count, float* values) {
+  if (row.kind == ChannelKind::kVarianceOfHits) {
+    const double spread = count > 1 ? std::max(0.0, sums[1] - sums[0] * sums[0] / count) : 0.0;
+    *values = count > 1 ? to_finite_float(spread / (count - 1)) : row.background;
+    return;
+  }
+  const bool of_all = row.kind == ChannelKind::kMean;
+  for (size_t c = 0; c < row.size(); ++c) {
+    values[c] = count == 0.0 ? row.background
+                : of_all     ? to_finite_float(sums[c] / count)
+                             : to_finite_float(sums[c] * (1.0 / count));
+  }
+}
+
 }  // namespace
 
 bool is_finite(const FilmSample& sample) {
@@ -98,10 +113,11 @@ void FilmTile::show(int x, int y, const float* rgba) {
 
 void FilmTile::copy_pixel(const FilmTile& from, int x, int y) {
   const size_t i = index(x, y), j = from.index(x, y);
-  for (const RecordLayout::Part& part : layout_.parts()) {
-    const RecordLayout::Part& of_from = from.layout_.part(part.block);
-    assert(of_from.bytes >= part.bytes);
-    std::memcpy(record(i) + part.offset, from.record(j) + of_from.offset, part.bytes);
+  const std::vector<RecordLayout::Part>&to = layout_.parts(), &have = from.layout_.parts();
+  assert(to.size() == have.size());
+  for (size_t p = 0; p < to.size(); ++p) {
+    assert(have[p].bytes >= to[p].bytes);
+    std::memcpy(record(i) + to[p].offset, from.record(j) + have[p].offset, to[p].bytes);
   }
   if (!sample_variances_.empty()) sample_variances_[i] = from.sample_variances_[j];
   if (!from.shown_.empty() && from.shown_[j].set) show(x, y, from.shown_[j].rgba);
@@ -255,14 +271,13 @@ void FilmTile::resolve_row(const ChannelRow& row, std::span<float> out, size_t s
   }
   const RecordLayout::SumPlace place = layout_.place_of(row);
   for (size_t i = 0; i < pixels(); ++i) {
-    const auto* const of_row = reinterpret_cast<const double*>(record(i) + place.sums);
-    const bool mean = row.kind == ChannelKind::kMean;
-    const double count =
-        mean ? sums(i).samples() : *reinterpret_cast<const uint32_t*>(record(i) + *place.hits);
-    for (size_t c = 0; c < row.size(); ++c) {
-      out[i * stride + c] = count == 0.0 ? row.background
-                            : mean       ? to_finite_float(of_row[c] / count)
-                                         : to_finite_float(of_row[c] * (1.0 / count));
+    const std::byte* const of_row = record(i) + place.sums;
+    if (row.count) {
+      std::copy_n(reinterpret_cast<const uint32_t*>(of_row), row.size(), &out[i * stride]);
+    } else {
+      const double count = place.hits ? *reinterpret_cast<const uint32_t*>(record(i) + *place.hits)
+                                      : sums(i).samples();
+      put_sums(row, reinterpret_cast<const double*>(of_row), count, &out[i * stride]);
     }
   }
 }

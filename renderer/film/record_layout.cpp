@@ -15,7 +15,7 @@ namespace {
 using Part = RecordLayout::Part;
 
 // A block of any film, and what is done with it. Functions that are null have nothing to do.
-struct BlockType {
+struct SumsType {
   size_t alignment;
   size_t (*bytes)(const FilmContents& contents);  // 0: not kept
   SumGroup group = SumGroup::kNone;
@@ -202,8 +202,26 @@ size_t bytes_with(const FilmContents& contents) {
   return contents.aovs.contains(kAov) ? sizeof(T) : 0;
 }
 
+void add_numbers(const RecordLayout&, const Part& part, std::byte* record, const FilmSample& sample,
+                 bool finite) {
+  const ChannelRow& row = part.rows.front();
+  uint32_t* const numbers = sums_at<uint32_t>(part, record);
+  const bool is_first = finite && *numbers == 0;
+  if (row.kind == ChannelKind::kCount || is_first) row.count(sample, numbers);
+}
+
+void merge_numbers_of_row(const RecordLayout&, const Part& part, std::byte* record,
+                          const std::byte* from) {
+  const ChannelRow& row = part.rows.front();
+  uint32_t* const numbers = sums_at<uint32_t>(part, record);
+  const uint32_t* const more = sums_at<uint32_t>(part, from);
+  for (size_t i = 0; i < row.size(); ++i) {
+    if (row.kind == ChannelKind::kCount || numbers[i] == 0) numbers[i] += more[i];
+  }
+}
+
 template <SumGroup kGroup>
-constexpr BlockType group_type() {
+constexpr SumsType group_type() {
   // The parts of groups know their size: `bytes` only says whether there is one.
   return {alignof(double),
           [](const FilmContents& contents) -> size_t { return contents.aovs.needs(kGroup); },
@@ -219,16 +237,16 @@ size_t light_bytes(const FilmContents& contents) {
 }
 
 template <int (*kGroups)(const FilmContents&)>
-constexpr BlockType light_type(decltype(BlockType::add) add) {
+constexpr SumsType light_type(decltype(SumsType::add) add) {
   return {alignof(float), light_bytes<kGroups>, SumGroup::kNone, add,
           merge_lights,   lights_are_sound};
 }
 template <int (*kGroups)(const FilmContents&)>
-constexpr BlockType rest_type() {
+constexpr SumsType rest_type() {
   return {.alignment = alignof(float), .bytes = light_bytes<kGroups>};
 }
 
-constexpr BlockType kTypes[] = {
+constexpr SumsType kTypes[] = {
     {alignof(double), [](const FilmContents&) { return sizeof(PixelSums); }, SumGroup::kNone,
      nullptr, merge_pixel, pixel_is_sound},
     {alignof(double),
@@ -266,31 +284,58 @@ constexpr BlockType kTypes[] = {
     {.alignment = alignof(double),
      .bytes = [](const FilmContents& c) { return CryptomatteSums::weight_bytes(c.extras); }},
 };
-static_assert(std::size(kTypes) == kBlocks);
+constexpr SumsType kSumsOfRow = {alignof(double), nullptr,     SumGroup::kNone,
+                                 add_group,       merge_group, group_is_sound};
+constexpr SumsType kNumbersOfRow = {alignof(uint32_t), nullptr, SumGroup::kNone, add_numbers,
+                                    merge_numbers_of_row};
+static_assert(std::size(kTypes) == kNamedSums);
 
-const BlockType& type_of(const Part& part) { return kTypes[size_t(part.block)]; }
+// Of rows with sums.
+void set_rows(std::span<const ChannelRow> rows, Part& part) {
+  part.rows = rows;
+  for (const ChannelRow& row : rows) {
+    part.sums += row.sum_count();
+    part.of_hits = part.of_hits || row.is_of_hits();
+  }
+  part.bytes = sizeof(double) * (part.sums + (part.of_hits ? 1 : 0));
+}
 
 Part make_part(Sums block, const FilmContents& contents) {
-  const BlockType& type = kTypes[size_t(block)];
-  Part part{block, type.bytes(contents), 0};
+  const SumsType& type = kTypes[size_t(block)];
+  Part part{block, type.bytes(contents)};
   if (type.group == SumGroup::kNone || part.bytes == 0) return part;
   const std::span<const ChannelRow> table = channel_table();
   const auto is_in = [&](const ChannelRow& row) { return row.group == type.group; };
   const auto first = std::ranges::find_if(table, is_in);
-  part.rows = {first, std::find_if_not(first, table.end(), is_in)};
-  for (const ChannelRow& row : part.rows) {
-    part.sums += row.sum_count();
-    part.of_hits = part.of_hits || row.kind == ChannelKind::kMeanOfHits;
-  }
-  part.bytes = sizeof(double) * (part.sums + (part.of_hits ? 1 : 0));
+  set_rows({first, std::find_if_not(first, table.end(), is_in)}, part);
   return part;
+}
+
+// Of a row that shares no sums; without bytes if it has none.
+Part part_of_row(const ChannelRow& row) {
+  Part part{Sums::kOfRow};
+  if (row.add && row.group == SumGroup::kNone) set_rows({&row, 1}, part);
+  if (row.count) {
+    part.rows = {&row, 1};
+    part.bytes = row.size() * sizeof(uint32_t);
+  }
+  return part;
+}
+
+const SumsType& type_of(const Part& part) {
+  if (part.block != Sums::kOfRow) return kTypes[size_t(part.block)];
+  return part.sums > 0 ? kSumsOfRow : kNumbersOfRow;
 }
 
 }  // namespace
 
 // Large numbers first, so that nothing lies between two blocks.
 RecordLayout::RecordLayout(const FilmContents& contents) : contents_(contents) {
-  for (size_t i = 0; i < kBlocks; ++i) parts_[i] = make_part(Sums(i), contents);
+  for (size_t i = 0; i < kNamedSums; ++i) parts_.push_back(make_part(Sums(i), contents));
+  for (const ChannelRow* row : rows_of(contents.aovs)) {
+    const Part part = part_of_row(*row);
+    if (part.bytes > 0) parts_.push_back(part);
+  }
   for (const size_t alignment : {alignof(double), alignof(float), alignof(PixelStop)}) {
     for (Part& part : parts_) {
       if (type_of(part).alignment != alignment) continue;

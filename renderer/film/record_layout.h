@@ -5,7 +5,6 @@
 // copying and saving are the same for all.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -64,8 +63,9 @@ enum class Sums : uint8_t {
   kHalfLightRests,
   kMattes,  // CryptomatteSums, in two blocks
   kMatteWeights,
+  kOfRow,  // the sums, or the numbers (uint32_t), of a row that shares none; any number of blocks
 };
-inline constexpr size_t kBlocks = size_t(Sums::kMatteWeights) + 1;
+inline constexpr size_t kNamedSums = size_t(Sums::kOfRow);
 
 class RecordLayout {
  public:
@@ -74,20 +74,21 @@ class RecordLayout {
   struct Part {
     Sums block = Sums::kPixel;
     size_t bytes = 0, offset = 0;  // bytes 0: the film does not have it
-    // Of a SumGroup: its rows, how many sums they have, and whether these are of the samples that
-    // hit a surface alone; their number (uint32_t) follows then.
+    // Of a SumGroup or kOfRow: its rows, how many sums they have, and whether these are of the
+    // samples that hit a surface alone; their number (uint32_t) follows then.
     std::span<const ChannelRow> rows = {};
     size_t sums = 0;
     bool of_hits = false;
   };
   const FilmContents& contents() const { return contents_; }
-  const std::array<Part, kBlocks>& parts() const { return parts_; }
+  // In the order of Sums, also those that the film does not have.
+  const std::vector<Part>& parts() const { return parts_; }
   const Part& part(Sums block) const { return parts_[size_t(block)]; }
   bool has(Sums block) const { return part(block).bytes > 0; }
   size_t stride() const { return stride_; }
 
-  // Where in a record the sums of a row with a SumGroup are, and the number of their samples if
-  // these are not all of the pixel's.
+  // Where in a record the sums or numbers of a row are that has some, and the number of their
+  // samples if these are not all of the pixel's.
   struct SumPlace {
     size_t sums;
     std::optional<size_t> hits;
@@ -103,7 +104,7 @@ class RecordLayout {
 
  private:
   FilmContents contents_;
-  std::array<Part, kBlocks> parts_;
+  std::vector<Part> parts_;
   std::vector<Part> added_;  // those that take samples, beside PixelSums
   size_t stride_ = 0;
 };
