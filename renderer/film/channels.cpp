@@ -21,6 +21,7 @@ constexpr std::span<const std::string_view> kRgb(kRgba, 3);
 constexpr std::string_view kXyz[] = {"X", "Y", "Z"};
 constexpr std::span<const std::string_view> kXy(kXyz, 2);
 constexpr std::string_view kUv[] = {"U", "V"};
+constexpr std::string_view kRayKinds[] = {"camera", "scatter", "shadow"};
 
 using Kind = ChannelKind;
 using Feed = ChannelFeed;
@@ -218,6 +219,18 @@ constexpr ChannelRow kRows[] = {
          "of a merged frame: the number of the part that brought the pixel, 1 the first given",
      .put = [](const FilmTile& film, size_t, const ChannelRow&,
                float* v) { *v = float(film.part()); }},
+    {.name = "rays",
+     .components = kRayKinds,
+     .kind = Kind::kCount,
+     .feed = Feed::kRays,
+     .use = Use::kWhole,
+     .summary = "rays traced for the pixel: of the camera, of paths that go on, and to lights",
+     .count =
+         [](const FilmSample& s, uint32_t* numbers) {
+           numbers[0] += 1;
+           numbers[1] += s.value.rays.scatter;
+           numbers[2] += s.value.rays.shadow;
+         }},
     // Named by the scene; their channels lie behind those of the film.
     {.name = "light",
      .components = kRgb,
@@ -246,7 +259,8 @@ constexpr ChannelRow kRows[] = {
 constexpr bool is_named(Aov aov, std::string_view name) { return kRows[size_t(aov)].name == name; }
 static_assert(is_named(Aov::kVariance, "variance") && is_named(Aov::kVelocity, "velocity") &&
               is_named(Aov::kDirect, "direct") && is_named(Aov::kEnvironment, "environment") &&
-              is_named(Aov::kShadow, "shadow") && is_named(Aov::kPart, "part"));
+              is_named(Aov::kShadow, "shadow") && is_named(Aov::kPart, "part") &&
+              is_named(Aov::kRays, "rays"));
 static_assert(std::size(kRows) <= AovSet::kMost);
 
 // "albedo.R", but "R" of the picture's own.

@@ -40,6 +40,7 @@ enum class Aov : uint8_t {
   kStop,
   kNonFinite,
   kPart,
+  kRays,
 };
 
 // How the samples of a pixel become its value.

@@ -22,6 +22,17 @@ float display_error(const float* channels) {
   return std::sqrt(sum * (1.0f / 3));
 }
 
+// Of one of the channels of rays.
+HeatmapQuantity ray_quantity(std::string_view name, std::string_view summary,
+                             std::string_view title) {
+  return {.name = name,
+          .summary = summary,
+          .title = title,
+          .aov = Aov::kRays,
+          .channels = {name},
+          .value = first_channel};
+}
+
 }  // namespace
 
 std::span<const HeatmapQuantity> heatmap_quantity_table() {
@@ -75,6 +86,16 @@ std::span<const HeatmapQuantity> heatmap_quantity_table() {
        .aov = Aov::kPart,
        .channels = {"part"},
        .value = first_channel},
+      {.name = "rays",
+       .summary = "rays traced for each pixel, of all kinds",
+       .title = "rays per pixel",
+       .aov = Aov::kRays,
+       .channels = {"rays.camera", "rays.scatter", "rays.shadow"},
+       .value = [](const float* channels) { return channels[0] + channels[1] + channels[2]; }},
+      ray_quantity("rays.camera", "camera rays of each pixel", "camera rays per pixel"),
+      ray_quantity("rays.scatter", "rays of paths that go on, of each pixel",
+                   "continued paths per pixel"),
+      ray_quantity("rays.shadow", "rays to lights, of each pixel", "shadow rays per pixel"),
   };
   return table;
 }
