@@ -80,6 +80,7 @@ inline void fill_first_hit(const SampleBatch& batch, const SurfaceHit& hit,
   out->hit = true;
   out->albedo = point.surface.material->unlit() ? point.material.emission : albedo;
   out->normal = point.frame.shading.normal;
+  out->geometric_normal = point.frame.geometric_normal;
   out->depth =
       float(double(batch.camera.axial_depth(point.surface.position, time)) / batch.scene.scale());
   const Vec3d place = to_double(point.surface.position) / batch.scene.scale();

@@ -231,6 +231,16 @@ constexpr ChannelRow kRows[] = {
            numbers[1] += s.value.rays.scatter;
            numbers[2] += s.value.rays.shadow;
          }},
+    {.name = "Ng",
+     .components = kXyz,
+     .kind = Kind::kMean,
+     .feed = Feed::kFirstHit,
+     .use = Use::kNumber,
+     .summary = "geometric normal of the first surface, world axes, on the camera's side",
+     .add =
+         [](const FilmSample& s, double* sums) {
+           if (s.value.first_hit.hit) add3(s.value.first_hit.geometric_normal, sums);
+         }},
     // Named by the scene; their channels lie behind those of the film.
     {.name = "light",
      .components = kRgb,

@@ -13,7 +13,8 @@ namespace emberline {
 struct FirstHit {
   bool hit = false;
   Rgb albedo = Rgb(0.0f);
-  Vec3f normal = Vec3f(0.0f);    // shading normal, world axes
+  Vec3f normal = Vec3f(0.0f);  // shading normal, world axes
+  Vec3f geometric_normal = Vec3f(0.0f);
   float depth = 0.0f;            // scene units along the viewing axis
   Vec3f position = Vec3f(0.0f);  // world
   Vec2f uv = Vec2f(0.0f);        // TEXCOORD_0, V upwards; 0 without
@@ -23,8 +24,9 @@ struct FirstHit {
 };
 inline bool is_finite(const FirstHit& hit) {
   return !hit.hit ||
-         (is_finite(hit.albedo) && is_finite(hit.normal) && std::isfinite(hit.depth) &&
-          is_finite(hit.position) && std::isfinite(hit.uv.x) && std::isfinite(hit.uv.y));
+         (is_finite(hit.albedo) && is_finite(hit.normal) && is_finite(hit.geometric_normal) &&
+          std::isfinite(hit.depth) && is_finite(hit.position) && std::isfinite(hit.uv.x) &&
+          std::isfinite(hit.uv.y));
 }
 
 // Rays traced for one sample, beside its camera ray.
