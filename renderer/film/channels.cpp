@@ -241,6 +241,13 @@ constexpr ChannelRow kRows[] = {
          [](const FilmSample& s, double* sums) {
            if (s.value.first_hit.hit) add3(s.value.first_hit.geometric_normal, sums);
          }},
+    {.name = "roughness",
+     .kind = Kind::kMeanOfHits,
+     .feed = Feed::kFirstHit,
+     .use = Use::kNumber,
+     .summary = "roughness of the first surface, glTF's: 0 a mirror, 1 rough",
+     .add = [](const FilmSample& s,
+               double* sums) { *sums += double(s.value.first_hit.roughness); }},
     // Named by the scene; their channels lie behind those of the film.
     {.name = "light",
      .components = kRgb,
