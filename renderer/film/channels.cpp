@@ -248,6 +248,12 @@ constexpr ChannelRow kRows[] = {
      .summary = "roughness of the first surface, glTF's: 0 a mirror, 1 rough",
      .add = [](const FilmSample& s,
                double* sums) { *sums += double(s.value.first_hit.roughness); }},
+    {.name = "metallic",
+     .kind = Kind::kMeanOfHits,
+     .feed = Feed::kFirstHit,
+     .use = Use::kNumber,
+     .summary = "how much of a metal the first surface is, 0 to 1",
+     .add = [](const FilmSample& s, double* sums) { *sums += double(s.value.first_hit.metallic); }},
     // Named by the scene; their channels lie behind those of the film.
     {.name = "light",
      .components = kRgb,

@@ -19,7 +19,8 @@ struct FirstHit {
   Vec3f position = Vec3f(0.0f);  // world
   Vec2f uv = Vec2f(0.0f);        // TEXCOORD_0, V upwards; 0 without
   float roughness = 0.0f;        // glTF's
-  uint32_t id = 0;               // 1 + index of the instance; 0: nothing hit
+  float metallic = 0.0f;
+  uint32_t id = 0;  // 1 + index of the instance; 0: nothing hit
   // Pixels a frame, to the right and up; finite. Where nothing was hit, that of the background.
   Vec2f velocity = Vec2f(0.0f);
 };
