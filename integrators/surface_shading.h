@@ -85,6 +85,7 @@ inline void fill_first_hit(const SampleBatch& batch, const SurfaceHit& hit,
       float(double(batch.camera.axial_depth(point.surface.position, time)) / batch.scene.scale());
   out->roughness = point.material.bsdf.roughness;
   out->metallic = point.material.bsdf.metallic;
+  out->material = point.surface.material_index + 1;
   const Vec3d place = to_double(point.surface.position) / batch.scene.scale();
   out->position = to_float(place + batch.scene.origin());
   if (batch.scene.has_uv(point.surface.instance)) {

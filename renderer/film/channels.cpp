@@ -254,6 +254,12 @@ constexpr ChannelRow kRows[] = {
      .use = Use::kNumber,
      .summary = "how much of a metal the first surface is, 0 to 1",
      .add = [](const FilmSample& s, double* sums) { *sums += double(s.value.first_hit.metallic); }},
+    {.name = "material",
+     .kind = Kind::kFirstHit,
+     .feed = Feed::kFirstHit,
+     .use = Use::kWhole,
+     .summary = "material seen by the pixel's first sample that hits a surface: its index + 1",
+     .count = [](const FilmSample& s, uint32_t* number) { *number = s.value.first_hit.material; }},
     // Named by the scene; their channels lie behind those of the film.
     {.name = "light",
      .components = kRgb,
