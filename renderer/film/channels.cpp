@@ -260,6 +260,20 @@ constexpr ChannelRow kRows[] = {
      .use = Use::kWhole,
      .summary = "material seen by the pixel's first sample that hits a surface: its index + 1",
      .count = [](const FilmSample& s, uint32_t* number) { *number = s.value.first_hit.material; }},
+    {.name = "depth_variance",
+     .kind = Kind::kVarianceOfHits,
+     .feed = Feed::kFirstHit,
+     .use = Use::kNumber,
+     .unit = "m^2",
+     .summary = "variance of Z among the pixel's samples: high where surfaces meet",
+     // What the sums round away is less than what a depth, a float, has already lost.
+     .add =
+         [](const FilmSample& s, double* sums) {
+           const auto depth = double(s.value.first_hit.depth);
+           sums[0] += depth;
+           sums[1] += depth * depth;
+         },
+     .sums = 2},
     // Named by the scene; their channels lie behind those of the film.
     {.name = "light",
      .components = kRgb,
