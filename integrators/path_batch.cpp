@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "integrators/sampled_light.h"
-#include "integrators/shadow_catcher.h"
+#include "integrators/recorders/catchers.h"
 #include "renderer/core/hash.h"
 #include "renderer/film/clamped_light.h"
 #include "renderer/film/light_group_values.h"

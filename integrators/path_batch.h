@@ -11,7 +11,7 @@
 #include <span>
 #include <type_traits>
 
-#include "integrators/feature_recorder.h"
+#include "integrators/recorders/features.h"
 #include "integrators/integrator.h"
 #include "integrators/lane_array.h"
 #include "integrators/path_media.h"

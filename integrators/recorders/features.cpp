@@ -1,4 +1,4 @@
-#include "integrators/feature_recorder.h"
+#include "integrators/recorders/features.h"
 
 #include <algorithm>
 

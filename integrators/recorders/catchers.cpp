@@ -1,4 +1,4 @@
-#include "integrators/shadow_catcher.h"
+#include "integrators/recorders/catchers.h"
 
 #include "integrators/path_media.h"
 #include "integrators/sampled_light.h"
