@@ -1,23 +1,27 @@
 #include "integrators/path_integrator.h"
 
-#include "integrators/path_batch.h"
-#include "samplers/pixel_samples.h"
+#include "integrators/path_glass.h"
+#include "integrators/path_loop.h"
+#include "integrators/recorders/all.h"
+#include "integrators/recorders/hooks.h"
 
 namespace emberline {
 
+// All four path loops of the program: scenes without glass and batches without recorders pay for
+// neither.
 void PathIntegrator::estimate(const SampleBatch& batch, PixelSamples& samples,
                               std::span<SampleValue> values) const {
   const bool glass = batch.scene.passes_light();
-  if (batch.light_values || batch.layer_values) {
+  if (AllRecorders::wanted(batch)) {
     if (glass) {
-      PathBatch<true, true>(settings_, batch, samples).trace(values);
+      PathLoop<PathGlass, AllRecorders>(settings_, batch, samples, values).trace();
     } else {
-      PathBatch<false, true>(settings_, batch, samples).trace(values);
+      PathLoop<NoGlass, AllRecorders>(settings_, batch, samples, values).trace();
     }
   } else if (glass) {
-    PathBatch<true, false>(settings_, batch, samples).trace(values);
+    PathLoop<PathGlass, NoRecorder>(settings_, batch, samples, values).trace();
   } else {
-    PathBatch<false, false>(settings_, batch, samples).trace(values);
+    PathLoop<NoGlass, NoRecorder>(settings_, batch, samples, values).trace();
   }
 }
 

@@ -39,6 +39,14 @@ inline bool is_smooth_wall(const Scene& scene, const SurfaceHit& hit) {
 // Makes a face of a flat solid a thin wall.
 void make_wall(const Interior& around, ShadedPoint& point);
 
+// The BSDF sample of a path that may not scatter: what goes straight on, without chance.
+inline BsdfSample straight_on(const SurfaceBsdf& bsdf) {
+  BsdfSample on;
+  on.weight = bsdf.straight_through();
+  on.delta = on.transmitted = on.valid = true;
+  return on;
+}
+
 // Whether the path goes straight through a face without seeing it: where the same solid fills both
 // of its sides, or both bend light alike and nothing else of the face shows. A face that shines is
 // always seen, since light samples know nothing of its place.

@@ -50,4 +50,16 @@ inline Rgb emitted_radiance(const Scene& scene, const LightSample& light, const 
   return material.emission_changes() ? radiance * material.emission_share(time) : radiance;
 }
 
+// Share of the way to a sampled light that is clear: 0 if a surface is in between. `target` is what
+// emitted_radiance() returned.
+inline float transmittance(const Scene& scene, const LightSample& light, const Vec3f& from,
+                           const Vec3f& target, float time, CoverageKey key) {
+  if (light.distance == kInfinity) {
+    return scene.transmittance_to_infinity(from, light.direction, time, key);
+  }
+  const float through = scene.transmittance(from, target, time, key);
+  if (through == 0.0f || scene.behind_flush_emitter(from, light, time, key)) return 0.0f;
+  return through;
+}
+
 }  // namespace emberline

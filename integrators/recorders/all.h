@@ -1,0 +1,46 @@
+// All recorders of the path loop. Each is on if the batch asks for what it records.
+#pragma once
+
+#include "integrators/recorders/catchers.h"
+#include "integrators/recorders/clamp.h"
+#include "integrators/recorders/features.h"
+#include "integrators/recorders/first_hit.h"
+#include "integrators/recorders/light_groups.h"
+#include "integrators/recorders/path_layers.h"
+
+namespace emberline {
+
+// Calls each hook (hooks.h) of several recorders, in their order.
+template <class... Recorders>
+class RecorderList : Recorders... {
+ public:
+  explicit RecorderList(PathBatch& batch) : Recorders(batch)... {}
+  static bool wanted(const SampleBatch& batch) { return (Recorders::wanted(batch) || ...); }
+
+  void begin(int lane) { (Recorders::begin(lane), ...); }
+  void camera_missed(const LaneList& missed) { (Recorders::camera_missed(missed), ...); }
+  void background(int lane, const Rgb& radiance) { (Recorders::background(lane, radiance), ...); }
+  void met_surfaces() { (Recorders::met_surfaces(), ...); }
+  void shaded(int lane) { (Recorders::shaded(lane), ...); }
+  Rgb emitted(int lane, Rgb light) {
+    ((light = Recorders::emitted(lane, light)), ...);
+    return light;
+  }
+  Rgb environment(int lane, const Rgb& radiance, Rgb light) {
+    ((light = Recorders::environment(lane, radiance, light)), ...);
+    return light;
+  }
+  Rgb connected(int lane, Rgb light) {
+    ((light = Recorders::connected(lane, light)), ...);
+    return light;
+  }
+  void scattered(int lane, const BsdfSample& next) { (Recorders::scattered(lane, next), ...); }
+  void missed(int lane) { (Recorders::missed(lane), ...); }
+  void ended(const LaneList& hit) { (Recorders::ended(hit), ...); }
+};
+
+// The clamp comes first, so that the others record the light that is left.
+using AllRecorders = RecorderList<ClampRecorder, FirstHitRecorder, LightGroupRecorder,
+                                  PathLayerRecorder, FeatureRecorder, CatcherRecorder>;
+
+}  // namespace emberline

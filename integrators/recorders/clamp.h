@@ -1,0 +1,56 @@
+// Clamps indirect light (IntegratorSettings::clamp_indirect) and records what that takes.
+#pragma once
+
+#include "integrators/recorders/hooks.h"
+#include "integrators/recorders/light_groups.h"
+#include "renderer/film/clamped_light.h"
+
+namespace emberline {
+
+class ClampRecorder : public Recorder {
+ public:
+  explicit ClampRecorder(PathBatch& batch) : Recorder(batch) {}
+  static bool wanted(const SampleBatch& batch) { return batch.clamped; }
+
+  void begin(int lane) {
+    if (taken_) lost_.emplace(lane) = Rgb(0.0f);
+  }
+  Rgb emitted(int lane, const Rgb& light) {
+    if (!taken_ || b_.paths[lane].bounces != Bounces::kMore) return light;
+    return clamp(lane, groups_.of_surface(lane), light);
+  }
+  Rgb environment(int lane, const Rgb&, const Rgb& light) {
+    if (!taken_ || b_.paths[lane].bounces != Bounces::kMore) return light;
+    return clamp(lane, groups_.of_environment(), light);
+  }
+  // The vertex itself is one more bounce.
+  Rgb connected(int lane, const Rgb& light) {
+    if (!taken_ || b_.paths[lane].bounces == Bounces::kNone) return light;
+    return clamp(lane, groups_.of_connection(lane), light);
+  }
+  void ended(const LaneList& hit) {
+    if (!taken_) return;
+    for (const int lane : hit) b_.values[size_t(lane)].clamped = lost_[lane];
+  }
+
+ private:
+  // Leaves light that is not finite as it is, so that the film finds and counts it.
+  Rgb clamp(int lane, uint32_t group, const Rgb& light) {
+    const Rgb& throughput = b_.paths[lane].throughput;
+    const Rgb contribution = throughput * light;
+    const float most = max_component(contribution);
+    const float limit = b_.settings.clamp_indirect;
+    if (!(most > limit) || !is_finite(contribution)) return light;
+    const Rgb clamped = light * (limit / most);
+    const Rgb taken = throughput * (light - clamped);
+    lost_[lane] += taken;
+    taken_->take(group, taken);
+    return clamped;
+  }
+
+  BatchLightGroups groups_{b_};
+  ClampedLight* const taken_ = b_.batch.clamped;  // null: nothing is clamped
+  LaneArray<Rgb> lost_;                           // by the lane's sample
+};
+
+}  // namespace emberline

@@ -1,0 +1,86 @@
+// Records DenoiserFeatures. A denoiser is guided by the surfaces that mirrors and clear glass show,
+// not by the mirrors.
+#pragma once
+
+#include <algorithm>
+#include <span>
+
+#include "integrators/recorders/hooks.h"
+#include "renderer/scene/camera.h"
+
+namespace emberline {
+
+class FeatureRecorder : public Recorder {
+ public:
+  explicit FeatureRecorder(PathBatch& batch) : Recorder(batch) {}
+  static bool wanted(const SampleBatch& batch) { return !batch.features.empty(); }
+
+  void begin(int lane) {
+    if (!features_.empty()) states_.emplace(lane);
+  }
+  void background(int lane, const Rgb& radiance) {
+    if (!features_.empty()) features_[size_t(lane)] = {.albedo = at_most_1(radiance)};
+  }
+  void shaded(int lane) {
+    if (!features_.empty()) see_surface(lane);
+  }
+  Rgb environment(int lane, const Rgb& radiance, const Rgb& light) {
+    if (!features_.empty()) leave(lane, b_.paths[lane].throughput * radiance);
+    return light;
+  }
+  Rgb connected(int lane, const Rgb& light) {
+    if (!features_.empty() && states_[lane].seen == Seen::kThere) {
+      features_[size_t(lane)].visibility = 1.0f;
+    }
+    return light;
+  }
+  void missed(int lane) {
+    if (!features_.empty()) leave(lane, Rgb(0.0f));
+  }
+
+ private:
+  enum class Seen : uint8_t { kOnTheWay, kThere, kPast };
+  struct State {
+    Seen seen = Seen::kOnTheWay;
+    float length = 0.0f;       // of the path
+    float axial_share = 0.0f;  // of its length that is along the viewing axis
+  };
+
+  static Rgb at_most_1(const Rgb& colour) {
+    return {std::min(colour.x, 1.0f), std::min(colour.y, 1.0f), std::min(colour.z, 1.0f)};
+  }
+  void leave(int lane, const Rgb& light) {
+    if (states_[lane].seen == Seen::kOnTheWay) background(lane, light);
+  }
+  // A path that ends before it meets a surface that scatters in all directions shows its last one.
+  void see_surface(int lane) {
+    State& state = states_[lane];
+    if (state.seen == Seen::kOnTheWay) {
+      show(b_.paths[lane], b_.points[lane], b_.bsdfs[lane], &state, &features_[size_t(lane)]);
+    } else {
+      state.seen = Seen::kPast;
+    }
+  }
+  void show(const Path& path, const ShadedPoint& point, const SurfaceBsdf& bsdf, State* state,
+            DenoiserFeatures* features) {
+    const float length = path.hit.t;
+    if (state->length == 0.0f) {
+      const float depth = b_.batch.camera.axial_depth(point.surface.position, path.ray.time);
+      state->axial_share = depth / length;
+    }
+    state->length += length;
+    const bool unlit = point.surface.material->unlit();
+    const Rgb albedo = unlit ? Rgb(0.0f) : bsdf.albedo();
+    features->albedo = at_most_1(path.throughput * (albedo + point.material.emission));
+    features->normal = point.frame.shading.normal;
+    constexpr float kMost = DenoiserFeatures::kMostNearness;
+    const float nearness = float(b_.scene.scale()) / (state->axial_share * state->length);
+    features->nearness = nearness < kMost ? std::max(nearness, 0.0f) : kMost;
+    if (unlit || bsdf.has_non_delta()) state->seen = Seen::kThere;
+  }
+
+  const std::span<DenoiserFeatures> features_ = b_.batch.features;  // empty: not recorded
+  LaneArray<State> states_;
+};
+
+}  // namespace emberline
