@@ -11,6 +11,7 @@
 
 namespace emberline {
 
+class AovSet;            // renderer/film
 class Camera;            // renderer/scene
 class ClampedLight;      // renderer/film
 class Interior;          // renderer/scene
@@ -63,9 +64,10 @@ struct SampleBatch {
   const Scene& scene;
   const Camera& camera;
   std::span<const Ray> rays;
-  bool nothing_ahead = false;  // it is known that none of the rays meets a surface
-  bool surface_aovs = false;   // fill SampleValue::first_hit
-  bool hit_id = false;         // fill first_hit.id alone
+  bool nothing_ahead = false;    // it is known that none of the rays meets a surface
+  bool surface_aovs = false;     // fill SampleValue::first_hit
+  bool hit_id = false;           // fill first_hit.id alone
+  const AovSet* aovs = nullptr;  // that are asked for; null: none
   // With surface_aovs: also fill first_hit.velocity of surfaces, for a shutter that is open for
   // this number of frames. 0: no velocity.
   double velocity_frames = 0.0;

@@ -132,6 +132,7 @@ void RenderWorker::trace_batch() {
   SampleBatch batch{frame_.scene, frame_.camera, {rays_, count}};
   batch.surface_aovs = first_hits_wanted_;
   batch.hit_id = hit_ids_wanted_;
+  batch.aovs = &frame_.aovs;
   batch.nothing_ahead = all_empty();
   batch.guide = frame_.guide.get();
   if (velocity) batch.velocity_frames = frame_.shutter_frames;

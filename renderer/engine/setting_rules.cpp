@@ -11,7 +11,6 @@
 #include "renderer/core/option_values.h"
 #include "renderer/drivers/adaptive/error_estimator.h"
 #include "renderer/film/channels.h"
-#include "renderer/film/path_layers.h"
 #include "samplers/sampler.h"
 
 namespace emberline {
@@ -205,14 +204,13 @@ std::vector<SettingRule> channel_rules() {
 }
 
 SettingRule rule_of_lights() {
-  AnySetting layers;
-  for (size_t i = 0; i < kPathLayers; ++i) {
-    layers.push_back({"aov", name_of(aov_table(), aov_of(PathLayer(i)))});
-  }
+  const AnySetting of_paths = values_of("aov", channel_table(), [](const ChannelRow& row) {
+    return row.feed == ChannelFeed::kPaths;
+  });
   return {.about = joined({{{"light-groups"}, {"clamp-indirect"}, {"light-samples"}},
                            {{"catcher"}, {"holdout"}},
                            denoising(),
-                           layers}),
+                           of_paths}),
           .needs = values_of("integrator", integrator_table(),
                              [](const auto& entry) { return entry.tells_lights_apart; }),
           .reason = "{} knows no lights"};

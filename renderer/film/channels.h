@@ -64,7 +64,7 @@ enum class ChannelFeed : uint8_t {
   kRays,      // SampleValue::rays
   kClamping,
   kLights,
-  kPaths,  // light by path: PathLayers
+  kPaths,  // what the path loop records of a whole path
   kCatchers,
   kFeatures,  // DenoiserFeatures and SampleShares
   kClock,
