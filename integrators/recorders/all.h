@@ -6,6 +6,7 @@
 #include "integrators/recorders/features.h"
 #include "integrators/recorders/first_hit.h"
 #include "integrators/recorders/light_groups.h"
+#include "integrators/recorders/occlusion.h"
 #include "integrators/recorders/path_layers.h"
 
 namespace emberline {
@@ -40,7 +41,8 @@ class RecorderList : Recorders... {
 };
 
 // The clamp comes first, so that the others record the light that is left.
-using AllRecorders = RecorderList<ClampRecorder, FirstHitRecorder, LightGroupRecorder,
-                                  PathLayerRecorder, FeatureRecorder, CatcherRecorder>;
+using AllRecorders =
+    RecorderList<ClampRecorder, FirstHitRecorder, LightGroupRecorder, PathLayerRecorder,
+                 FeatureRecorder, CatcherRecorder, OcclusionRecorder>;
 
 }  // namespace emberline

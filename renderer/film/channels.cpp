@@ -274,6 +274,14 @@ constexpr ChannelRow kRows[] = {
            sums[1] += depth * depth;
          },
      .sums = 2},
+    {.name = "ao",
+     .kind = Kind::kMeanOfHits,
+     .feed = Feed::kPaths,
+     .use = Use::kNumber,
+     .summary = "ambient occlusion: how open the hemisphere above the first surface is, within a "
+                "fifth of the scene's radius; 1 where nothing is hit",
+     .add = [](const FilmSample& s, double* sums) { *sums += double(s.value.first_hit.openness); },
+     .background = 1.0f},
     // Named by the scene; their channels lie behind those of the film.
     {.name = "light",
      .components = kRgb,

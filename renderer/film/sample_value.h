@@ -20,6 +20,7 @@ struct FirstHit {
   Vec2f uv = Vec2f(0.0f);        // TEXCOORD_0, V upwards; 0 without
   float roughness = 0.0f;        // glTF's
   float metallic = 0.0f;
+  float openness = 0.0f;  // of the hemisphere above it, 0 or 1 of a sample
   uint32_t id = 0;        // 1 + index of the instance; 0: nothing hit
   uint32_t material = 0;  // 1 + its index
   // Pixels a frame, to the right and up; finite. Where nothing was hit, that of the background.

@@ -1,0 +1,38 @@
+// Records ambient occlusion of the first surface: how open the hemisphere above it is within a
+// fifth of the scene's radius, by one ray whose direction follows the cosine (S. Zhukov, A. Iones,
+// G. Kronin, "An Ambient Light Illumination Model", EGWR 1998).
+#pragma once
+
+#include "integrators/recorders/hooks.h"
+
+namespace emberline {
+
+class OcclusionRecorder : public Recorder {
+ public:
+  explicit OcclusionRecorder(PathBatch& batch) : Recorder(batch), on_(wanted(batch.batch)) {}
+  static bool wanted(const SampleBatch& batch);
+
+  void shaded(int lane) {
+    if (!on_ || b_.depth > 0) return;
+    seen_.add(lane);
+    points_.emplace(lane) = b_.points[lane];
+  }
+  // When the paths are done, with numbers that no path has: no other channel changes. The ray is
+  // not counted, since what a pixel costs decides where adaptive samples go.
+  void ended(const LaneList&) {
+    for (const int lane : seen_) {
+      FirstHit& hit = b_.values[size_t(lane)].first_hit;
+      hit.hit = true;
+      hit.openness = openness(lane);
+    }
+  }
+
+ private:
+  float openness(int lane);
+
+  const bool on_;
+  LaneList seen_;
+  LaneArray<ShadedPoint> points_;
+};
+
+}  // namespace emberline
