@@ -11,7 +11,6 @@ _PASSES = (
     ("UV", "UVA", "VECTOR", ("UV.U", "UV.V", "A"), "use_pass_uv"),
     ("DiffCol", "RGB", "COLOR", ("albedo.R", "albedo.G", "albedo.B"), "use_pass_diffuse_color"),
 )
-_AOVS = {"Depth": "Z", "Position": "P", "Normal": "N", "UV": "UV", "DiffCol": "albedo"}
 _CRYPTOMATTES = (("Object", "object"), ("Material", "material"), ("Asset", "asset"))
 NOISY, SAMPLES, ERROR = "Noisy Image", "Debug Sample Count", "Error"
 
@@ -47,7 +46,7 @@ def wanted(scene, layer):
 def options(scene, layer):
     """What of the command's options brings them."""
     names = {p[0] for p in wanted(scene, layer)}
-    aovs = [aov for name, aov in _AOVS.items() if name in names]
+    aovs = [channels[0].partition(".")[0] for name, _, _, channels, _ in _PASSES if name in names]
     if ERROR in names or scene.emberline.use_maps:
         aovs.append("variance")
     if scene.emberline.use_maps:
