@@ -355,7 +355,7 @@ RecordLayout::SumPlace RecordLayout::place_of(const ChannelRow& row) const {
     for (const ChannelRow& of_part : part.rows) {
       if (&of_part == &row) {
         SumPlace place{part.offset + sizeof(double) * sums, std::nullopt};
-        if (part.of_hits) place.hits = part.offset + sizeof(double) * part.sums;
+        if (row.is_of_hits()) place.hits = part.offset + sizeof(double) * part.sums;
         return place;
       }
       sums += of_part.sum_count();
