@@ -39,8 +39,8 @@ expect 'live' emberline view --driver l
 expect 'live' emberline session --driver l
 expect '' emberline session ''
 expect '--noise-threshold' emberline render a.glb --noi
-expect 'N' emberline render --aov N
-expect 'albedo,N' emberline render --aov albedo,N
+expect 'N|Ng' emberline render --aov N
+expect 'albedo,N|albedo,Ng' emberline render --aov albedo,N
 expect 'cull|show' emberline render --backfaces ''
 expect '' emberline render --spp ''
 expect 'a scene.glb|b.gltf|shots' emberline render ''
