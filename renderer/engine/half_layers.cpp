@@ -12,7 +12,8 @@ std::span<const HalfLayer> half_layer_table() {
   static const std::vector<HalfLayer> table = [] {
     std::vector<HalfLayer> layers;
     for (const ChannelRow& row : channel_table()) {
-      if (may_be_half(row.use)) layers.push_back({row.name, row.summary});
+      if (!may_be_half(row.use)) continue;
+      layers.push_back({row.name, row.setting == "aov" ? "as in `aov`" : row.summary});
     }
     return layers;
   }();

@@ -45,18 +45,11 @@ bool is_finite(const FilmSample& sample) {
 void FilmTile::reset(const Rect& rect) {
   rect_ = rect;
   part_ = 0;
-  records_.reset(pixels() * layout_.stride());
+  // The last sums of light are read one float beyond.
+  const bool light = has(Sums::kLights) || has(Sums::kLayers);
+  buffer_.reset(pixels() * layout_.bytes_per_pixel() + (light ? sizeof(float) : 0));
   shown_.reset(0);
   if (takes_sample_variance()) sample_variances_.reset(pixels());
-}
-
-void FilmTile::prefetch(int x, int y) const {
-  constexpr size_t kLine = 64;
-  const std::byte* const first = record(index(x, y));
-  for (size_t offset = 0; offset < layout_.stride(); offset += kLine) {
-    __builtin_prefetch(first + offset, 1);
-  }
-  __builtin_prefetch(first + layout_.stride() - 1, 1);
 }
 
 bool FilmTile::add(int x, int y, const FilmSample& sample) {
@@ -72,7 +65,7 @@ bool FilmTile::add(int x, int y, const FilmSample& sample) {
   } else {
     sums.non_finite++;
   }
-  layout_.add(record(i), sample, finite);
+  layout_.add(pixel(i), sample, finite);
   return finite;
 }
 
@@ -113,11 +106,12 @@ void FilmTile::show(int x, int y, const float* rgba) {
 
 void FilmTile::copy_pixel(const FilmTile& from, int x, int y) {
   const size_t i = index(x, y), j = from.index(x, y);
-  const std::vector<RecordLayout::Part>&to = layout_.parts(), &have = from.layout_.parts();
+  const std::vector<FilmLayout::Part>&to = layout_.parts(), &have = from.layout_.parts();
   assert(to.size() == have.size());
   for (size_t p = 0; p < to.size(); ++p) {
     assert(have[p].bytes >= to[p].bytes);
-    std::memcpy(record(i) + to[p].offset, from.record(j) + have[p].offset, to[p].bytes);
+    std::memcpy(sums_at<std::byte>(to[p], pixel(i)), sums_at<std::byte>(have[p], from.pixel(j)),
+                to[p].bytes);
   }
   if (!sample_variances_.empty()) sample_variances_[i] = from.sample_variances_[j];
   if (!from.shown_.empty() && from.shown_[j].set) show(x, y, from.shown_[j].rgba);
@@ -130,7 +124,7 @@ void FilmTile::add_film(const FilmTile& other) {
     const double n = sums(i).samples(), m = other.sums(i).samples();
     if (m == 0) continue;
     add_means_of(other, i, n / (n + m), m / (n + m));
-    layout_.merge(record(i), other.record(i));
+    layout_.merge(pixel(i), other.pixel(i));
   }
 }
 
@@ -179,7 +173,7 @@ FilmTile::Surface FilmTile::surface(int x, int y) const {
   const size_t i = index(x, y);
   // In the order of the rows of the group: albedo, N, Z.
   const double* const sums = at<double>(Sums::kSurface, i);
-  const auto hits = *reinterpret_cast<const uint32_t*>(sums + 7);
+  const uint32_t hits = hits_at(layout_.part(Sums::kSurface), pixel(i));
   const auto per = float(1.0 / this->sums(i).samples());
   Surface out;
   for (int c = 0; c < 3; ++c) out.albedo[c] = to_finite_float(sums[c]) * per;
@@ -269,28 +263,32 @@ void FilmTile::resolve_row(const ChannelRow& row, std::span<float> out, size_t s
     for (size_t i = 0; i < pixels(); ++i) row.put(*this, i, row, &out[i * stride]);
     return;
   }
-  const RecordLayout::SumPlace place = layout_.place_of(row);
+  const auto [part, first] = layout_.sums_of(row);
   for (size_t i = 0; i < pixels(); ++i) {
-    const std::byte* const of_row = record(i) + place.sums;
+    const FilmPixel at = pixel(i);
     if (row.count) {
-      std::copy_n(reinterpret_cast<const uint32_t*>(of_row), row.size(), &out[i * stride]);
+      std::copy_n(sums_at<uint32_t>(*part, at), row.size(), &out[i * stride]);
     } else {
-      const double count = place.hits ? *reinterpret_cast<const uint32_t*>(record(i) + *place.hits)
-                                      : sums(i).samples();
-      put_sums(row, reinterpret_cast<const double*>(of_row), count, &out[i * stride]);
+      const double count = row.is_of_hits() ? hits_at(*part, at) : sums(i).samples();
+      put_sums(row, sums_at<double>(*part, at) + first, count, &out[i * stride]);
     }
   }
 }
 
 uint64_t FilmTile::bytes() const {
-  return records_.capacity() + sample_variances_.capacity() * sizeof(SampleVariance) +
+  return buffer_.capacity() + sample_variances_.capacity() * sizeof(SampleVariance) +
          shown_.capacity() * sizeof(ShownValue);
 }
 
-// Block by block, each of all pixels.
 void FilmTile::archive(Archive& archive) {
-  for (const RecordLayout::Part& part : layout_.parts()) {
-    if (part.bytes > 0) archive_block(part, archive);
+  for (const FilmLayout::Part& part : layout_.parts()) {
+    if (part.bytes > 0) {
+      std::byte* const plane = sums_at<std::byte>(part, pixel(0));
+      archive.values(std::span(plane, pixels() * part.bytes));
+      // Checkpoints have an unused number behind all sums of light.
+      float unused = 0.0f;
+      if (is_of_lights(part.block)) archive.values(std::span(&unused, 1));
+    }
     if (part.block == Sums::kStop) {
       archive.values(std::span(sample_variances_.begin(), sample_variances_.size()));
     }
@@ -302,26 +300,9 @@ void FilmTile::archive(Archive& archive) {
   if (archive.loading()) check(archive);
 }
 
-void FilmTile::archive_block(const RecordLayout::Part& part, Archive& archive) {
-  constexpr size_t kPixels = 4096;  // at a time
-  std::vector<std::byte> values;
-  for (size_t first = 0; first < pixels(); first += kPixels) {
-    const size_t count = std::min(kPixels, pixels() - first);
-    values.resize(count * part.bytes);
-    for (size_t k = 0; k < count && !archive.loading(); ++k)
-      std::memcpy(&values[k * part.bytes], record(first + k) + part.offset, part.bytes);
-    archive.values(std::span(values));
-    for (size_t k = 0; k < count && archive.loading(); ++k)
-      std::memcpy(record(first + k) + part.offset, &values[k * part.bytes], part.bytes);
-  }
-  // Checkpoints have had an unused number behind all sums of light since version 1.0.
-  float unused = 0.0f;
-  if (pixels() > 0 && is_of_lights(part.block)) archive.values(std::span(&unused, 1));
-}
-
 // What was loaded may have been written by anybody.
 void FilmTile::check(const Archive& archive) const {
-  for (size_t i = 0; i < pixels(); ++i) archive.check(layout_.is_sound(record(i)));
+  for (size_t i = 0; i < pixels(); ++i) archive.check(layout_.is_sound(pixel(i)));
   const auto are_finite = [](const auto& values) {
     return std::ranges::all_of(values, [](float value) { return std::isfinite(value); });
   };

@@ -16,11 +16,11 @@
 #include "renderer/core/vector.h"
 #include "renderer/core/zeroed_array.h"
 #include "renderer/film/cryptomatte_sums.h"
+#include "renderer/film/film_layout.h"
 #include "renderer/film/film_sample.h"
 #include "renderer/film/half_sums.h"
 #include "renderer/film/path_layers.h"
 #include "renderer/film/pixel_stop.h"
-#include "renderer/film/record_layout.h"
 
 namespace emberline {
 
@@ -41,8 +41,8 @@ class FilmTile {
   // Adds sample value x filter weight. Returns false, and counts the sample as black and
   // non-finite, if any of its values is NaN or infinite.
   bool add(int x, int y, const FilmSample& sample);
-  // Asks for a pixel's record ahead of add().
-  void prefetch(int x, int y) const;
+  // Asks for a pixel's memory ahead of add().
+  void prefetch(int x, int y) const { layout_.prefetch(pixel(index(x, y))); }
   void add_time(int x, int y, double seconds);
   void set_stop(int x, int y, PixelStop stop);
   // Whether set_sample_variance() keeps what it is told.
@@ -95,7 +95,7 @@ class FilmTile {
   LightGroupSums second_lights(size_t i) const { return lights_of(Sums::kHalfLights, i); }
   LightGroupSums layers(size_t i) const { return lights_of(Sums::kLayers, i); }
   const HalfSums& halves(size_t i) const { return *at<HalfSums>(Sums::kHalves, i); }
-  CryptomatteSums mattes(size_t i) const { return mattes_at(layout_, record(i)); }
+  CryptomatteSums mattes(size_t i) const { return mattes_at(layout_, pixel(i)); }
 
   // Forgets what show() was told.
   void show_means() { shown_.reset(0); }
@@ -134,28 +134,27 @@ class FilmTile {
 
   size_t index(int x, int y) const { return rect_.index_of(x, y); }
   size_t pixels() const { return size_t(rect_.area()); }
-  std::byte* record(size_t i) const { return records_.begin() + i * layout_.stride(); }
+  FilmPixel pixel(size_t i) const { return {buffer_.begin(), pixels(), i}; }
   template <class T>
   T* at(Sums block, size_t i) const {
     assert(layout_.has(block) && i < pixels());
-    return sums_at<T>(layout_.part(block), record(i));
+    return sums_at<T>(layout_.part(block), pixel(i));
   }
   LightGroupSums lights_of(Sums block, size_t i) const {
-    return lights_at(layout_.part(block), record(i));
+    return lights_at(layout_, block, pixel(i));
   }
   bool knows_sample_variance(size_t i) const {
     return !sample_variances_.empty() && sample_variances_[i].known;
   }
   void resolve_row(const ChannelRow& row, std::span<float> out, size_t stride) const;
-  void archive_block(const RecordLayout::Part& part, Archive& archive);
   void check(const Archive& archive) const;
   void add_means_of(const FilmTile& other, size_t i, double here, double there);
 
-  RecordLayout layout_;
+  FilmLayout layout_;
   PathLayers layers_;
   Rect rect_;
   uint32_t part_ = 0;
-  ZeroedArray<std::byte> records_;
+  ZeroedArray<std::byte> buffer_;
   ZeroedArray<SampleVariance> sample_variances_;  // if taken
   ZeroedArray<ShownValue> shown_;                 // from the first show() on
 };

@@ -28,13 +28,12 @@ void store3(Color4 value, float* p) { std::memcpy(p, &value, 3 * sizeof(float));
 }  // namespace
 
 void LightGroupSums::add_to(size_t at, Color4 value) {
-  float* const rests = sums_ + size();
   const Color4 sum = load3(&sums_[at]);
   // Knuth's exact sum (The Art of Computer Programming, volume 2, section 4.2.2, theorem B), and
   // Dekker's of a large and a small number: whatever they are, the pair holds their sum.
   const Color4 rounded = sum + value;
   const Color4 of_value = rounded - sum;
-  const Color4 left_out = (sum - (rounded - of_value)) + (value - of_value) + load3(&rests[at]);
+  const Color4 left_out = (sum - (rounded - of_value)) + (value - of_value) + load3(&rests_[at]);
   Color4 total = rounded + left_out;
   Color4 rest = left_out - (total - rounded);
   if (!(std::abs(total[0] + total[1] + total[2]) <= kMost)) [[unlikely]] {
@@ -46,7 +45,7 @@ void LightGroupSums::add_to(size_t at, Color4 value) {
     }
   }
   store3(total, &sums_[at]);
-  store3(rest, &rests[at]);
+  store3(rest, &rests_[at]);
 }
 
 void LightGroupSums::add(float filter_weight, float alpha, const LightGroupValues* values,
@@ -67,14 +66,15 @@ void LightGroupSums::show(std::span<const Rgb> means) {
 void LightGroupSums::merge(const LightGroupSums& more) {
   assert(more.groups_ == groups_);
   for (size_t at = 0; at < size(); at += 3) {
-    add_to(at, load3(&more.sums_[size() + at]));
+    add_to(at, load3(&more.rests_[at]));
     add_to(at, load3(&more.sums_[at]));
   }
 }
 
 bool LightGroupSums::is_sound() const {
-  return std::all_of(sums_, sums_ + 2 * size(), [](float sum) { return std::isfinite(sum); }) &&
-         (sums_[0] == 0.0f || sums_[0] >= 1.0f);
+  const auto finite = [](float sum) { return std::isfinite(sum); };
+  return std::all_of(sums_, sums_ + size(), finite) &&
+         std::all_of(rests_, rests_ + size(), finite) && (sums_[0] == 0.0f || sums_[0] >= 1.0f);
 }
 
 std::array<double, 3> LightGroupSums::sum(int group) const {
@@ -97,7 +97,7 @@ void LightGroupSums::relit(const LightMix& mix, float* rgba) const {
   Color4 sum = splat4(0.0f);
   for (size_t group = 0; group < mix.size(); ++group) {
     sums += 3;
-    // The fourth float is the next group's, or one of what was left out: of no interest.
+    // The fourth float is the next group's, and of no interest.
     sum = fma(load4(sums) * splat4(scale), mix.data()[group], sum);
   }
   for (int c = 0; c < 3; ++c) rgba[c] = std::clamp(sum[c], -kMost, kMost);

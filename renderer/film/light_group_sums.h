@@ -25,9 +25,10 @@ class LightMix;
 // A view of the sums of one pixel, which its film holds.
 class LightGroupSums {
  public:
-  // bytes_per_pixel(groups) at `sums`. -1: nothing is kept. 0: nothing shines, but pictures can be
-  // mixed.
-  LightGroupSums(float* sums, int groups) : sums_(sums), groups_(groups) {}
+  // Half of bytes_per_pixel(groups) at each of the two. -1: nothing is kept. 0: nothing shines, but
+  // pictures can be mixed.
+  LightGroupSums(float* sums, float* rests, int groups)
+      : sums_(sums), rests_(rests), groups_(groups) {}
   static size_t bytes_per_pixel(int groups) { return 2 * 3 * size_t(groups + 1) * sizeof(float); }
 
   int groups() const { return groups_; }
@@ -43,18 +44,20 @@ class LightGroupSums {
   // Mean over the pixel's samples; 0 without any.
   Rgb mean(int group) const;
   std::array<double, 3> sum(int group) const;
-  // R G B A of the pixel with each group times its weight: see relight() in light_mix.h.
+  // R G B A of the pixel with each group times its weight: see relight() in light_mix.h. Reads one
+  // float beyond its sums.
   void relit(const LightMix& mix, float* rgba) const;
   // Finite, and a number of samples that means can be divided by.
   bool is_sound() const;
 
  private:
-  // Three of (samples, alpha, unused), then three of each group; behind them what was left out.
+  // Three of (samples, alpha, unused), then three of each group.
   size_t size() const { return 3 * size_t(groups_ + 1); }
   void add_to(size_t at, Color4 value);
-  double whole(size_t at) const { return double(sums_[at]) + double(sums_[size() + at]); }
+  double whole(size_t at) const { return double(sums_[at]) + double(rests_[at]); }
 
   float* sums_;
+  float* rests_;  // what was left out
   int groups_;
 };
 

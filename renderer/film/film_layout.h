@@ -1,13 +1,12 @@
-// What a film keeps of each pixel: one record, laid out from the channels in use.
+// What a film keeps of each pixel: blocks of sums, as the channels in use need them.
 //
-// A record is a row of blocks. Each block holds the sums that some channels need, and knows how a
-// sample is added, how two films' sums are merged and whether sums that were loaded are sound;
-// copying and saving are the same for all.
+// A block knows how a sample is added, how the sums of two films are merged and whether sums that
+// were loaded are sound; copying and saving are the same for all. A film has one buffer, in which
+// each block is a plane: pictures and other lights are read of the few planes that they need.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "renderer/film/channels.h"
@@ -44,7 +43,7 @@ struct FilmContents {
 
 // In the order in which checkpoints have them.
 enum class Sums : uint8_t {
-  kPixel,    // PixelSums; the first in every record
+  kPixel,    // PixelSums; of every film
   kSquares,  // double[3]: of weighted R G B
   kRays,     // uint32_t: traced for the pixel
   kSurface,  // the sums of a SumGroup
@@ -67,13 +66,20 @@ enum class Sums : uint8_t {
 };
 inline constexpr size_t kNamedSums = size_t(Sums::kOfRow);
 
-class RecordLayout {
+// A pixel of a film's buffer.
+struct FilmPixel {
+  std::byte* buffer;
+  size_t pixels, pixel;  // how many the film has, and its number
+};
+
+class FilmLayout {
  public:
-  explicit RecordLayout(const FilmContents& contents);
+  explicit FilmLayout(const FilmContents& contents);
 
   struct Part {
     Sums block = Sums::kPixel;
-    size_t bytes = 0, offset = 0;  // bytes 0: the film does not have it
+    size_t bytes = 0;   // a pixel; 0: the film does not have it
+    size_t offset = 0;  // bytes a pixel of the planes before it
     // Of a SumGroup or kOfRow: its rows, how many sums they have, and whether these are of the
     // samples that hit a surface alone; their number (uint32_t) follows then.
     std::span<const ChannelRow> rows = {};
@@ -85,41 +91,42 @@ class RecordLayout {
   const std::vector<Part>& parts() const { return parts_; }
   const Part& part(Sums block) const { return parts_[size_t(block)]; }
   bool has(Sums block) const { return part(block).bytes > 0; }
-  size_t stride() const { return stride_; }
+  size_t bytes_per_pixel() const { return bytes_; }
 
-  // Where in a record the sums or numbers of a row are that has some, and the number of their
-  // samples if these are not all of the pixel's.
-  struct SumPlace {
-    size_t sums;
-    std::optional<size_t> hits;
+  // A row that has sums or numbers: its part, and where they begin in it.
+  struct RowSums {
+    const Part* part;
+    size_t first;
   };
-  SumPlace place_of(const ChannelRow& row) const;
+  RowSums sums_of(const ChannelRow& row) const;
 
   // A sample of the pixel, in index order; not `finite`: it counts as black.
-  void add(std::byte* record, const FilmSample& sample, bool finite) const;
+  void add(const FilmPixel& at, const FilmSample& sample, bool finite) const;
   // What another film with the same layout has of the pixel.
-  void merge(std::byte* record, const std::byte* more) const;
+  void merge(const FilmPixel& at, const FilmPixel& more) const;
   // Whether these can be the sums of samples: finite, and within what the arithmetic is made for.
-  bool is_sound(const std::byte* record) const;
+  bool is_sound(const FilmPixel& at) const;
+  // Asks for the memory of a pixel ahead of add().
+  void prefetch(const FilmPixel& at) const;
 
  private:
   FilmContents contents_;
   std::vector<Part> parts_;
   std::vector<Part> added_;  // those that take samples, beside PixelSums
-  size_t stride_ = 0;
+  size_t bytes_ = 0;
 };
 
-// A block of a record.
+// A block of a pixel.
 template <class T>
-T* sums_at(const RecordLayout::Part& part, std::byte* record) {
-  return reinterpret_cast<T*>(record + part.offset);
+T* sums_at(const FilmLayout::Part& part, const FilmPixel& at) {
+  return reinterpret_cast<T*>(at.buffer + part.offset * at.pixels + part.bytes * at.pixel);
 }
-template <class T>
-const T* sums_at(const RecordLayout::Part& part, const std::byte* record) {
-  return reinterpret_cast<const T*>(record + part.offset);
+// Of the samples that the sums of a part are of, those that hit a surface.
+inline uint32_t& hits_at(const FilmLayout::Part& part, const FilmPixel& at) {
+  return *reinterpret_cast<uint32_t*>(sums_at<double>(part, at) + part.sums);
 }
-// Sums of light in two blocks, of which `part` is the first.
-LightGroupSums lights_at(const RecordLayout::Part& part, const std::byte* record);
-CryptomatteSums mattes_at(const RecordLayout& layout, const std::byte* record);
+// Sums of light in two blocks, of which this is the first.
+LightGroupSums lights_at(const FilmLayout& layout, Sums block, const FilmPixel& at);
+CryptomatteSums mattes_at(const FilmLayout& layout, const FilmPixel& at);
 
 }  // namespace emberline

@@ -1,4 +1,4 @@
-#include "renderer/film/record_layout.h"
+#include "renderer/film/film_layout.h"
 
 #include <algorithm>
 #include <cassert>
@@ -12,18 +12,18 @@
 namespace emberline {
 namespace {
 
-using Part = RecordLayout::Part;
+using Part = FilmLayout::Part;
 
 // A block of any film, and what is done with it. Functions that are null have nothing to do.
 struct SumsType {
   size_t alignment;
   size_t (*bytes)(const FilmContents& contents);  // 0: not kept
   SumGroup group = SumGroup::kNone;
-  void (*add)(const RecordLayout& layout, const Part& part, std::byte* record,
+  void (*add)(const FilmLayout& layout, const Part& part, const FilmPixel& at,
               const FilmSample& sample, bool finite) = nullptr;
-  void (*merge)(const RecordLayout& layout, const Part& part, std::byte* record,
-                const std::byte* more) = nullptr;
-  bool (*is_sound)(const RecordLayout& layout, const Part& part, const std::byte* record) = nullptr;
+  void (*merge)(const FilmLayout& layout, const Part& part, const FilmPixel& at,
+                const FilmPixel& more) = nullptr;
+  bool (*is_sound)(const FilmLayout& layout, const Part& part, const FilmPixel& at) = nullptr;
 };
 
 template <class T>
@@ -33,17 +33,17 @@ bool all_finite(const T* values, size_t count) {
 
 // Sums that are merged by adding them.
 template <class T, size_t kCount>
-void merge_numbers(const RecordLayout&, const Part& part, std::byte* record,
-                   const std::byte* more) {
-  for (size_t i = 0; i < kCount; ++i) sums_at<T>(part, record)[i] += sums_at<T>(part, more)[i];
+void merge_numbers(const FilmLayout&, const Part& part, const FilmPixel& at,
+                   const FilmPixel& more) {
+  for (size_t i = 0; i < kCount; ++i) sums_at<T>(part, at)[i] += sums_at<T>(part, more)[i];
 }
 template <class T, size_t kCount>
-bool numbers_are_sound(const RecordLayout&, const Part& part, const std::byte* record) {
-  return all_finite(sums_at<T>(part, record), kCount);
+bool numbers_are_sound(const FilmLayout&, const Part& part, const FilmPixel& at) {
+  return all_finite(sums_at<T>(part, at), kCount);
 }
 
-void merge_pixel(const RecordLayout&, const Part& part, std::byte* record, const std::byte* from) {
-  PixelSums& sums = *sums_at<PixelSums>(part, record);
+void merge_pixel(const FilmLayout&, const Part& part, const FilmPixel& at, const FilmPixel& from) {
+  PixelSums& sums = *sums_at<PixelSums>(part, at);
   const PixelSums& more = *sums_at<PixelSums>(part, from);
   for (int half = 0; half < 2; ++half) {
     for (int c = 0; c < 3; ++c) sums.rgb[half][c] += more.rgb[half][c];
@@ -54,50 +54,46 @@ void merge_pixel(const RecordLayout&, const Part& part, std::byte* record, const
   if (sums.id == 0) sums.id = more.id;
 }
 
-bool pixel_is_sound(const RecordLayout&, const Part& part, const std::byte* record) {
+bool pixel_is_sound(const FilmLayout&, const Part& part, const FilmPixel& at) {
   constexpr uint32_t kMost = 1u << 25;  // of one stream
-  const PixelSums& sums = *sums_at<PixelSums>(part, record);
+  const PixelSums& sums = *sums_at<PixelSums>(part, at);
   const uint64_t count = uint64_t(sums.count[0]) + sums.count[1];
   return sums.count[0] <= kMost && sums.count[1] <= kMost && sums.non_finite <= count &&
          all_finite(&sums.rgb[0][0], 6) && std::isfinite(sums.alpha);
 }
 
-void add_squares(const RecordLayout&, const Part& part, std::byte* record, const FilmSample& sample,
+void add_squares(const FilmLayout&, const Part& part, const FilmPixel& at, const FilmSample& sample,
                  bool finite) {
   if (!finite) return;
   const Rgb weighted = sample.value.radiance * sample.filter_weight;
-  double* sums = sums_at<double>(part, record);
+  double* sums = sums_at<double>(part, at);
   for (int c = 0; c < 3; ++c) sums[c] = fma(double(weighted[c]), double(weighted[c]), sums[c]);
 }
 
-void add_rays(const RecordLayout&, const Part& part, std::byte* record, const FilmSample& sample,
+void add_rays(const FilmLayout&, const Part& part, const FilmPixel& at, const FilmSample& sample,
               bool) {
-  *sums_at<uint32_t>(part, record) += sample.value.rays.total();
+  *sums_at<uint32_t>(part, at) += sample.value.rays.total();
 }
 
-uint32_t* hits_of(const Part& part, std::byte* record) {
-  return reinterpret_cast<uint32_t*>(sums_at<double>(part, record) + part.sums);
-}
-
-void add_group(const RecordLayout&, const Part& part, std::byte* record, const FilmSample& sample,
+void add_group(const FilmLayout&, const Part& part, const FilmPixel& at, const FilmSample& sample,
                bool finite) {
   if (!finite || (part.of_hits && !sample.value.first_hit.hit)) return;
-  double* sums = sums_at<double>(part, record);
+  double* sums = sums_at<double>(part, at);
   for (const ChannelRow& row : part.rows) {
     row.add(sample, sums);
     sums += row.sum_count();
   }
-  if (part.of_hits) ++*hits_of(part, record);
+  if (part.of_hits) ++hits_at(part, at);
 }
 
-void merge_group(const RecordLayout&, const Part& part, std::byte* record, const std::byte* more) {
+void merge_group(const FilmLayout&, const Part& part, const FilmPixel& at, const FilmPixel& more) {
   for (size_t i = 0; i < part.sums; ++i)
-    sums_at<double>(part, record)[i] += sums_at<double>(part, more)[i];
-  if (part.of_hits) *hits_of(part, record) += *hits_of(part, const_cast<std::byte*>(more));
+    sums_at<double>(part, at)[i] += sums_at<double>(part, more)[i];
+  if (part.of_hits) hits_at(part, at) += hits_at(part, more);
 }
 
-bool group_is_sound(const RecordLayout&, const Part& part, const std::byte* record) {
-  return all_finite(sums_at<double>(part, record), part.sums);
+bool group_is_sound(const FilmLayout&, const Part& part, const FilmPixel& at) {
+  return all_finite(sums_at<double>(part, at), part.sums);
 }
 
 void add_velocities(VelocitySums& sums, const VelocitySums& more) {
@@ -108,21 +104,21 @@ void add_velocities(VelocitySums& sums, const VelocitySums& more) {
   sums.count += more.count;
 }
 
-void add_velocity(const RecordLayout&, const Part& part, std::byte* record,
+void add_velocity(const FilmLayout&, const Part& part, const FilmPixel& at,
                   const FilmSample& sample, bool finite) {
   const FirstHit& hit = sample.value.first_hit;
   if (!finite) return;
-  add_velocities(*sums_at<VelocitySums>(part, record),
+  add_velocities(*sums_at<VelocitySums>(part, at),
                  {double(hit.velocity.x), double(hit.velocity.y), 1, hit.hit ? 1u : 0u});
 }
 
-void merge_velocity(const RecordLayout&, const Part& part, std::byte* record,
-                    const std::byte* more) {
-  add_velocities(*sums_at<VelocitySums>(part, record), *sums_at<VelocitySums>(part, more));
+void merge_velocity(const FilmLayout&, const Part& part, const FilmPixel& at,
+                    const FilmPixel& more) {
+  add_velocities(*sums_at<VelocitySums>(part, at), *sums_at<VelocitySums>(part, more));
 }
 
-bool velocity_is_sound(const RecordLayout&, const Part& part, const std::byte* record) {
-  const VelocitySums& sums = *sums_at<VelocitySums>(part, record);
+bool velocity_is_sound(const FilmLayout&, const Part& part, const FilmPixel& at) {
+  const VelocitySums& sums = *sums_at<VelocitySums>(part, at);
   return std::isfinite(sums.x) && std::isfinite(sums.y) && sums.of_surfaces <= 1;
 }
 
@@ -136,64 +132,65 @@ int half_lights_of(const FilmContents& contents) {
   return kept ? contents.extras.light_groups : -1;
 }
 
-void merge_lights(const RecordLayout&, const Part& part, std::byte* record, const std::byte* more) {
-  lights_at(part, record).merge(lights_at(part, more));
+void merge_lights(const FilmLayout& layout, const Part& part, const FilmPixel& at,
+                  const FilmPixel& more) {
+  lights_at(layout, part.block, at).merge(lights_at(layout, part.block, more));
 }
 
-bool lights_are_sound(const RecordLayout&, const Part& part, const std::byte* record) {
-  return lights_at(part, record).is_sound();
+bool lights_are_sound(const FilmLayout& layout, const Part& part, const FilmPixel& at) {
+  return lights_at(layout, part.block, at).is_sound();
 }
 
-void add_lights(const RecordLayout&, const Part& part, std::byte* record, const FilmSample& sample,
-                bool finite) {
+void add_lights(const FilmLayout& layout, const Part& part, const FilmPixel& at,
+                const FilmSample& sample, bool finite) {
   const float alpha = finite ? sample.value.alpha : 0.0f;
-  lights_at(part, record)
+  lights_at(layout, part.block, at)
       .add(sample.filter_weight, alpha, finite ? sample.lights : nullptr, sample.lane);
 }
 
-void add_layers(const RecordLayout&, const Part& part, std::byte* record, const FilmSample& sample,
-                bool finite) {
+void add_layers(const FilmLayout& layout, const Part& part, const FilmPixel& at,
+                const FilmSample& sample, bool finite) {
   const float alpha = finite ? sample.value.alpha : 0.0f;
-  lights_at(part, record)
+  lights_at(layout, part.block, at)
       .add(sample.filter_weight, alpha, finite ? sample.layers : nullptr, sample.lane);
 }
 
-void add_half_lights(const RecordLayout&, const Part& part, std::byte* record,
+void add_half_lights(const FilmLayout& layout, const Part& part, const FilmPixel& at,
                      const FilmSample& sample, bool finite) {
   if (sample.half != 1) return;
-  lights_at(part, record)
+  lights_at(layout, part.block, at)
       .add(sample.filter_weight, 0.0f, finite ? sample.lights : nullptr, sample.lane);
 }
 
-void add_halves(const RecordLayout&, const Part& part, std::byte* record, const FilmSample& sample,
+void add_halves(const FilmLayout&, const Part& part, const FilmPixel& at, const FilmSample& sample,
                 bool finite) {
   if (!finite) return;
-  HalfSums& sums = *sums_at<HalfSums>(part, record);
+  HalfSums& sums = *sums_at<HalfSums>(part, at);
   if (sample.features) sums.add(sample.half, *sample.features);
   if (sample.shares) sums.add_shares(sample.half, sample.value.radiance, *sample.shares);
 }
 
-void merge_halves(const RecordLayout&, const Part& part, std::byte* record, const std::byte* more) {
-  sums_at<HalfSums>(part, record)->merge(*sums_at<HalfSums>(part, more));
+void merge_halves(const FilmLayout&, const Part& part, const FilmPixel& at, const FilmPixel& more) {
+  sums_at<HalfSums>(part, at)->merge(*sums_at<HalfSums>(part, more));
 }
 
-bool halves_are_sound(const RecordLayout&, const Part& part, const std::byte* record) {
-  return sums_at<HalfSums>(part, record)->is_sound();
+bool halves_are_sound(const FilmLayout&, const Part& part, const FilmPixel& at) {
+  return sums_at<HalfSums>(part, at)->is_sound();
 }
 
-void add_mattes(const RecordLayout& layout, const Part&, std::byte* record,
+void add_mattes(const FilmLayout& layout, const Part&, const FilmPixel& at,
                 const FilmSample& sample, bool finite) {
   if (!finite || sample.value.alpha == 0.0f || sample.ids.empty()) return;
-  mattes_at(layout, record).add(sample.filter_weight * sample.value.alpha, sample.ids);
+  mattes_at(layout, at).add(sample.filter_weight * sample.value.alpha, sample.ids);
 }
 
-void merge_mattes(const RecordLayout& layout, const Part&, std::byte* record,
-                  const std::byte* more) {
-  mattes_at(layout, record).merge(mattes_at(layout, more));
+void merge_mattes(const FilmLayout& layout, const Part&, const FilmPixel& at,
+                  const FilmPixel& more) {
+  mattes_at(layout, at).merge(mattes_at(layout, more));
 }
 
-bool mattes_are_sound(const RecordLayout& layout, const Part&, const std::byte* record) {
-  return mattes_at(layout, record).is_sound();
+bool mattes_are_sound(const FilmLayout& layout, const Part&, const FilmPixel& at) {
+  return mattes_at(layout, at).is_sound();
 }
 
 // Bytes of what is kept with a channel.
@@ -202,18 +199,18 @@ size_t bytes_with(const FilmContents& contents) {
   return contents.aovs.contains(kAov) ? sizeof(T) : 0;
 }
 
-void add_numbers(const RecordLayout&, const Part& part, std::byte* record, const FilmSample& sample,
+void add_numbers(const FilmLayout&, const Part& part, const FilmPixel& at, const FilmSample& sample,
                  bool finite) {
   const ChannelRow& row = part.rows.front();
-  uint32_t* const numbers = sums_at<uint32_t>(part, record);
+  uint32_t* const numbers = sums_at<uint32_t>(part, at);
   const bool is_first = finite && *numbers == 0;
   if (row.kind == ChannelKind::kCount || is_first) row.count(sample, numbers);
 }
 
-void merge_numbers_of_row(const RecordLayout&, const Part& part, std::byte* record,
-                          const std::byte* from) {
+void merge_numbers_of_row(const FilmLayout&, const Part& part, const FilmPixel& at,
+                          const FilmPixel& from) {
   const ChannelRow& row = part.rows.front();
-  uint32_t* const numbers = sums_at<uint32_t>(part, record);
+  uint32_t* const numbers = sums_at<uint32_t>(part, at);
   const uint32_t* const more = sums_at<uint32_t>(part, from);
   for (size_t i = 0; i < row.size(); ++i) {
     if (row.kind == ChannelKind::kCount || numbers[i] == 0) numbers[i] += more[i];
@@ -264,11 +261,11 @@ constexpr SumsType kTypes[] = {
     {alignof(float), bytes_with<Aov::kTime, float>, SumGroup::kNone, nullptr,
      merge_numbers<float, 1>, numbers_are_sound<float, 1>},
     {alignof(PixelStop), bytes_with<Aov::kStop, PixelStop>, SumGroup::kNone, nullptr,
-     [](const RecordLayout&, const Part& part, std::byte* record, const std::byte* more) {
-       *sums_at<PixelStop>(part, record) = *sums_at<PixelStop>(part, more);
+     [](const FilmLayout&, const Part& part, const FilmPixel& at, const FilmPixel& more) {
+       *sums_at<PixelStop>(part, at) = *sums_at<PixelStop>(part, more);
      },
-     [](const RecordLayout&, const Part& part, const std::byte* record) {
-       return *sums_at<PixelStop>(part, record) <= PixelStop::kGoingOn;
+     [](const FilmLayout&, const Part& part, const FilmPixel& at) {
+       return *sums_at<PixelStop>(part, at) <= PixelStop::kGoingOn;
      }},
     light_type<light_groups_of>(add_lights),
     rest_type<light_groups_of>(),
@@ -329,8 +326,8 @@ const SumsType& type_of(const Part& part) {
 
 }  // namespace
 
-// Large numbers first, so that nothing lies between two blocks.
-RecordLayout::RecordLayout(const FilmContents& contents) : contents_(contents) {
+// Planes of large numbers first, so that all are aligned whatever the number of pixels.
+FilmLayout::FilmLayout(const FilmContents& contents) : contents_(contents) {
   for (size_t i = 0; i < kNamedSums; ++i) parts_.push_back(make_part(Sums(i), contents));
   for (const ChannelRow* row : rows_of(contents.aovs)) {
     const Part part = part_of_row(*row);
@@ -339,59 +336,66 @@ RecordLayout::RecordLayout(const FilmContents& contents) : contents_(contents) {
   for (const size_t alignment : {alignof(double), alignof(float), alignof(PixelStop)}) {
     for (Part& part : parts_) {
       if (type_of(part).alignment != alignment) continue;
-      part.offset = stride_;
-      stride_ += part.bytes;
+      part.offset = bytes_;
+      bytes_ += part.bytes;
     }
   }
-  stride_ = (stride_ + alignof(double) - 1) / alignof(double) * alignof(double);
   std::ranges::copy_if(parts_, std::back_inserter(added_), [](const Part& part) {
     return part.bytes > 0 && type_of(part).add != nullptr;
   });
 }
 
-RecordLayout::SumPlace RecordLayout::place_of(const ChannelRow& row) const {
+FilmLayout::RowSums FilmLayout::sums_of(const ChannelRow& row) const {
   for (const Part& part : parts_) {
-    size_t sums = 0;
+    size_t first = 0;
     for (const ChannelRow& of_part : part.rows) {
-      if (&of_part == &row) {
-        SumPlace place{part.offset + sizeof(double) * sums, std::nullopt};
-        if (row.is_of_hits()) place.hits = part.offset + sizeof(double) * part.sums;
-        return place;
-      }
-      sums += of_part.sum_count();
+      if (&of_part == &row) return {&part, first};
+      first += of_part.sum_count();
     }
   }
   assert(false);
   return {};
 }
 
-void RecordLayout::add(std::byte* record, const FilmSample& sample, bool finite) const {
-  for (const Part& part : added_) type_of(part).add(*this, part, record, sample, finite);
+void FilmLayout::add(const FilmPixel& at, const FilmSample& sample, bool finite) const {
+  for (const Part& part : added_) type_of(part).add(*this, part, at, sample, finite);
 }
 
-void RecordLayout::merge(std::byte* record, const std::byte* more) const {
+void FilmLayout::merge(const FilmPixel& at, const FilmPixel& more) const {
   for (const Part& part : parts_) {
     const auto merge = type_of(part).merge;
-    if (merge && part.bytes > 0) merge(*this, part, record, more);
+    if (merge && part.bytes > 0) merge(*this, part, at, more);
   }
 }
 
-bool RecordLayout::is_sound(const std::byte* record) const {
+bool FilmLayout::is_sound(const FilmPixel& at) const {
   return std::ranges::all_of(parts_, [&](const Part& part) {
     const auto is_sound = type_of(part).is_sound;
-    return !is_sound || part.bytes == 0 || is_sound(*this, part, record);
+    return !is_sound || part.bytes == 0 || is_sound(*this, part, at);
   });
 }
 
-LightGroupSums lights_at(const Part& part, const std::byte* record) {
-  const size_t numbers = part.bytes / sizeof(float);
-  return {const_cast<float*>(sums_at<float>(part, record)), int(numbers / 3) - 1};
+void FilmLayout::prefetch(const FilmPixel& at) const {
+  constexpr size_t kLine = 64;
+  const auto prefetch_block = [&](const Part& part) {
+    const std::byte* const first = sums_at<std::byte>(part, at);
+    for (size_t i = 0; i < part.bytes; i += kLine) __builtin_prefetch(first + i, 1);
+    __builtin_prefetch(first + part.bytes - 1, 1);
+  };
+  prefetch_block(part(Sums::kPixel));
+  std::ranges::for_each(added_, prefetch_block);
 }
 
-CryptomatteSums mattes_at(const RecordLayout& layout, const std::byte* record) {
-  return {const_cast<uint32_t*>(sums_at<uint32_t>(layout.part(Sums::kMattes), record)),
-          const_cast<double*>(sums_at<double>(layout.part(Sums::kMatteWeights), record)),
-          layout.contents().extras};
+LightGroupSums lights_at(const FilmLayout& layout, Sums block, const FilmPixel& at) {
+  const FilmLayout::Part& sums = layout.part(block);
+  const FilmLayout::Part& rests = layout.part(Sums(size_t(block) + 1));
+  return {sums_at<float>(sums, at), sums_at<float>(rests, at),
+          int(sums.bytes / sizeof(float[3])) - 1};
+}
+
+CryptomatteSums mattes_at(const FilmLayout& layout, const FilmPixel& at) {
+  return {sums_at<uint32_t>(layout.part(Sums::kMattes), at),
+          sums_at<double>(layout.part(Sums::kMatteWeights), at), layout.contents().extras};
 }
 
 }  // namespace emberline
