@@ -48,13 +48,18 @@ void FilmTile::reset(const Rect& rect) {
   // The last sums of light are read one float beyond.
   const bool light = has(Sums::kLights) || has(Sums::kLayers);
   buffer_.reset(pixels() * layout_.bytes_per_pixel() + (light ? sizeof(float) : 0));
+  planes_.clear();
+  for (const FilmLayout::Part& part : layout_.parts()) {
+    planes_.push_back(buffer_.begin() + part.offset * pixels());
+  }
+  sums_ = reinterpret_cast<PixelSums*>(planes_.front());
   shown_.reset(0);
   if (takes_sample_variance()) sample_variances_.reset(pixels());
 }
 
 bool FilmTile::add(int x, int y, const FilmSample& sample) {
   const size_t i = index(x, y);
-  PixelSums& sums = *at<PixelSums>(Sums::kPixel, i);
+  PixelSums& sums = sums_[i];
   sums.count[sample.half]++;
   const bool finite = is_finite(sample);
   if (finite) {

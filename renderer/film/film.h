@@ -88,7 +88,7 @@ class FilmTile {
   const T* block(Sums block, size_t i) const {
     return at<T>(block, i);
   }
-  const PixelSums& sums(size_t i) const { return *at<PixelSums>(Sums::kPixel, i); }
+  const PixelSums& sums(size_t i) const { return sums_[i]; }
   const double* squares(size_t i) const { return at<double>(Sums::kSquares, i); }
   uint32_t rays(size_t i) const { return *at<uint32_t>(Sums::kRays, i); }
   LightGroupSums lights(size_t i) const { return lights_of(Sums::kLights, i); }
@@ -134,7 +134,7 @@ class FilmTile {
 
   size_t index(int x, int y) const { return rect_.index_of(x, y); }
   size_t pixels() const { return size_t(rect_.area()); }
-  FilmPixel pixel(size_t i) const { return {buffer_.begin(), pixels(), i}; }
+  FilmPixel pixel(size_t i) const { return {planes_.data(), i}; }
   template <class T>
   T* at(Sums block, size_t i) const {
     assert(layout_.has(block) && i < pixels());
@@ -155,6 +155,8 @@ class FilmTile {
   Rect rect_;
   uint32_t part_ = 0;
   ZeroedArray<std::byte> buffer_;
+  std::vector<std::byte*> planes_;                // of the buffer, by the layout's parts
+  PixelSums* sums_ = nullptr;                     // the first of them
   ZeroedArray<SampleVariance> sample_variances_;  // if taken
   ZeroedArray<ShownValue> shown_;                 // from the first show() on
 };

@@ -299,7 +299,7 @@ void set_rows(std::span<const ChannelRow> rows, Part& part) {
 
 Part make_part(Sums block, const FilmContents& contents) {
   const SumsType& type = kTypes[size_t(block)];
-  Part part{block, type.bytes(contents)};
+  Part part{.block = block, .bytes = type.bytes(contents)};
   if (type.group == SumGroup::kNone || part.bytes == 0) return part;
   const std::span<const ChannelRow> table = channel_table();
   const auto is_in = [&](const ChannelRow& row) { return row.group == type.group; };
@@ -310,7 +310,7 @@ Part make_part(Sums block, const FilmContents& contents) {
 
 // Of a row that shares no sums; without bytes if it has none.
 Part part_of_row(const ChannelRow& row) {
-  Part part{Sums::kOfRow};
+  Part part{.block = Sums::kOfRow};
   if (row.add && row.group == SumGroup::kNone) set_rows({&row, 1}, part);
   if (row.count) {
     part.rows = {&row, 1};
@@ -336,6 +336,7 @@ FilmLayout::FilmLayout(const FilmContents& contents) : contents_(contents) {
   for (const size_t alignment : {alignof(double), alignof(float), alignof(PixelStop)}) {
     for (Part& part : parts_) {
       if (type_of(part).alignment != alignment) continue;
+      part.place = size_t(&part - parts_.data());
       part.offset = bytes_;
       bytes_ += part.bytes;
     }

@@ -66,10 +66,10 @@ enum class Sums : uint8_t {
 };
 inline constexpr size_t kNamedSums = size_t(Sums::kOfRow);
 
-// A pixel of a film's buffer.
+// A pixel of a film: its number, and where the planes of the film's parts begin.
 struct FilmPixel {
-  std::byte* buffer;
-  size_t pixels, pixel;  // how many the film has, and its number
+  std::byte* const* planes;
+  size_t number;
 };
 
 class FilmLayout {
@@ -78,6 +78,7 @@ class FilmLayout {
 
   struct Part {
     Sums block = Sums::kPixel;
+    size_t place = 0;   // among the parts
     size_t bytes = 0;   // a pixel; 0: the film does not have it
     size_t offset = 0;  // bytes a pixel of the planes before it
     // Of a SumGroup or kOfRow: its rows, how many sums they have, and whether these are of the
@@ -119,7 +120,7 @@ class FilmLayout {
 // A block of a pixel.
 template <class T>
 T* sums_at(const FilmLayout::Part& part, const FilmPixel& at) {
-  return reinterpret_cast<T*>(at.buffer + part.offset * at.pixels + part.bytes * at.pixel);
+  return reinterpret_cast<T*>(at.planes[part.place] + part.bytes * at.number);
 }
 // Of the samples that the sums of a part are of, those that hit a surface.
 inline uint32_t& hits_at(const FilmLayout::Part& part, const FilmPixel& at) {

@@ -32,6 +32,10 @@ class LightGroupSums {
   static size_t bytes_per_pixel(int groups) { return 2 * 3 * size_t(groups + 1) * sizeof(float); }
 
   int groups() const { return groups_; }
+  // Of the pixel that is so many further on in the same film.
+  LightGroupSums of_pixel(size_t further) const {
+    return {sums_ + further * size(), rests_ + further * size(), groups_};
+  }
 
   // Adds a sample: what `values` has for the lane, or no light without them, and alpha, times the
   // weight of the pixel filter. A pixel's samples have one owner, and come in index order.

@@ -19,9 +19,11 @@ LightGroupSums LightMix::sums(const FilmTile& film, size_t pixel) const {
 void relight(const FilmTile& film, const LightMix& mix, std::span<float> rgba) {
   const auto pixels = size_t(film.rect().area());
   assert(rgba.size() >= 4 * pixels);
+  if (pixels == 0) return;
+  const LightGroupSums first = mix.sums(film, 0);
   constexpr size_t kGrain = 4096;  // about 15 us
   parallel_ranges(pixels, kGrain, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) mix.sums(film, i).relit(mix, &rgba[4 * i]);
+    for (size_t i = begin; i < end; ++i) first.of_pixel(i).relit(mix, &rgba[4 * i]);
   });
 }
 
