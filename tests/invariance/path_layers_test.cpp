@@ -332,7 +332,7 @@ TEST(PathLayers, OfAFilm) {
   // 24 bytes for each of them and the samples.
   FilmTile without{AovSet()};
   without.reset({0, 0, 2, 1});
-  EXPECT_EQ(film.bytes(), without.bytes() + 2 * 72);
+  EXPECT_EQ(film.bytes(), without.bytes() + 2 * 72 + 4);
 }
 
 TEST(PathLayers, AreNotOfEveryIntegrator) {
