@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <iterator>
+#include <type_traits>
 
 #include "renderer/film/half_sums.h"
 #include "renderer/film/path_layers.h"
@@ -14,278 +15,249 @@ namespace {
 
 using Part = FilmLayout::Part;
 
-// A block of any film, and what is done with it. Functions that are null have nothing to do.
-struct SumsType {
-  size_t alignment;
-  size_t (*bytes)(const FilmContents& contents);  // 0: not kept
-  SumGroup group = SumGroup::kNone;
-  void (*add)(const FilmLayout& layout, const Part& part, const FilmPixel& at,
-              const FilmSample& sample, bool finite) = nullptr;
-  void (*merge)(const FilmLayout& layout, const Part& part, const FilmPixel& at,
-                const FilmPixel& more) = nullptr;
-  bool (*is_sound)(const FilmLayout& layout, const Part& part, const FilmPixel& at) = nullptr;
-};
-
 template <class T>
 bool all_finite(const T* values, size_t count) {
   return std::all_of(values, values + count, [](T value) { return std::isfinite(value); });
 }
 
-// Sums that are merged by adding them.
-template <class T, size_t kCount>
-void merge_numbers(const FilmLayout&, const Part& part, const FilmPixel& at,
-                   const FilmPixel& more) {
-  for (size_t i = 0; i < kCount; ++i) sums_at<T>(part, at)[i] += sums_at<T>(part, more)[i];
-}
-template <class T, size_t kCount>
-bool numbers_are_sound(const FilmLayout&, const Part& part, const FilmPixel& at) {
-  return all_finite(sums_at<T>(part, at), kCount);
-}
+// ---- Blocks. merge() adds what another film has of the pixel; is_sound() says whether the sums
+// can be those of samples; add() takes a sample, which counts as black unless it is `finite`.
 
-void merge_pixel(const FilmLayout&, const Part& part, const FilmPixel& at, const FilmPixel& from) {
-  PixelSums& sums = *sums_at<PixelSums>(part, at);
-  const PixelSums& more = *sums_at<PixelSums>(part, from);
-  for (int half = 0; half < 2; ++half) {
-    for (int c = 0; c < 3; ++c) sums.rgb[half][c] += more.rgb[half][c];
-    sums.count[half] += more.count[half];
+struct PixelBlock : PixelSums {
+  void merge(const PixelSums& more) {
+    for (int half = 0; half < 2; ++half) {
+      for (int c = 0; c < 3; ++c) rgb[half][c] += more.rgb[half][c];
+      count[half] += more.count[half];
+    }
+    alpha += more.alpha;
+    non_finite += more.non_finite;
+    if (id == 0) id = more.id;
   }
-  sums.alpha += more.alpha;
-  sums.non_finite += more.non_finite;
-  if (sums.id == 0) sums.id = more.id;
-}
-
-bool pixel_is_sound(const FilmLayout&, const Part& part, const FilmPixel& at) {
-  constexpr uint32_t kMost = 1u << 25;  // of one stream
-  const PixelSums& sums = *sums_at<PixelSums>(part, at);
-  const uint64_t count = uint64_t(sums.count[0]) + sums.count[1];
-  return sums.count[0] <= kMost && sums.count[1] <= kMost && sums.non_finite <= count &&
-         all_finite(&sums.rgb[0][0], 6) && std::isfinite(sums.alpha);
-}
-
-void add_squares(const FilmLayout&, const Part& part, const FilmPixel& at, const FilmSample& sample,
-                 bool finite) {
-  if (!finite) return;
-  const Rgb weighted = sample.value.radiance * sample.filter_weight;
-  double* sums = sums_at<double>(part, at);
-  for (int c = 0; c < 3; ++c) sums[c] = fma(double(weighted[c]), double(weighted[c]), sums[c]);
-}
-
-void add_rays(const FilmLayout&, const Part& part, const FilmPixel& at, const FilmSample& sample,
-              bool) {
-  *sums_at<uint32_t>(part, at) += sample.value.rays.total();
-}
-
-void add_group(const FilmLayout&, const Part& part, const FilmPixel& at, const FilmSample& sample,
-               bool finite) {
-  if (!finite || (part.of_hits && !sample.value.first_hit.hit)) return;
-  double* sums = sums_at<double>(part, at);
-  for (const ChannelRow& row : part.rows) {
-    row.add(sample, sums);
-    sums += row.sum_count();
+  bool is_sound() const {
+    constexpr uint32_t kMost = 1u << 25;  // of one stream
+    return count[0] <= kMost && count[1] <= kMost && non_finite <= count[0] + count[1] &&
+           all_finite(&rgb[0][0], 6) && std::isfinite(alpha);
   }
-  if (part.of_hits) ++hits_at(part, at);
+};
+
+struct Squares {
+  double rgb[3];
+  void add(const FilmSample& sample, bool finite) {
+    const Rgb value = sample.value.radiance * sample.filter_weight;
+    for (int c = 0; finite && c < 3; ++c) rgb[c] = fma(double(value[c]), double(value[c]), rgb[c]);
+  }
+  void merge(const Squares& more) {
+    for (int c = 0; c < 3; ++c) rgb[c] += more.rgb[c];
+  }
+  bool is_sound() const { return all_finite(rgb, 3); }
+};
+
+struct Rays {
+  uint32_t count;
+  void add(const FilmSample& sample, bool) { count += sample.value.rays.total(); }
+  void merge(const Rays& more) { count += more.count; }
+  bool is_sound() const { return true; }
+};
+
+struct Velocities : VelocitySums {
+  void add(const FilmSample& sample, bool finite) {
+    const FirstHit& hit = sample.value.first_hit;
+    if (finite) merge({double(hit.velocity.x), double(hit.velocity.y), 1, hit.hit ? 1u : 0u});
+  }
+  void merge(const VelocitySums& more) {
+    if (more.of_surfaces > of_surfaces) static_cast<VelocitySums&>(*this) = {0.0, 0.0, 0, 1};
+    if (more.of_surfaces < of_surfaces) return;
+    x += more.x;
+    y += more.y;
+    count += more.count;
+  }
+  bool is_sound() const { return std::isfinite(x) && std::isfinite(y) && of_surfaces <= 1; }
+};
+
+struct Seconds {
+  float seconds;
+  void merge(const Seconds& more) { seconds += more.seconds; }
+  bool is_sound() const { return std::isfinite(seconds); }
+};
+
+struct Stop {
+  PixelStop stop;
+  void merge(const Stop& more) { stop = more.stop; }
+  bool is_sound() const { return stop <= PixelStop::kGoingOn; }
+};
+
+struct Halves : HalfSums {
+  void add(const FilmSample& sample, bool finite) {
+    if (!finite) return;
+    if (sample.features) add_features(sample.half, *sample.features);
+    if (sample.shares) add_shares(sample.half, sample.value.radiance, *sample.shares);
+  }
+};
+
+// The sums of rows, and the number of their samples.
+struct RowBlock {
+  const Part& part;
+  double* sums;
+  uint32_t* hits;
+
+  RowBlock(const FilmLayout&, const Part& of, const FilmPixel& at)
+      : part(of), sums(sums_at<double>(of, at)), hits(&hits_at(of, at)) {}
+  void add(const FilmSample& sample, bool finite) const {
+    if (!finite || (part.of_hits && !sample.value.first_hit.hit)) return;
+    double* to = sums;
+    for (const ChannelRow& row : part.rows) {
+      row.add(sample, to);
+      to += row.sum_count();
+    }
+    if (part.of_hits) ++*hits;
+  }
+  void merge(const RowBlock& more) const {
+    for (size_t i = 0; i < part.sums; ++i) sums[i] += more.sums[i];
+    if (part.of_hits) *hits += *more.hits;
+  }
+  bool is_sound() const { return all_finite(sums, part.sums); }
+};
+
+// The numbers of a row: counts, or those of the first sample.
+struct NumberBlock {
+  const ChannelRow& row;
+  uint32_t* numbers;
+
+  NumberBlock(const FilmLayout&, const Part& part, const FilmPixel& at)
+      : row(part.rows.front()), numbers(sums_at<uint32_t>(part, at)) {}
+  bool counts() const { return row.kind == ChannelKind::kCount; }
+  void add(const FilmSample& sample, bool finite) const {
+    if (counts() || (finite && *numbers == 0)) row.count(sample, numbers);
+  }
+  void merge(const NumberBlock& more) const {
+    for (size_t i = 0; i < row.size(); ++i) {
+      if (counts() || numbers[i] == 0) numbers[i] += more.numbers[i];
+    }
+  }
+  static bool is_sound() { return true; }
+};
+
+// Light by group or by path; of the second half of the samples alone.
+template <const LightGroupValues* FilmSample::*kValues, bool kSecondHalf = false>
+struct LightBlock : LightGroupSums {
+  LightBlock(const FilmLayout& layout, const Part& part, const FilmPixel& at)
+      : LightGroupSums(lights_at(layout, part.block, at)) {}
+  void add(const FilmSample& sample, bool finite) {
+    if (kSecondHalf && sample.half != 1) return;
+    const float alpha = finite && !kSecondHalf ? sample.value.alpha : 0.0f;
+    LightGroupSums::add(sample.filter_weight, alpha, finite ? sample.*kValues : nullptr,
+                        sample.lane);
+  }
+};
+
+struct MatteBlock : CryptomatteSums {
+  MatteBlock(const FilmLayout& layout, const Part&, const FilmPixel& at)
+      : CryptomatteSums(mattes_at(layout, at)) {}
+  void add(const FilmSample& sample, bool finite) {
+    if (!finite || sample.value.alpha == 0.0f || sample.ids.empty()) return;
+    CryptomatteSums::add(sample.filter_weight * sample.value.alpha, sample.ids);
+  }
+};
+
+// What is behind another block, and has no sums of its own.
+struct Rest {
+  Rest(const FilmLayout&, const Part&, const FilmPixel&) {}
+  static void merge(const Rest&) {}
+  static bool is_sound() { return true; }
+};
+
+// ---- The table of blocks.
+
+struct SumsType {
+  size_t alignment;
+  size_t (*bytes)(const FilmContents& contents);  // a pixel; 0: not kept
+  SumGroup group;
+  void (*add)(const FilmLayout&, const Part&, const FilmPixel&, const FilmSample&, bool finite);
+  void (*merge)(const FilmLayout&, const Part&, const FilmPixel& at, const FilmPixel& more);
+  bool (*is_sound)(const FilmLayout&, const Part&, const FilmPixel&);
+};
+
+// A block as an object: itself, or made of where it is.
+template <class Block>
+decltype(auto) block_at(const FilmLayout& layout, const Part& part, const FilmPixel& at) {
+  if constexpr (std::is_constructible_v<Block, const FilmLayout&, const Part&, const FilmPixel&>) {
+    return Block(layout, part, at);
+  } else {
+    return *sums_at<Block>(part, at);
+  }
 }
 
-void merge_group(const FilmLayout&, const Part& part, const FilmPixel& at, const FilmPixel& more) {
-  for (size_t i = 0; i < part.sums; ++i)
-    sums_at<double>(part, at)[i] += sums_at<double>(part, more)[i];
-  if (part.of_hits) hits_at(part, at) += hits_at(part, more);
-}
-
-bool group_is_sound(const FilmLayout&, const Part& part, const FilmPixel& at) {
-  return all_finite(sums_at<double>(part, at), part.sums);
-}
-
-void add_velocities(VelocitySums& sums, const VelocitySums& more) {
-  if (more.of_surfaces > sums.of_surfaces) sums = {0.0, 0.0, 0, 1};
-  if (more.of_surfaces < sums.of_surfaces) return;
-  sums.x += more.x;
-  sums.y += more.y;
-  sums.count += more.count;
-}
-
-void add_velocity(const FilmLayout&, const Part& part, const FilmPixel& at,
-                  const FilmSample& sample, bool finite) {
-  const FirstHit& hit = sample.value.first_hit;
-  if (!finite) return;
-  add_velocities(*sums_at<VelocitySums>(part, at),
-                 {double(hit.velocity.x), double(hit.velocity.y), 1, hit.hit ? 1u : 0u});
-}
-
-void merge_velocity(const FilmLayout&, const Part& part, const FilmPixel& at,
-                    const FilmPixel& more) {
-  add_velocities(*sums_at<VelocitySums>(part, at), *sums_at<VelocitySums>(part, more));
-}
-
-bool velocity_is_sound(const FilmLayout&, const Part& part, const FilmPixel& at) {
-  const VelocitySums& sums = *sums_at<VelocitySums>(part, at);
-  return std::isfinite(sums.x) && std::isfinite(sums.y) && sums.of_surfaces <= 1;
-}
-
-int light_groups_of(const FilmContents& contents) { return contents.extras.light_groups; }
-int layers_of(const FilmContents& contents) {
-  const int layers = PathLayers(contents.aovs).size();
-  return layers > 0 ? layers : -1;
-}
-int half_lights_of(const FilmContents& contents) {
-  const bool kept = contents.aovs.contains(Aov::kDenoising) && contents.extras.light_groups > 0;
-  return kept ? contents.extras.light_groups : -1;
-}
-
-void merge_lights(const FilmLayout& layout, const Part& part, const FilmPixel& at,
+template <class Block, class Number = Block>
+constexpr SumsType type_of_block(size_t (*bytes)(const FilmContents&),
+                                 SumGroup group = SumGroup::kNone) {
+  SumsType type{alignof(Number), bytes, group, nullptr, nullptr, nullptr};
+  if constexpr (requires(Block block, const FilmSample& sample) { block.add(sample, true); }) {
+    type.add = [](const FilmLayout& layout, const Part& part, const FilmPixel& at,
+                  const FilmSample& sample,
+                  bool finite) { block_at<Block>(layout, part, at).add(sample, finite); };
+  }
+  type.merge = [](const FilmLayout& layout, const Part& part, const FilmPixel& at,
                   const FilmPixel& more) {
-  lights_at(layout, part.block, at).merge(lights_at(layout, part.block, more));
+    block_at<Block>(layout, part, at).merge(block_at<Block>(layout, part, more));
+  };
+  type.is_sound = [](const FilmLayout& layout, const Part& part, const FilmPixel& at) {
+    return block_at<Block>(layout, part, at).is_sound();
+  };
+  return type;
 }
 
-bool lights_are_sound(const FilmLayout& layout, const Part& part, const FilmPixel& at) {
-  return lights_at(layout, part.block, at).is_sound();
+template <Aov kAov, class Block>
+constexpr SumsType with_channel() {
+  return type_of_block<Block>(
+      [](const FilmContents& c) { return c.aovs.contains(kAov) ? sizeof(Block) : 0; });
 }
 
-void add_lights(const FilmLayout& layout, const Part& part, const FilmPixel& at,
-                const FilmSample& sample, bool finite) {
-  const float alpha = finite ? sample.value.alpha : 0.0f;
-  lights_at(layout, part.block, at)
-      .add(sample.filter_weight, alpha, finite ? sample.lights : nullptr, sample.lane);
-}
-
-void add_layers(const FilmLayout& layout, const Part& part, const FilmPixel& at,
-                const FilmSample& sample, bool finite) {
-  const float alpha = finite ? sample.value.alpha : 0.0f;
-  lights_at(layout, part.block, at)
-      .add(sample.filter_weight, alpha, finite ? sample.layers : nullptr, sample.lane);
-}
-
-void add_half_lights(const FilmLayout& layout, const Part& part, const FilmPixel& at,
-                     const FilmSample& sample, bool finite) {
-  if (sample.half != 1) return;
-  lights_at(layout, part.block, at)
-      .add(sample.filter_weight, 0.0f, finite ? sample.lights : nullptr, sample.lane);
-}
-
-void add_halves(const FilmLayout&, const Part& part, const FilmPixel& at, const FilmSample& sample,
-                bool finite) {
-  if (!finite) return;
-  HalfSums& sums = *sums_at<HalfSums>(part, at);
-  if (sample.features) sums.add(sample.half, *sample.features);
-  if (sample.shares) sums.add_shares(sample.half, sample.value.radiance, *sample.shares);
-}
-
-void merge_halves(const FilmLayout&, const Part& part, const FilmPixel& at, const FilmPixel& more) {
-  sums_at<HalfSums>(part, at)->merge(*sums_at<HalfSums>(part, more));
-}
-
-bool halves_are_sound(const FilmLayout&, const Part& part, const FilmPixel& at) {
-  return sums_at<HalfSums>(part, at)->is_sound();
-}
-
-void add_mattes(const FilmLayout& layout, const Part&, const FilmPixel& at,
-                const FilmSample& sample, bool finite) {
-  if (!finite || sample.value.alpha == 0.0f || sample.ids.empty()) return;
-  mattes_at(layout, at).add(sample.filter_weight * sample.value.alpha, sample.ids);
-}
-
-void merge_mattes(const FilmLayout& layout, const Part&, const FilmPixel& at,
-                  const FilmPixel& more) {
-  mattes_at(layout, at).merge(mattes_at(layout, more));
-}
-
-bool mattes_are_sound(const FilmLayout& layout, const Part&, const FilmPixel& at) {
-  return mattes_at(layout, at).is_sound();
-}
-
-// Bytes of what is kept with a channel.
-template <Aov kAov, class T>
-size_t bytes_with(const FilmContents& contents) {
-  return contents.aovs.contains(kAov) ? sizeof(T) : 0;
-}
-
-void add_numbers(const FilmLayout&, const Part& part, const FilmPixel& at, const FilmSample& sample,
-                 bool finite) {
-  const ChannelRow& row = part.rows.front();
-  uint32_t* const numbers = sums_at<uint32_t>(part, at);
-  const bool is_first = finite && *numbers == 0;
-  if (row.kind == ChannelKind::kCount || is_first) row.count(sample, numbers);
-}
-
-void merge_numbers_of_row(const FilmLayout&, const Part& part, const FilmPixel& at,
-                          const FilmPixel& from) {
-  const ChannelRow& row = part.rows.front();
-  uint32_t* const numbers = sums_at<uint32_t>(part, at);
-  const uint32_t* const more = sums_at<uint32_t>(part, from);
-  for (size_t i = 0; i < row.size(); ++i) {
-    if (row.kind == ChannelKind::kCount || numbers[i] == 0) numbers[i] += more[i];
-  }
-}
-
+// make_part() finds out how large it is.
 template <SumGroup kGroup>
-constexpr SumsType group_type() {
-  // The parts of groups know their size: `bytes` only says whether there is one.
-  return {alignof(double),
-          [](const FilmContents& contents) -> size_t { return contents.aovs.needs(kGroup); },
-          kGroup,
-          add_group,
-          merge_group,
-          group_is_sound};
+constexpr SumsType with_group() {
+  return type_of_block<RowBlock, double>(
+      [](const FilmContents& c) -> size_t { return c.aovs.needs(kGroup); }, kGroup);
 }
 
-template <int (*kGroups)(const FilmContents&)>
-size_t light_bytes(const FilmContents& contents) {
-  return LightGroupSums::bytes_per_pixel(kGroups(contents)) / 2;
+size_t group_bytes(const FilmContents& c) {
+  return LightGroupSums::bytes_per_pixel(c.extras.light_groups) / 2;
 }
-
-template <int (*kGroups)(const FilmContents&)>
-constexpr SumsType light_type(decltype(SumsType::add) add) {
-  return {alignof(float), light_bytes<kGroups>, SumGroup::kNone, add,
-          merge_lights,   lights_are_sound};
+size_t layer_bytes(const FilmContents& c) {
+  const int layers = PathLayers(c.aovs).size();
+  return layers > 0 ? LightGroupSums::bytes_per_pixel(layers) / 2 : 0;
 }
-template <int (*kGroups)(const FilmContents&)>
-constexpr SumsType rest_type() {
-  return {.alignment = alignof(float), .bytes = light_bytes<kGroups>};
+size_t half_light_bytes(const FilmContents& c) {
+  return c.aovs.contains(Aov::kDenoising) && c.extras.light_groups > 0 ? group_bytes(c) : 0;
 }
 
 constexpr SumsType kTypes[] = {
-    {alignof(double), [](const FilmContents&) { return sizeof(PixelSums); }, SumGroup::kNone,
-     nullptr, merge_pixel, pixel_is_sound},
-    {alignof(double),
-     [](const FilmContents& c) -> size_t {
-       return c.aovs.contains(Aov::kVariance) || c.extras.squares ? sizeof(double[3]) : 0;
-     },
-     SumGroup::kNone, add_squares, merge_numbers<double, 3>, numbers_are_sound<double, 3>},
-    {alignof(uint32_t), [](const FilmContents& c) { return c.extras.rays ? sizeof(uint32_t) : 0; },
-     SumGroup::kNone, add_rays, merge_numbers<uint32_t, 1>},
-    group_type<SumGroup::kSurface>(),
-    group_type<SumGroup::kPlace>(),
-    {alignof(double), bytes_with<Aov::kVelocity, VelocitySums>, SumGroup::kNone, add_velocity,
-     merge_velocity, velocity_is_sound},
-    group_type<SumGroup::kClamped>(),
-    {alignof(float), bytes_with<Aov::kTime, float>, SumGroup::kNone, nullptr,
-     merge_numbers<float, 1>, numbers_are_sound<float, 1>},
-    {alignof(PixelStop), bytes_with<Aov::kStop, PixelStop>, SumGroup::kNone, nullptr,
-     [](const FilmLayout&, const Part& part, const FilmPixel& at, const FilmPixel& more) {
-       *sums_at<PixelStop>(part, at) = *sums_at<PixelStop>(part, more);
-     },
-     [](const FilmLayout&, const Part& part, const FilmPixel& at) {
-       return *sums_at<PixelStop>(part, at) <= PixelStop::kGoingOn;
-     }},
-    light_type<light_groups_of>(add_lights),
-    rest_type<light_groups_of>(),
-    light_type<layers_of>(add_layers),
-    rest_type<layers_of>(),
-    group_type<SumGroup::kShadow>(),
-    {alignof(double), bytes_with<Aov::kDenoising, HalfSums>, SumGroup::kNone, add_halves,
-     merge_halves, halves_are_sound},
-    light_type<half_lights_of>(add_half_lights),
-    rest_type<half_lights_of>(),
-    {alignof(uint32_t), [](const FilmContents& c) { return CryptomatteSums::id_bytes(c.extras); },
-     SumGroup::kNone, add_mattes, merge_mattes, mattes_are_sound},
-    {.alignment = alignof(double),
-     .bytes = [](const FilmContents& c) { return CryptomatteSums::weight_bytes(c.extras); }},
+    type_of_block<PixelBlock>([](const FilmContents&) { return sizeof(PixelSums); }),
+    type_of_block<Squares>([](const FilmContents& c) {
+      return c.aovs.contains(Aov::kVariance) || c.extras.squares ? sizeof(Squares) : 0;
+    }),
+    type_of_block<Rays>([](const FilmContents& c) { return c.extras.rays ? sizeof(Rays) : 0; }),
+    with_group<SumGroup::kSurface>(),
+    with_group<SumGroup::kPlace>(),
+    with_channel<Aov::kVelocity, Velocities>(),
+    with_group<SumGroup::kClamped>(),
+    with_channel<Aov::kTime, Seconds>(),
+    with_channel<Aov::kStop, Stop>(),
+    type_of_block<LightBlock<&FilmSample::lights>, float>(group_bytes),
+    type_of_block<Rest, float>(group_bytes),
+    type_of_block<LightBlock<&FilmSample::layers>, float>(layer_bytes),
+    type_of_block<Rest, float>(layer_bytes),
+    with_group<SumGroup::kShadow>(),
+    with_channel<Aov::kDenoising, Halves>(),
+    type_of_block<LightBlock<&FilmSample::lights, true>, float>(half_light_bytes),
+    type_of_block<Rest, float>(half_light_bytes),
+    type_of_block<MatteBlock, uint32_t>(
+        [](const FilmContents& c) { return CryptomatteSums::id_bytes(c.extras); }),
+    type_of_block<Rest, double>(
+        [](const FilmContents& c) { return CryptomatteSums::weight_bytes(c.extras); }),
 };
-constexpr SumsType kSumsOfRow = {alignof(double), nullptr,     SumGroup::kNone,
-                                 add_group,       merge_group, group_is_sound};
-constexpr SumsType kNumbersOfRow = {alignof(uint32_t), nullptr, SumGroup::kNone, add_numbers,
-                                    merge_numbers_of_row};
 static_assert(std::size(kTypes) == kNamedSums);
+constexpr SumsType kSumsOfRow = type_of_block<RowBlock, double>(nullptr);
+constexpr SumsType kNumbersOfRow = type_of_block<NumberBlock, uint32_t>(nullptr);
 
 // Of rows with sums.
 void set_rows(std::span<const ChannelRow> rows, Part& part) {
@@ -364,15 +336,13 @@ void FilmLayout::add(const FilmPixel& at, const FilmSample& sample, bool finite)
 
 void FilmLayout::merge(const FilmPixel& at, const FilmPixel& more) const {
   for (const Part& part : parts_) {
-    const auto merge = type_of(part).merge;
-    if (merge && part.bytes > 0) merge(*this, part, at, more);
+    if (part.bytes > 0) type_of(part).merge(*this, part, at, more);
   }
 }
 
 bool FilmLayout::is_sound(const FilmPixel& at) const {
   return std::ranges::all_of(parts_, [&](const Part& part) {
-    const auto is_sound = type_of(part).is_sound;
-    return !is_sound || part.bytes == 0 || is_sound(*this, part, at);
+    return part.bytes == 0 || type_of(part).is_sound(*this, part, at);
   });
 }
 

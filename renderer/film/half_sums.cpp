@@ -32,7 +32,7 @@ bool is_finite(const DenoiserFeatures& features) {
   return std::ranges::all_of(values_of(features), [](float value) { return std::isfinite(value); });
 }
 
-void HalfSums::add(int half, const DenoiserFeatures& more) {
+void HalfSums::add_features(int half, const DenoiserFeatures& more) {
   const std::array<float, kFeatureValues> values = values_of(more);
   for (size_t i = 0; i < kFeatureValues; ++i) features[half][i] += double(values[i]);
 }

@@ -24,7 +24,7 @@ struct HalfSums {
   std::array<float, kSharedValues> shared[2];
 
   // Finite. A pixel's samples come in index order.
-  void add(int half, const DenoiserFeatures& more);
+  void add_features(int half, const DenoiserFeatures& more);
   void add_shares(int half, const Rgb& radiance, const SampleShares& shares);
   void merge(const HalfSums& more);
   bool is_sound() const;
