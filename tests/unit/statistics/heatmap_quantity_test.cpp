@@ -103,7 +103,7 @@ TEST(QuantityPlane, GathersTilesInAnyOrder) {
 
 TEST(QuantityPlane, PixelsThatNeverComeHaveNoSamples) {
   std::vector<std::string> all =
-      film_channel_names(AovSet::parse("variance,time,stop,non_finite,part"));
+      film_channel_names(AovSet::parse("variance,time,stop,non_finite,part,rays"));
   all.push_back("denoised.error");
   for (const HeatmapQuantity& quantity : heatmap_quantity_table()) {
     const QuantityPlane plane(quantity, all, {0, 0, 2, 2});
