@@ -56,7 +56,7 @@ enum class ChannelKind : uint8_t {
   kIds,       // ids and how much of the pixel each covers
 };
 
-// What a channel is made from: what has to be recorded while a sample is traced.
+// Where the values of a channel come from.
 enum class ChannelFeed : uint8_t {
   kRadiance,
   kFirstHit,  // SampleValue::first_hit
@@ -72,7 +72,7 @@ enum class ChannelFeed : uint8_t {
   kMerge,
 };
 
-// What a file may do to the values.
+// How exactly a file must keep the values.
 enum class ChannelUse : uint8_t {
   kColour,  // half floats, and lossy compression
   kNumber,  // half floats
@@ -80,8 +80,8 @@ enum class ChannelUse : uint8_t {
   kWhole,   // whole numbers of 32 bits
 };
 
-// Sums that rows, one behind the other, share: a film that has one of them keeps those of all. A
-// row of kNone has its own.
+// Neighbouring rows that share a block of sums: a film that has one of them keeps the sums of all. A
+// row of kNone has a block of its own.
 enum class SumGroup : uint8_t { kNone, kSurface, kPlace, kClamped, kShadow };
 
 std::string_view name_of(ChannelKind kind);  // "mean of hits"
@@ -105,18 +105,18 @@ struct ChannelRow {
   std::string_view setting = "aov";  // that asks for it; empty: it is always there
   std::string_view summary;
   bool denoised = false;  // `denoise` makes a clean one of it
-  // What a finite sample adds to the row's sums: one for each component, unless `sums` says
-  // otherwise. Of kMeanOfHits and kVarianceOfHits alone those samples that hit a surface.
+  // Adds a finite sample to the row's sums. There is one sum for each component unless `sums` says
+  // otherwise. kMeanOfHits and kVarianceOfHits get only the samples that hit a surface.
   SumGroup group = SumGroup::kNone;
   void (*add)(const FilmSample& sample, double* sums) = nullptr;
   uint32_t sums = 0;
   float background = 0.0f;  // without such a sample
-  // Of kCount what any sample adds, one number for each component; of kFirstHit the first sample's
-  // that is not 0.
+  // For kCount: adds a sample to the row's numbers, one for each component. For kFirstHit: writes
+  // the sample's number, and is called until that is not 0.
   void (*count)(const FilmSample& sample, uint32_t* numbers) = nullptr;
-  // Writes the values of pixel i of a film that has the row. Null: kind and sums say it all.
+  // Writes the values of pixel i. Null: the film makes them from the sums by their kind.
   void (*put)(const FilmTile& film, size_t i, const ChannelRow& row, float* values) = nullptr;
-  // In the place of `components`.
+  // The names of the channels, where a list of components does not do.
   std::vector<FilmChannel> (*channels)() = nullptr;
 
   size_t size() const { return components.empty() ? 1 : components.size(); }
@@ -129,7 +129,7 @@ struct ChannelRow {
 // All channels, in the order in which pictures have them.
 std::span<const ChannelRow> channel_table();
 const ChannelRow& row_of(Aov aov);
-// Those that the setting `aov` can ask for.
+// The rows that the setting `aov` can ask for.
 std::span<const NamedValue<Aov>> aov_table();
 
 // The rows that a film has beside those that are always there.
@@ -139,7 +139,7 @@ class AovSet {
   void insert(Aov aov) { bits_ |= bit(aov); }
   bool contains(Aov aov) const { return (bits_ & bit(aov)) != 0; }
   bool empty() const { return bits_ == 0; }
-  // Whether one of them is made from this; keeps such sums.
+  // Whether one of the rows comes from this feed, or keeps sums in this group.
   bool needs(ChannelFeed feed) const;
   bool needs(SumGroup group) const;
   // "variance,N" -> set. Throws UsageError that lists the valid names.

@@ -1,8 +1,8 @@
-// What a film keeps of each pixel: blocks of sums, as the channels in use need them.
+// The sums that a film keeps of each pixel: blocks, as the channels in use need them.
 //
 // A block knows how a sample is added, how the sums of two films are merged and whether sums that
 // were loaded are sound; copying and saving are the same for all. A film has one buffer, in which
-// each block is a plane: pictures and other lights are read of the few planes that they need.
+// each block is a plane, so that a picture, or one under other lights, reads only what it needs.
 #pragma once
 
 #include <cstddef>
@@ -28,14 +28,14 @@ struct PixelSums {
   double samples() const { return double(count[0]) + double(count[1]); }
 };
 
-// Pixels a frame: of the samples that hit a surface, or where none did of all of them.
+// In pixels a frame, over the samples that hit a surface; where none did, over all samples.
 struct VelocitySums {
   double x, y;
   uint32_t count;
   uint32_t of_surfaces;  // 1 or 0
 };
 
-// Of a film that was asked for these channels and extras.
+// The channels and extras that a film is asked for.
 struct FilmContents {
   AovSet aovs;
   FilmExtras extras;
@@ -81,8 +81,8 @@ class FilmLayout {
     size_t place = 0;   // among the parts
     size_t bytes = 0;   // a pixel; 0: the film does not have it
     size_t offset = 0;  // bytes a pixel of the planes before it
-    // Of a SumGroup or kOfRow: its rows, how many sums they have, and whether these are of the
-    // samples that hit a surface alone; their number (uint32_t) follows then.
+    // For a SumGroup and kOfRow: the rows, how many sums they have, and whether only samples that
+    // hit a surface count; if so, the number of those samples (uint32_t) follows the sums.
     std::span<const ChannelRow> rows = {};
     size_t sums = 0;
     bool of_hits = false;
@@ -101,9 +101,9 @@ class FilmLayout {
   };
   RowSums sums_of(const ChannelRow& row) const;
 
-  // A sample of the pixel, in index order; not `finite`: it counts as black.
+  // Adds a sample to a pixel, in index order. One that is not `finite` counts as black.
   void add(const FilmPixel& at, const FilmSample& sample, bool finite) const;
-  // What another film with the same layout has of the pixel.
+  // Adds the sums that another film with the same layout has of the pixel.
   void merge(const FilmPixel& at, const FilmPixel& more) const;
   // Whether these can be the sums of samples: finite, and within what the arithmetic is made for.
   bool is_sound(const FilmPixel& at) const;
@@ -122,7 +122,7 @@ template <class T>
 T* sums_at(const FilmLayout::Part& part, const FilmPixel& at) {
   return reinterpret_cast<T*>(at.planes[part.place] + part.bytes * at.number);
 }
-// Of the samples that the sums of a part are of, those that hit a surface.
+// The number of samples in the sums of a part that counts only those that hit a surface.
 inline uint32_t& hits_at(const FilmLayout::Part& part, const FilmPixel& at) {
   return *reinterpret_cast<uint32_t*>(sums_at<double>(part, at) + part.sums);
 }
