@@ -80,8 +80,8 @@ enum class ChannelUse : uint8_t {
   kWhole,   // whole numbers of 32 bits
 };
 
-// Neighbouring rows that share a block of sums: a film that has one of them keeps the sums of all. A
-// row of kNone has a block of its own.
+// Neighbouring rows that share a block of sums: a film that has one of them keeps the sums of all.
+// A row of kNone has a block of its own.
 enum class SumGroup : uint8_t { kNone, kSurface, kPlace, kClamped, kShadow };
 
 std::string_view name_of(ChannelKind kind);  // "mean of hits"
