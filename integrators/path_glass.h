@@ -1,4 +1,4 @@
-// What glass adds to the path loop: the solids that a path is inside of, thin walls and dispersion.
+// Glass in the path loop: the solids that a path is inside of, thin walls and dispersion.
 //
 // PathLoop has one of the two classes below as a policy and calls its hooks; `lane` numbers a path
 // of the batch.

@@ -44,7 +44,7 @@ class PathLayerRecorder : public Recorder {
   }
 
  private:
-  // What the first surface did with the path.
+  // How the path left the first surface.
   enum class Kind : uint8_t { kNone, kReflected, kTransmitted };
   struct Event {
     Kind kind = Kind::kNone;

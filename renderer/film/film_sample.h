@@ -25,8 +25,8 @@ struct FilmSample {
   std::span<const uint32_t> ids = {};        // that Cryptomatte has of what was hit, one a kind
 };
 
-// Radiance and alpha of every channel at once: a sample with a value that is NaN or infinite is
-// none.
+// False if the radiance, the first hit, the features or the catcher's values are NaN or infinite:
+// the sample is then rejected in all channels.
 bool is_finite(const FilmSample& sample);
 
 }  // namespace emberline

@@ -30,7 +30,7 @@ inline bool is_finite(const FirstHit& hit) {
   return !hit.hit ||
          (is_finite(hit.albedo) && is_finite(hit.normal) && is_finite(hit.geometric_normal) &&
           std::isfinite(hit.depth) && is_finite(hit.position) && std::isfinite(hit.uv.x) &&
-          std::isfinite(hit.uv.y));
+          std::isfinite(hit.uv.y) && std::isfinite(hit.roughness + hit.metallic));
 }
 
 // Rays traced for one sample, beside its camera ray.

@@ -51,6 +51,18 @@ TEST(Film, NonFiniteSamples) {
   EXPECT_EQ(out[2 * 9 + 8], 0.0f);
 }
 
+TEST(Film, AFirstHitThatIsNaNIsNoSample) {
+  FilmTile tile(AovSet::parse("roughness,metallic"));
+  tile.reset({0, 0, 1, 1});
+  for (float FirstHit::*member : {&FirstHit::roughness, &FirstHit::metallic}) {
+    SampleValue value = grey(1.0f);
+    value.first_hit.hit = true;
+    value.first_hit.*member = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_FALSE(tile.add(0, 0, {value}));
+  }
+  EXPECT_EQ(tile.non_finite(0, 0), 2u);
+}
+
 TEST(Film, VarianceOfTheMean) {
   FilmTile tile(AovSet::parse("variance"));
   tile.reset({0, 0, 1, 1});
