@@ -1,6 +1,5 @@
 // Heatmaps: beside a render and of its EXR afterwards, every quantity and format, and what is
 // refused. What the pictures show is tested in tests/unit.
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -201,8 +200,7 @@ TEST_F(Heatmap, AStoppedRenderHasIts) {
          "--heatmap",     path("s.png"), "--heatmap-of", "samples",       "--heatmap-of",
          "stop"},
         {.folder = folder_.path()});
-    ASSERT_TRUE(process.wait_for_error("loaded in", 30 * kSlower)) << process.error_so_far();
-    ::usleep(useconds_t(500000 * kSlower));
+    ASSERT_TRUE(process.wait_until_busy()) << process.error_so_far();
     process.send(SIGINT);
     const RunResult result = process.wait();
     EXPECT_EQ(result.exit_code, 130) << result.describe();

@@ -9,10 +9,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
 #include <sstream>
 #include <stdexcept>
 
@@ -143,7 +145,23 @@ Process::~Process() {
   if (err_ >= 0) ::close(err_);
 }
 
-void Process::send(int signal) const { ::kill(pid_, signal); }
+void Process::send(int signal) {
+  signalled_cpu_s_ = cpu_seconds();
+  ::kill(pid_, signal);
+}
+
+// Fields 14 and 15 of proc(5)'s stat; the name before them may hold blanks.
+double Process::cpu_seconds() const {
+  std::ifstream file("/proc/" + std::to_string(pid_) + "/stat");
+  std::string text;
+  std::getline(file, text);
+  std::istringstream fields(text.substr(std::min(text.size(), text.rfind(')') + 1)));
+  std::string skipped;
+  for (int i = 3; i < 14; ++i) fields >> skipped;
+  double user = 0, system = 0;
+  fields >> user >> system;
+  return (user + system) / double(::sysconf(_SC_CLK_TCK));
+}
 
 // Looks whether it has ended; with flags 0, waits for that.
 bool Process::poll(int flags) {
@@ -153,6 +171,10 @@ bool Process::poll(int flags) {
   if (::wait4(pid_, &status, flags, &usage) != pid_) return false;
   ended_ = true;
   result_.seconds = now() - started_;
+  const auto seconds_of = [](const timeval& t) {
+    return double(t.tv_sec) + 1e-6 * double(t.tv_usec);
+  };
+  result_.stop_cpu_s = seconds_of(usage.ru_utime) + seconds_of(usage.ru_stime) - signalled_cpu_s_;
   result_.peak_rss_bytes = uint64_t(usage.ru_maxrss) * 1024;
   if (WIFEXITED(status)) result_.exit_code = WEXITSTATUS(status);
   if (WIFSIGNALED(status)) result_.signal = WTERMSIG(status);
@@ -182,6 +204,14 @@ bool Process::wait_for_error(const std::string& text, double seconds) {
     ::usleep(2000);
   }
   return false;
+}
+
+bool Process::wait_until_busy(const std::string& text, double cpu_s) {
+  if (!wait_for_error(text, options_.timeout_s)) return false;
+  for (const double end = cpu_seconds() + cpu_s; cpu_seconds() < end; ::usleep(2000)) {
+    if (poll(WNOHANG) || now() - started_ > options_.timeout_s) return false;
+  }
+  return true;
 }
 
 RunResult Process::wait() {

@@ -34,6 +34,7 @@ struct RunResult {
   bool hung = false;
   std::string out, err;
   double seconds = 0;
+  double stop_cpu_s = 0;  // processor time since the last signal, or the start
   uint64_t peak_rss_bytes = 0;
 
   std::vector<std::string> error_lines() const;  // of stderr
@@ -48,15 +49,19 @@ class Process {
   Process(const Process&) = delete;
   Process& operator=(const Process&) = delete;
 
-  void send(int signal) const;
+  void send(int signal);
   // What stderr holds so far.
   std::string error_so_far();
   // Waits until stderr contains `text`; false if the process ends or `seconds` pass before.
   bool wait_for_error(const std::string& text, double seconds);
+  // Waits until stderr contains `text`, and `cpu_s` of processor time have been spent since: so far
+  // it has got on, however busy the machine is. False if it ends before.
+  bool wait_until_busy(const std::string& text = "loaded in", double cpu_s = 0.5 * kSlower);
   RunResult wait();
 
  private:
   bool poll(int flags);
+  double cpu_seconds() const;  // of all its threads so far
   void read_terminal();
   [[noreturn]] void run_child(const std::vector<std::string>& arguments, int binary);
 
@@ -64,7 +69,7 @@ class Process {
   pid_t pid_ = -1;
   int out_ = -1, err_ = -1;  // memory files, or the terminal's end
   bool ended_ = false;
-  double started_ = 0;
+  double started_ = 0, signalled_cpu_s_ = 0;
   std::string terminal_text_;
   RunResult result_;
 };

@@ -1,6 +1,5 @@
 // --report FILE.html: a page that is well formed whatever its texts are, says what the JSON says,
 // and comes for stopped renders too.
-#include <unistd.h>
 
 #include <csignal>
 #include <nlohmann/json.hpp>
@@ -122,8 +121,7 @@ TEST_F(ReportPage, AStoppedRenderHasOne) {
   Process process({"render", scene(), "-o", path("out.exr"), "--size", "1024x1024", "--spp", "4096",
                    "--verbose", "--bucket-size", "16", "--report", path("r.html")},
                   {.folder = folder_.path()});
-  ASSERT_TRUE(process.wait_for_error("loaded in", 30 * kSlower));
-  ::usleep(useconds_t(300000 * kSlower));
+  ASSERT_TRUE(process.wait_until_busy()) << process.error_so_far();
   process.send(SIGINT);
   ASSERT_EQ(process.wait().exit_code, 130);
   const ReadMarkup read = page();

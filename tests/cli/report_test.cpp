@@ -1,7 +1,6 @@
 // report.json: every key of the design with its type, and sums that agree with the picture.
 #include <fcntl.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -159,8 +158,7 @@ TEST_F(Report, CountsAreThePicturesForEveryDriver) {
           ending.words);
       if (ending.stop_signal) {
         Process process(words, {.folder = folder_.path()});
-        ASSERT_TRUE(process.wait_for_error("loaded in", 30 * kSlower));
-        ::usleep(useconds_t(200000 * kSlower));
+        ASSERT_TRUE(process.wait_until_busy()) << process.error_so_far();
         process.send(ending.stop_signal);
         ASSERT_EQ(process.wait().exit_code, 130);
       } else {

@@ -1,10 +1,10 @@
 // Small files in which many things name the same data: what they cost grows with the file's size,
 // not with its square.
-#include <ctime>
 #include <nlohmann/json.hpp>
 
 #include "failure/bad_input.h"
 #include "renderer/core/log.h"
+#include "support/processor_time.h"
 
 namespace emberline {
 namespace {
@@ -20,9 +20,9 @@ double load_seconds(const GltfBuilder& gltf) {
   const TempFolder folder;
   const std::string path = gltf.write_glb(folder / "a.glb");
   const MemoryLimit limit(uint64_t(4) << 30);
-  const std::clock_t start = std::clock();
+  const double start = test::processor_seconds();
   EXPECT_FALSE(load_gltf(path, {}).instances.empty());
-  return double(std::clock() - start) / CLOCKS_PER_SEC;
+  return test::processor_seconds() - start;
 }
 
 // The square of what each test repeats is worth a minute and more of processor time, or more memory

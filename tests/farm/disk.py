@@ -12,13 +12,12 @@ import os
 import pathlib
 import shutil
 import subprocess
-import time
 
 from farm import (CHANNELS, DRIVERS, EXIT_DONE, EXIT_RENDER_FAILED, EXIT_USAGE, Farm, Process, contents, earlier_samples,
                   pixels, report_of, signal)
 
 FRAME = ["--size", "96x72", "--bucket-size", "16", "--threads", "2", *CHANNELS]
-SECONDS = 0.7  # that a frame takes at least, however fast the machine is: seven intervals
+SECONDS = 0.7  # that each of two threads works at a frame, however fast or busy the machine is: seven intervals
 REPORT = ["--report", "report.json"]
 
 
@@ -83,7 +82,7 @@ def failing_calls(farm, drivers):
                 (folder / "kept").mkdir()
                 process = farm.start(folder, [*settings_of(farm, driver), *resume("kept/c")], environment=broken)
                 process.wait_until((folder / "kept/c").exists)
-                time.sleep(0.6 * SECONDS)
+                process.work(2 * 0.6 * SECONDS)
                 process.signal(signal.SIGKILL)
                 process.wait()
                 check_goes_on(farm, driver, folder, "kept/c", expected, case)
@@ -163,7 +162,7 @@ def full_disk(farm, driver):
         check_warned(farm, run, folder, expected, case, "c")
         farm.check(not contents(disk), case, f"left on the full disk: {contents(disk)}")
         process = farm.start(folder, [*settings_of(farm, driver), *resume(str(disk / "c"))])
-        time.sleep(0.5)
+        process.work(1.0)
         process.signal(signal.SIGKILL)
         process.wait()
         check_goes_on(farm, driver, folder, str(disk / "c"), expected, case)
@@ -186,7 +185,7 @@ def lost_folder(farm, driver, what, lose, back):
     kept.mkdir()
     process = farm.start(folder, [*settings_of(farm, driver), *resume("kept/c")])
     process.wait_until((kept / "c").exists)
-    time.sleep(0.3 * SECONDS)
+    process.work(2 * 0.3 * SECONDS)
     lose(kept)
     run = process.wait()
     back(kept)
@@ -218,7 +217,7 @@ def lost_folders(farm, driver):
         (folder / "kept").mkdir()
         process = farm.start(folder, [*settings_of(farm, driver), *resume("kept/c")])
         process.wait_until((folder / "kept" / "c").exists)
-        time.sleep(0.3 * SECONDS)
+        process.work(2 * 0.3 * SECONDS)
         replace(folder / "kept")
         run = process.wait()
         stray = {name for name in contents(folder) if name.startswith("moved/")}
@@ -252,7 +251,7 @@ def twice_at_once(farm, driver):
     command = [*settings_of(farm, driver), *resume("c")]
     first = farm.start(folder, command)
     first.wait_until((folder / "c").exists)
-    time.sleep(0.2 * SECONDS)
+    first.work(2 * 0.2 * SECONDS)
     first.signal(signal.SIGSTOP)  # however slow the machine is, it does not end meanwhile
     farm.check(first.running(), case, "the first was too fast")
     for _ in range(3):

@@ -7,7 +7,6 @@ one stays.
 
 import random
 import sys
-import time
 
 import records
 from farm import CHANNELS, EXIT_DONE, EXIT_INPUT, EXIT_STOPPED, EXIT_USAGE, Farm, Process, contents, pixels, report_of, \
@@ -67,7 +66,7 @@ def interrupted(farm):
         for i in range(60):
             process = extend(farm, folder, "--spp", "48", "--quiet")
             if i < 6:
-                time.sleep(0.05 + chance.random() * 0.3 * seconds)
+                process.work(0.1 + 2 * chance.random() * 0.3 * seconds)
                 process.signal(signal.SIGKILL if i % 2 == 0 else signal.SIGTERM)
             run = process.wait()
             if run.code == EXIT_DONE:

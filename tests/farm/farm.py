@@ -101,6 +101,20 @@ class Process:
         return True
 
 
+    def work(self, seconds):
+        """Until it has spent so much more processor time, however long that takes on a busy machine, or has ended."""
+        end = self.cpu_seconds() + seconds
+        self.wait_until(lambda: self.cpu_seconds() >= end)
+
+    def cpu_seconds(self):
+        try:
+            stat = pathlib.Path(f"/proc/{self.process.pid}/stat").read_text()
+        except (FileNotFoundError, ProcessLookupError):
+            return 0
+        user, system = stat[stat.rindex(")") :].split()[12:14]
+        return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
+
+
 class Farm:
     """The command line's PROGRAM and SCENES_DIR, and what has failed."""
 
@@ -147,14 +161,18 @@ class Farm:
         return self.start(folder, settings, **more).wait(timeout)
 
     def reference(self, settings, scene=None):
-        """The pixels of an undisturbed run without a checkpoint, and its seconds; once for each."""
+        """The pixels of an undisturbed run without a checkpoint, and the seconds for which two threads work at it; once
+        for each. By processor time: whether the machine is busy just now does not matter."""
         key = (*map(str, settings), str(scene))
         if key not in self.references:
             folder = self.folder(f"reference {len(self.references)}")
+            before = resource.getrusage(resource.RUSAGE_CHILDREN)
             run = self.run(folder, [*settings, "--quiet"], scene=scene)
+            after = resource.getrusage(resource.RUSAGE_CHILDREN)
             if run.code:
                 raise SystemExit(f"the undisturbed run of {' '.join(key)} failed: {run}")
-            self.references[key] = pixels(folder / "out.exr"), run.seconds
+            spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+            self.references[key] = pixels(folder / "out.exr"), spent / 2
             shutil.rmtree(folder)
         return self.references[key]
 

@@ -35,7 +35,7 @@ def kill(farm, process, folder, moment, seconds, dice):
     if moment == "start":
         time.sleep(dice.uniform(0, 0.06))
     elif moment == "middle":
-        time.sleep(dice.uniform(0.1 + 0.1 * seconds, 0.1 + 0.5 * seconds))
+        process.work(2 * dice.uniform(0.1 + 0.1 * seconds, 0.1 + 0.5 * seconds))
     else:
         process.wait_until((folder / "out.exr").exists)
         time.sleep(dice.uniform(0, 0.004))

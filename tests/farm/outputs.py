@@ -94,7 +94,10 @@ def wait_for_stage(process, folder, stage, seconds, dice):
         process.wait_until(lambda: times_of(folder) != before)
     else:
         process.wait_until(lambda: LOGGED[stage] in log_of(process))
-    time.sleep(dice.uniform(0, {"start": 0.05, "load": 0.05, "end": 0.003}.get(stage, 0.6 * seconds)))
+    if pause := {"start": 0.05, "load": 0.05, "end": 0.003}.get(stage):
+        time.sleep(dice.uniform(0, pause))
+    else:
+        process.work(dice.uniform(0, 2 * 0.6 * seconds))
 
 
 def disturbed(farm, kind, number):

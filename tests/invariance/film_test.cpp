@@ -12,6 +12,7 @@
 #include "renderer/engine/render_job.h"
 #include "renderer/film/film.h"
 #include "support/chi_square.h"
+#include "support/processor_time.h"
 #include "support/render.h"
 #include "support/scenes.h"
 
@@ -285,7 +286,7 @@ TEST(Film, StoppedFrameHasTrueCounts) {
   };
   std::stop_source stop;
   std::thread timer([&] {
-    std::this_thread::sleep_for(std::chrono::milliseconds(30));
+    test::wait_for_work(0.06);
     stop.request_stop();
   });
   Stopper sink(stop);

@@ -1,0 +1,24 @@
+// Processor time of this process, which what else the machine does leaves alone.
+#pragma once
+
+#include <chrono>
+#include <ctime>
+#include <thread>
+
+namespace emberline::test {
+
+// Of all its threads, in seconds.
+inline double processor_seconds() {
+  timespec t = {};
+  ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
+}
+
+// Sleeps until other threads have spent so much.
+inline void wait_for_work(double seconds) {
+  for (const double end = processor_seconds() + seconds; processor_seconds() < end;) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+}
+
+}  // namespace emberline::test
