@@ -2,6 +2,7 @@
 // colour, lenses that zoom, things that come and go.
 #include "lamp_over_floor.h"
 
+#include "renderer/core/moments.h"
 #include "support/chi_square.h"
 #include "support/moving_scenes.h"
 

@@ -1,3 +1,0 @@
-emberline_test(animation_test
-  SOURCES description/animation_test.cpp
-  LINK emberline_description)

@@ -1,2 +1,0 @@
-emberline_test(clear_sky_test OPTIMISED SOURCES description/clear_sky_test.cpp LINK emberline_description)
-emberline_test(sun_disc_test OPTIMISED SOURCES lights/sun_disc_test.cpp LINK emberline_lights)

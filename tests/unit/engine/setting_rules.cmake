@@ -1,3 +1,0 @@
-emberline_test(setting_rules_test
-  SOURCES engine/setting_rules_test.cpp
-  LINK emberline_output)

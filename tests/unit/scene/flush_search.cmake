@@ -1,1 +1,0 @@
-emberline_test(flush_search_test OPTIMISED SOURCES scene/flush_search_test.cpp LINK emberline_scene emberline_embree)

@@ -1,1 +1,0 @@
-emberline_test(panorama_test SOURCES scene/panorama_test.cpp LINK emberline_engine TBB::tbb)

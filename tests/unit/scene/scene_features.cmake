@@ -1,1 +1,0 @@
-emberline_test(scene_features_test SOURCES scene/scene_features_test.cpp scene/transmittance_test.cpp LINK emberline_scene)
