@@ -22,14 +22,6 @@ fi
 # must hold the same ones (ci/numerics.sh).
 rows=$(mktemp)
 trap 'rm -f "$rows"' EXIT
-# Nine tests of ten leave a core idle now and then: one more than there are cores at once, but for
-# those that depend on time.
-status=0
-EMBERLINE_NUMERICS_TABLE=$rows ctest --preset "$preset" -LE timed -j "$(($(nproc) + 1))" || status=$?
-# A limit of seconds may be broken by what runs beside it: what failed has to pass alone.
-if ! ctest --preset "$preset" -L timed -j "$(nproc)"; then
-  echo "ci/test.sh: the timed tests that failed run once more, one at a time"
-  ctest --preset "$preset" --rerun-failed || status=$?
-fi
-[ $status -eq 0 ] || exit $status
+# Nine tests of ten leave a core idle now and then: one more than there are cores at once.
+EMBERLINE_NUMERICS_TABLE=$rows ctest --preset "$preset" -j "$(($(nproc) + 1))"
 python3 tests/numerics/table.py "$rows" tests/numerics/TABLE.md >/dev/null
