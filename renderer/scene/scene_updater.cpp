@@ -260,7 +260,7 @@ void SceneUpdater::build_lights() {
     std::vector<EmissiveTriangle> before;
     if (scene_.lights_) before = scene_.lights_->triangles();
     LightSampler lights(other_emitters ? collect_emitters() : std::move(before), std::move(points),
-                        scene_.environment_, {}, &scene_.emitter_motion());
+                        scene_.environment_, &scene_.emitter_motion());
     if (scene_.lights_) {
       *scene_.lights_ = std::move(lights);  // in its place: flush_ refers to its triangles
     } else {
