@@ -11,7 +11,6 @@
 #include "renderer/core/constants.h"
 #include "renderer/core/hash.h"
 #include "renderer/core/ray.h"
-#include "renderer/lights/emitter_bounds.h"
 #include "renderer/lights/environment_guide.h"
 #include "renderer/lights/environment_light.h"
 #include "renderer/lights/light_bvh.h"

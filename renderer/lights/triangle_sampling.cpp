@@ -1,6 +1,5 @@
 #include "renderer/lights/triangle_sampling.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 
