@@ -279,7 +279,7 @@ void SceneUpdater::find_flush_emitters(const std::vector<EmissiveTriangle>& befo
   const std::vector<EmissiveTriangle>& triangles = scene_.lights_->triangles();
   if (std::ranges::equal(before, triangles, same_flush_surfaces)) return;
   scene_.flush_ = scene_detail::FlushEmitters::find(
-      scene_.meshes_, scene_.instances_, scene_.shown_, *scene_.geometry_, triangles, progress_);
+      {scene_.meshes_, scene_.instances_, scene_.shown_, triangles}, *scene_.geometry_, progress_);
   scene_.geometry_->device()->check();
 }
 
