@@ -263,7 +263,7 @@ CameraDescription turned(CameraDescription camera, const FrameSettings& settings
   if (!settings.turntable) return camera;
   const Turntable& turn = *settings.turntable;
   const int64_t frame = turn.frame.value_or(1);
-  const Vec3d center = bounds.empty() ? Vec3d(0.0) : bounds.center();
+  const Vec3d center = bounds.isEmpty() ? Vec3d(0.0) : bounds.center();
   if (later_is_wanted(settings)) {
     camera.later = turned_by(camera.later.value_or(camera.to_world), frame, turn.count, center);
   }

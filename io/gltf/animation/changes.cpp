@@ -10,7 +10,6 @@
 #include "io/gltf/geometry/node_objects.h"
 #include "renderer/core/constants.h"
 #include "renderer/core/errors.h"
-#include "renderer/core/limit_error.h"
 
 namespace emberline {
 namespace {
