@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <utility>
 
@@ -228,12 +227,9 @@ std::vector<size_t> cameras_called(const std::string& wanted,
   for (size_t i = 0; i < cameras.size(); ++i) {
     if (cameras[i].node == wanted && cameras[i].name != wanted) fits.push_back(i);
   }
-  size_t index = 0;
-  const char* const end = wanted.data() + wanted.size();
-  const auto [last, error] = std::from_chars(wanted.data(), end, index);
-  const bool is_index = error == std::errc() && last == end && index < cameras.size();
-  if (fits.empty() && is_index) fits.push_back(index);
-  return fits;
+  if (!fits.empty()) return fits;
+  if (const std::optional<size_t> index = parse_index(wanted, cameras.size())) return {*index};
+  return {};
 }
 
 CameraDescription choose_camera(const FrameSettings& settings, const SceneDescription& scene) {
