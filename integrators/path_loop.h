@@ -188,8 +188,7 @@ class PathLoop : private PathBatch {
     const uint32_t emitter = scene.emitter_index(path.hit.instance, path.hit.primitive);
     if (emitter == Scene::kNoEmitter) return emission;
     const float distance = glass_.distance_from(lane);
-    const float light_pdf =
-        lights.pdf_triangle(from.query, emitter, path.ray.direction, distance, batch.guide);
+    const float light_pdf = lights.pdf_triangle(from.query, emitter, distance, batch.guide);
     return emission * balance(from.bsdf_pdf, float(from.light_samples) * light_pdf);
   }
 

@@ -9,7 +9,6 @@
 #include "io/gltf/animation/changes.h"
 #include "io/gltf/document/document.h"
 #include "io/gltf/document/extensions.h"
-#include "io/gltf/document/model.h"
 #include "io/gltf/document/tiny_gltf_renamed.h"
 #include "io/gltf/geometry/scene.h"
 #include "io/gltf/materials/images.h"
@@ -73,7 +72,6 @@ struct GltfFile::State {
   State(const std::string& path, const GltfOptions& loading, LoadProgress& progress);
 
   void choose(const GltfOptions& when);
-  void parse_model();
   SceneDescription read(std::span<const uint64_t> held);
 
   const GltfOptions options;
@@ -86,8 +84,6 @@ struct GltfFile::State {
   GltfAnimation animation;
   nlohmann::json unwritten = nlohmann::json::object();  // members that pointers write to, before
   MemoryReservation unwritten_memory;
-  std::shared_ptr<const tinygltf::Model> model;
-  MemoryReservation model_memory;
   GltfRest rest;
 };
 
@@ -106,7 +102,7 @@ void GltfFile::State::choose(const GltfOptions& when) {
     choice.reset();
     document.json->update(unwritten);
     unwritten = nlohmann::json::object();
-    model.reset();
+    document.model.reset();
     rest.meshes.clear();
     rest.instancing.clear();
     rest.memory = MemoryReservation(document.progress->budget(), MemoryPart::kGeometry);
@@ -129,22 +125,13 @@ void GltfFile::State::choose(const GltfOptions& when) {
                   *document.json);
 }
 
-// Anew where pointers may have written something that it has.
-void GltfFile::State::parse_model() {
-  if (model && animation.pointers.empty()) return;
-  model.reset();
-  model_memory = MemoryReservation(document.progress->budget(), MemoryPart::kFile,
-                                   gltf_model_bytes(document), document.file);
-  model = parse_gltf_model(document);
-}
-
 SceneDescription GltfFile::State::read(std::span<const uint64_t> held) {
   MemoryBudget& memory = *document.progress->budget();
   SceneDescription scene;
   const GltfChanges changes(document, animation, scene.coverage);
   scene.file = document.file;
   scene.animations = animations;
-  scene.generator = model->asset.generator;
+  scene.generator = document.model->asset.generator;
   report_extensions(document, scene.coverage);
   report_unknown_members(document, scene.coverage);
   if (animation.at_rest && !animations.empty()) {
@@ -153,13 +140,13 @@ SceneDescription GltfFile::State::read(std::span<const uint64_t> held) {
   memory.reserve(MemoryPart::kGeometry,
                  bytes_of(document.array("materials").size(), sizeof(MaterialDescription)),
                  document.file);
-  scene.materials = read_materials(document, *model, options, scene.coverage);
+  scene.materials = read_materials(document, options, scene.coverage);
   changes.apply(scene.materials);
   scene.variants = read_variants(document);
   scene.variants_read = options.variants;
   scene.tangents_read = options.tangents;
-  load_scene_graph(document, *model, animation, changes, held, rest, scene);
-  if (options.nodes) scene.nodes = read_nodes(document, *model);
+  load_scene_graph(document, animation, changes, held, rest, scene);
+  if (options.nodes) scene.nodes = read_nodes(document);
   const uint64_t before = memory.reserved(MemoryPart::kTextures);
   load_images(document, options, rest.images, rest.textures, scene);
   rest.image_bytes += memory.reserved(MemoryPart::kTextures) - before;
@@ -184,12 +171,14 @@ SceneDescription GltfFile::pose(const GltfOptions& when, std::span<const uint64_
   return reading(state_->document.file, [&] {
     const Watched watched(state_->document, progress);
     state_->choose(when);
-    state_->parse_model();
+    // Anew where pointers may have written something that it has.
+    if (!state_->document.model || !state_->animation.pointers.empty()) {
+      parse_gltf_model(state_->document);
+    }
     return state_->read(held);
   });
 }
 
-const std::vector<AnimationDescription>& GltfFile::animations() const { return state_->animations; }
 uint64_t GltfFile::image_bytes() const { return state_->rest.image_bytes; }
 uint64_t GltfFile::resting_bytes() const { return state_->rest.resting_bytes; }
 uint64_t GltfFile::read_bytes() const { return state_->rest.read_bytes; }

@@ -73,7 +73,6 @@ class GltfFile {
   SceneDescription pose(const GltfOptions& when, std::span<const uint64_t> held = {},
                         LoadProgress& progress = LoadProgress::unwatched());
 
-  const std::vector<AnimationDescription>& animations() const;
   // For whoever gives back what poses have reserved, since the file does not.
   uint64_t image_bytes() const;    // for all images so far
   uint64_t resting_bytes() const;  // for the meshes with keys of the pose made last

@@ -1,37 +1,70 @@
-// A place in a file of any size that is looked at byte by byte. For io/image alone.
+// Encoded bytes, and a place among them that is looked at byte by byte. For io/image alone.
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "io/files/input_file.h"
 
 namespace emberline {
 
-// Bytes behind the end, and those that cannot be read, are 0.
+// Bytes of a file or of memory. For one thread at a time.
+struct ByteSource {
+  uint64_t size = 0;
+  // As many of these bytes as there are.
+  std::function<size_t(uint64_t offset, size_t count, void* bytes)> read;
+};
+
+// A file, read where it lies.
+inline ByteSource source_of(InputFile file) {
+  const auto shared = std::make_shared<const InputFile>(std::move(file));
+  return {shared->size(), [shared](uint64_t offset, size_t count, void* bytes) {
+            return size_t(std::max<int64_t>(0, shared->try_read(offset, count, bytes)));
+          }};
+}
+
+// Reads ahead. The source outlives it.
 class ByteCursor {
  public:
-  // Of the file's first `most` bytes.
-  explicit ByteCursor(const InputFile& file, uint64_t most = UINT64_MAX)
-      : file_(file), size_(std::min(file.size(), most)) {}
+  // Of the source's first `most` bytes.
+  explicit ByteCursor(const ByteSource& source, uint64_t most = UINT64_MAX)
+      : source_(source), size_(std::min(source.size, most)) {}
 
   uint64_t offset() const { return offset_; }
   bool at_end() const { return offset_ >= size_; }
   bool is_behind_end() const { return offset_ > size_; }
   void skip(uint64_t count) { offset_ += std::min(count, size_ + 1); }
   void go_to(uint64_t offset) { offset_ = offset; }
-  uint8_t byte() {
-    if (offset_ < begin_ || offset_ >= begin_ + buffer_.size()) {
-      begin_ = offset_;
-      buffer_.resize(std::min<uint64_t>(kBytesAtOnce, at_end() ? 0 : size_ - offset_));
-      const int64_t count = file_.try_read(begin_, buffer_.size(), buffer_.data());
-      buffer_.resize(size_t(std::max<int64_t>(count, 0)));
+  // As many of the next bytes as there are.
+  size_t take(void* bytes, size_t count) {
+    auto* to = static_cast<uint8_t*>(bytes);
+    size_t left = count;
+    while (left > 0) {
+      if (offset_ < begin_ || offset_ >= begin_ + buffer_.size()) {
+        begin_ = offset_;
+        buffer_.resize(std::min<uint64_t>(kBytesAtOnce, at_end() ? 0 : size_ - offset_));
+        buffer_.resize(source_.read(begin_, buffer_.size(), buffer_.data()));
+        if (buffer_.empty()) break;
+      }
+      const size_t at = size_t(offset_ - begin_), part = std::min(left, buffer_.size() - at);
+      to = std::copy_n(buffer_.data() + at, part, to);
+      offset_ += part;
+      left -= part;
     }
-    const uint64_t at = offset_++ - begin_;
-    return at < buffer_.size() ? buffer_[at] : 0;
+    return count - left;
+  }
+  // Bytes behind the end, and those that cannot be read, are 0.
+  uint8_t byte() {
+    uint8_t value = 0;
+    if (take(&value, 1) == 0) ++offset_;
+    return value;
   }
   uint64_t little_endian(int bytes) {
     uint64_t number = 0;
@@ -60,7 +93,7 @@ class ByteCursor {
  private:
   static constexpr size_t kBytesAtOnce = size_t(64) << 10;
 
-  const InputFile& file_;
+  const ByteSource& source_;
   const uint64_t size_;
   std::vector<uint8_t> buffer_;
   uint64_t begin_ = 0, offset_ = 0;

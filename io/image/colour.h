@@ -2,7 +2,6 @@
 // other layers beside its colour, or its colour in a layer.
 #pragma once
 
-#include <cstdint>
 #include <string>
 #include <vector>
 

@@ -3,7 +3,7 @@
 #include <charconv>
 #include <optional>
 
-#include "io/image/encoded_checks.h"
+#include "io/image/encoded_image.h"
 #include "renderer/core/errors.h"
 
 namespace emberline {
@@ -14,30 +14,25 @@ constexpr size_t kMostExrHeader = size_t(16) << 20, kMostHdrHeader = size_t(64) 
 constexpr int kMostExrAttributes = 4000;
 constexpr int64_t kLargestTile = 4096;
 
-// Reads ahead in a header whose length is known when it has been read.
+// In a header whose length is known when it has been read.
 class HeaderReader {
  public:
   HeaderReader(const ByteSource& source, size_t most, const char* format, const std::string& place)
-      : source_(source), most_(most), format_(format), place_(place) {}
+      : cursor_(source), most_(most), format_(format), place_(place) {}
 
-  uint64_t offset() const { return offset_; }
-  void skip(uint64_t count) { go_to(offset_ + count); }
+  uint64_t offset() const { return cursor_.offset(); }
+  void skip(uint64_t count) { go_to(offset() + count); }
   void go_to(uint64_t offset) {
-    offset_ = offset;
-    if (offset_ > most_) {
+    cursor_.go_to(offset);
+    if (offset > most_) {
       throw InputError(place_, std::string("the image does not decode: the header of the ") +
                                    format_ + " is longer than " + std::to_string(most_) + " bytes");
     }
   }
   uint8_t byte() {
-    if (offset_ < begin_ || offset_ >= begin_ + buffer_.size()) {
-      buffer_.resize(4096);
-      begin_ = offset_;
-      buffer_.resize(source_.read(begin_, buffer_.size(), buffer_.data()));
-      if (buffer_.empty()) throw_truncated(format_, place_);
-    }
-    const uint8_t value = buffer_[size_t(offset_ - begin_)];
-    skip(1);
+    uint8_t value = 0;
+    if (cursor_.take(&value, 1) == 0) throw_truncated(format_, place_);
+    go_to(offset());
     return value;
   }
   uint32_t word() {  // little endian
@@ -52,12 +47,10 @@ class HeaderReader {
   }
 
  private:
-  const ByteSource& source_;
+  ByteCursor cursor_;
   const size_t most_;
   const char* format_;
   const std::string& place_;
-  std::vector<uint8_t> buffer_;
-  uint64_t begin_ = 0, offset_ = 0;
 };
 
 // "-Y 512" -> its sign and letter, and 512.

@@ -2,12 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstring>
-#include <optional>
 
 #include "io/files/byte_order.h"
-#include "io/image/encoded_checks.h"
 #include "renderer/core/errors.h"
 
 namespace emberline {

@@ -6,11 +6,12 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "io/image/byte_cursor.h"
 
 namespace emberline {
 
@@ -32,13 +33,6 @@ struct ImageHeader {
   uint64_t pixels_at = 0;  // an HDR's: where its rows begin
 };
 
-// Encoded bytes, of a file or of memory. For one thread at a time.
-struct ByteSource {
-  uint64_t size = 0;
-  // As many of these bytes as there are.
-  std::function<size_t(uint64_t offset, size_t count, void* bytes)> read;
-};
-
 // PNG, JPEG and WebP: the size, and the same stream with what the pixels need alone.
 struct CleanImage {
   ImageHeader header;
@@ -55,5 +49,20 @@ void clean_tiff(std::span<uint8_t> bytes, const std::string& place);
 // their sizes are checked. Deep EXR files are refused.
 ImageHeader read_exr_header(const ByteSource& source, const std::string& place);
 ImageHeader read_hdr_header(const ByteSource& source, const std::string& place);
+
+// What the readers of headers and of streams check alike; for these and io/image/ktx2 alone.
+[[noreturn]] void throw_truncated(const char* format, const std::string& place);
+
+// Throws unless the pixels can be in the bytes: a header costs nothing, an image does.
+void check_bears_out(const ImageHeader& header, double needed, uint64_t bytes,
+                     const std::string& place);
+
+// The same for codes without a best ratio (lossless WebP, TIFF, KTX 2): a picture of one colour
+// takes some bytes at any size. Up to 8192 x 8192 such ones are taken; beyond, the ratio of no real
+// picture is not believed.
+void check_bears_out_any_code(const ImageHeader& header, uint64_t bytes, const std::string& place);
+
+// A tile is decoded whole, also where the picture is smaller. Throws for larger ones than 4096.
+void check_tile(const ImageHeader& header, int64_t width, int64_t height, const std::string& place);
 
 }  // namespace emberline

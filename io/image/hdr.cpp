@@ -1,6 +1,5 @@
-#include "io/image/hdr.h"
+#include "io/image/codecs.h"
 
-#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <cstring>
@@ -10,14 +9,14 @@ namespace {
 
 // Widths of rows that may be coded: the second pair of a row's first four bytes says it.
 constexpr int kLeastCoded = 8, kMostCoded = 0x7fff;
-constexpr size_t kBuffer = size_t(64) << 10;
 
 constexpr const char* kEndsEarly = "it ends early";
 
 class HdrDecoder final : public ImageDecoder {
  public:
   HdrDecoder(const ByteSource& source, const ImageHeader& header)
-      : source_(source), next_(header.pixels_at), row_(4 * size_t(header.width)) {
+      : cursor_(source), row_(4 * size_t(header.width)) {
+    cursor_.go_to(header.pixels_at);
     set_layout(int(header.width), int(header.height), {"R", "G", "B"}, SampleType::kFloat);
   }
 
@@ -40,21 +39,7 @@ class HdrDecoder final : public ImageDecoder {
 
  private:
   // All of them, or false.
-  bool take(uint8_t* bytes, size_t count) {
-    while (count > 0) {
-      if (unread_.empty()) {
-        buffer_.resize(kBuffer);
-        unread_ = {buffer_.data(), source_.read(next_, kBuffer, buffer_.data())};
-        next_ += unread_.size();
-        if (unread_.empty()) return false;
-      }
-      const size_t part = std::min(count, unread_.size());
-      bytes = std::copy_n(unread_.data(), part, bytes);
-      unread_ = unread_.subspan(part);
-      count -= part;
-    }
-    return true;
-  }
+  bool take(uint8_t* bytes, size_t count) { return cursor_.take(bytes, count) == count; }
 
   // Null, or why there is none.
   const char* read_row() {
@@ -84,10 +69,7 @@ class HdrDecoder final : public ImageDecoder {
     return nullptr;
   }
 
-  const ByteSource& source_;
-  uint64_t next_;  // of the source, behind the buffer
-  std::vector<uint8_t> buffer_;
-  std::span<const uint8_t> unread_;
+  ByteCursor cursor_;
   std::vector<uint8_t> row_;  // four bytes for each pixel
 };
 

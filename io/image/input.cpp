@@ -9,12 +9,11 @@
 #include <new>
 
 #include "io/files/input_file.h"
+#include "io/image/codecs.h"
 #include "io/image/colour.h"
 #include "io/image/encoded_image.h"
-#include "io/image/hdr.h"
 #include "io/image/ktx2/ktx2.h"
 #include "io/image/library.h"
-#include "io/image/png_jpeg.h"
 #include "io/image/texel_repair.h"
 #include "renderer/core/errors.h"
 
@@ -82,14 +81,6 @@ void check_sides(int64_t width, int64_t height, const std::string& place) {
     throw InputError(place, "the image is too large ({}; at most {} pixels a side)", size,
                      kLargestSide);
   }
-}
-
-// A file, read where it lies.
-ByteSource source_of(InputFile file) {
-  const auto shared = std::make_shared<const InputFile>(std::move(file));
-  return {shared->size(), [shared](uint64_t offset, size_t count, void* bytes) {
-            return size_t(std::max<int64_t>(0, shared->try_read(offset, count, bytes)));
-          }};
 }
 
 ByteSource source_of(Bytes memory) {

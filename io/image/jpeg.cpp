@@ -3,12 +3,11 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <new>
 
 #include <jpeglib.h>
 
+#include "io/image/codecs.h"
 #include "io/image/picture_mark.h"
-#include "io/image/png_jpeg.h"
 
 namespace emberline {
 namespace {

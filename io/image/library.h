@@ -1,4 +1,4 @@
-// OpenImageIO behind an interface, for what io/image/png_jpeg.h and io/image/hdr.h do not do.
+// OpenImageIO behind an interface, for what io/image/codecs.h does not do.
 //
 // It brings some 240 libraries along, whose loading takes half a second of processor time. So it is
 // reached through a library of its own (image/openimageio.cpp), which is loaded for the first such
@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -15,8 +16,8 @@
 
 #include "io/display/working_space.h"
 #include "io/exr/view.h"
+#include "io/image/byte_cursor.h"
 #include "io/image/colour.h"
-#include "io/image/encoded_image.h"
 #include "io/image/output.h"
 #include "renderer/core/rect.h"
 
@@ -31,17 +32,18 @@ struct ImageLayout {
   int tile_width = 0, tile_height = 0;  // 0: in rows
   bool deep = false;
   std::vector<std::string> channel_names;
-  std::vector<SampleType> channel_types;
+  std::vector<SampleType> channel_types = {};
   SampleType type = SampleType::kOther;  // of all channels, or that which holds them all
   std::string type_name;
   int alpha_channel = -1;
-  bool premultiplied = false;                              // whatever was asked for
-  int orientation = 1;                                     // as in EXIF and TIFF
-  uint64_t bytes = 0;                                      // of its pixels, as they are stored
-  std::vector<std::pair<std::string, std::string>> texts;  // of an EXR, whose names begin as ours
-  std::vector<ImagePart> parts;                            // of an EXR, those not read too
-  ExrView view;                                            // of an EXR, but for its space
-  std::optional<Chromaticities> chromaticities;            // that an EXR says it has
+  bool premultiplied = false;  // whatever was asked for
+  int orientation = 1;         // as in EXIF and TIFF
+  uint64_t bytes = 0;          // of its pixels, as they are stored
+  std::vector<std::pair<std::string, std::string>> texts =
+      {};                                             // of an EXR, whose names begin as ours
+  std::vector<ImagePart> parts = {};                  // of an EXR, those not read too
+  ExrView view = {};                                  // of an EXR, but for its space
+  std::optional<Chromaticities> chromaticities = {};  // that an EXR says it has
 
   int channels() const { return int(channel_names.size()); }
 };

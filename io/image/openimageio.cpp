@@ -65,7 +65,8 @@ oiio::TypeDesc oiio_type(SampleType type) {
 // below zero for one of the buffer.
 class SourceProxy final : public oiio::Filesystem::IOProxy {
  public:
-  explicit SourceProxy(const ByteSource& source) : IOProxy("", Read), source_(source) {}
+  explicit SourceProxy(const ByteSource& source)
+      : IOProxy("", Read), source_(source), cursor_(source) {}
   const char* proxytype() const override { return "file"; }
   size_t size() const override { return size_t(source_.size); }
   size_t pread(void* bytes, size_t count, int64_t offset) override {
@@ -73,28 +74,15 @@ class SourceProxy final : public oiio::Filesystem::IOProxy {
   }
   // In order and on one thread.
   size_t read(void* bytes, size_t count) override {
-    size_t got = 0;
-    while (got < count) {
-      if (m_pos < begin_ || m_pos >= begin_ + int64_t(buffer_.size())) {
-        buffer_.resize(kBuffer);
-        begin_ = m_pos;
-        buffer_.resize(pread(buffer_.data(), kBuffer, begin_));
-        if (buffer_.empty()) break;
-      }
-      const size_t at = size_t(m_pos - begin_), part = std::min(count - got, buffer_.size() - at);
-      std::memcpy(static_cast<std::byte*>(bytes) + got, buffer_.data() + at, part);
-      got += part;
-      m_pos += int64_t(part);
-    }
+    cursor_.go_to(uint64_t(m_pos));
+    const size_t got = cursor_.take(bytes, count);
+    m_pos += int64_t(got);
     return got;
   }
 
  private:
-  static constexpr size_t kBuffer = size_t(64) << 10;
-
   const ByteSource& source_;
-  std::vector<std::byte> buffer_;
-  int64_t begin_ = 0;
+  ByteCursor cursor_;
 };
 
 class Decoder final : public ImageDecoder {
@@ -127,17 +115,12 @@ class Decoder final : public ImageDecoder {
                .tile_height = std::max(0, s.tile_height),
                .deep = s.deep,
                .channel_names = {s.channelnames.begin(), s.channelnames.end()},
-               .channel_types = {},
                .type = sample_type(s.format),
                .type_name = s.format.c_str(),
                .alpha_channel = s.alpha_channel,
                .premultiplied = s.get_int_attribute("oiio:UnassociatedAlpha") == 0,
                .orientation = s.get_int_attribute("Orientation", 1),
-               .bytes = uint64_t(s.image_bytes(true)),
-               .texts = {},
-               .parts = {},
-               .view = {},
-               .chromaticities = {}};
+               .bytes = uint64_t(s.image_bytes(true))};
     for (const oiio::ParamValue& attribute : s.extra_attribs) {
       const std::string name(attribute.name());
       const bool ours = name.starts_with("emberline") || name.starts_with("cryptomatte/");

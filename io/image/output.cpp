@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cassert>
-#include <filesystem>
 #include <string_view>
 
 #include "io/files/atomic_file.h"
+#include "io/image/codecs.h"
 #include "io/image/library.h"
-#include "io/image/png_jpeg.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <string_view>
+#include <vector>
 
 #include "io/image/byte_cursor.h"
 #include "renderer/core/errors.h"
@@ -56,15 +57,156 @@ bool jpeg_is_marked(ByteCursor& header) {
   return false;
 }
 
+bool ends_with(const ByteSource& file, std::string_view text) {
+  if (file.size < text.size()) return false;
+  ByteCursor cursor(file);
+  cursor.skip(file.size - text.size());
+  return cursor.take_if(text);
+}
+
+struct ExrPart {
+  bool tiled = false;
+  uint8_t compression = 0;
+};
+struct ExrPartList {
+  std::vector<ExrPart> list;
+  bool several = false, readable = false;
+};
+
+// "OpenEXR File Layout": version and flags, then a header of attributes for each part.
+ExrPartList read_exr_parts(ByteCursor& cursor) {
+  constexpr uint64_t kTiled = 0x200, kDeep = 0x800, kSeveral = 0x1000;
+  cursor.go_to(4);
+  const uint64_t flags = cursor.little_endian(4);
+  ExrPartList parts;
+  parts.several = flags & kSeveral;
+  if (flags & kDeep) return parts;
+  while (!cursor.is_behind_end()) {
+    ExrPart part = {.tiled = (flags & kTiled) != 0};
+    bool empty = true;
+    for (std::string name = cursor.until_zero(); !name.empty() && !cursor.is_behind_end();
+         name = cursor.until_zero(), empty = false) {
+      cursor.until_zero();  // its type
+      const uint64_t size = cursor.little_endian(4), value = cursor.offset();
+      if (parts.several && name == "type") part.tiled = cursor.byte() == 't';  // "tiledimage"
+      if (name == "compression") part.compression = cursor.byte();
+      cursor.go_to(value);
+      cursor.skip(size);
+    }
+    parts.readable = !cursor.is_behind_end();
+    if (empty) break;
+    parts.list.push_back(part);
+    if (!parts.several) break;
+  }
+  return parts;
+}
+
+// What a file system that lost power leaves has the right length, but zeros at the end. Packed
+// pixels end with a checksum or codes (zip, piz, pxr24, dwa).
+constexpr uint64_t kMostZeros = 8;
+
+bool is_packed(uint8_t compression) {
+  constexpr uint8_t kZips = 2, kPxr24 = 5, kDwaa = 8, kDwab = 9;
+  return (compression >= kZips && compression <= kPxr24) || compression == kDwaa ||
+         compression == kDwab;
+}
+
+bool ends_with_zeros(const ByteSource& file, uint64_t count) {
+  ByteCursor cursor(file);
+  cursor.skip(file.size - count);
+  for (uint64_t i = 0; i < count; ++i) {
+    if (cursor.byte() != 0) return false;
+  }
+  return true;
+}
+
+// The tables of offsets end where the first chunk begins, and the file does where the last one
+// ends.
+bool exr_is_whole(const ByteSource& file) {
+  ByteCursor cursor(file);
+  const ExrPartList parts = read_exr_parts(cursor);
+  if (!parts.readable) return false;
+  uint64_t first = file.size, last = 0;
+  while (cursor.offset() < first) {
+    const uint64_t offset = cursor.little_endian(8);
+    if (cursor.is_behind_end() || offset >= file.size) return false;
+    first = std::min(first, offset);
+    last = std::max(last, offset);
+  }
+  if (cursor.offset() != first || last == 0) return false;
+  cursor.go_to(last);
+  const uint64_t part = parts.several ? cursor.little_endian(4) : 0;
+  if (part >= parts.list.size()) return false;
+  cursor.skip(parts.list[part].tiled ? 16 : 4);  // its place
+  const uint64_t size = cursor.little_endian(4);
+  cursor.skip(size);
+  if (size == 0 || cursor.offset() != file.size) return false;
+  return !is_packed(parts.list[part].compression) ||
+         !ends_with_zeros(file, std::min(size, kMostZeros));
+}
+
+bool png_is_whole(const ByteSource& file) {
+  return ends_with(file, std::string_view("\0\0\0\0IEND\xae\x42\x60\x82", 12));
+}
+
+// Behind the header the end's marker stands nowhere else. Before it there may be small pictures,
+// with an end of theirs.
+bool jpeg_is_whole(const ByteSource& file) {
+  ByteCursor cursor(file);
+  cursor.skip(2);
+  constexpr uint8_t kScan = 0xda;
+  for (uint8_t marker = 0; marker != kScan; cursor.skip(cursor.big_endian(2) - 2)) {
+    if (cursor.byte() != 0xff || cursor.is_behind_end()) return false;
+    for (marker = cursor.byte(); marker == 0xff;) marker = cursor.byte();
+  }
+  return !cursor.is_behind_end() && ends_with(file, "\xff\xd9");
+}
+
+bool gif_is_whole(const ByteSource& file) {
+  ByteCursor cursor(file);
+  const auto skip_colours = [&](uint8_t flags) {
+    if (flags & 0x80) cursor.skip(uint64_t(6) << (flags & 7));
+  };
+  cursor.skip(10);
+  const uint8_t flags = cursor.byte();
+  cursor.skip(2);
+  skip_colours(flags);
+  while (!cursor.is_behind_end()) {
+    const uint8_t kind = cursor.byte();
+    if (kind == ';') return cursor.offset() == file.size;
+    if (kind == ',') {  // a picture, its colours, the width of its codes
+      cursor.skip(8);
+      skip_colours(cursor.byte());
+      cursor.skip(1);
+    } else if (kind == '!') {
+      cursor.skip(1);
+    } else {
+      return false;
+    }
+    for (uint8_t size = cursor.byte(); size > 0; size = cursor.byte()) cursor.skip(size);
+  }
+  return false;
+}
+
 }  // namespace
 
 bool is_marked_incomplete(const std::string& path) {
-  const InputFile file(path);
+  const ByteSource file = source_of(InputFile(path));
   ByteCursor header(file, kMostHeader);
   if (header.take_if("\x76\x2f\x31\x01")) return exr_is_marked(header);
   if (header.take_if("\x89PNG\r\n\x1a\n")) return png_is_marked(header);
   if (header.take_if("\xff\xd8")) return jpeg_is_marked(header);
   throw InputError(path, "is no EXR, PNG or JPEG");
+}
+
+bool is_whole_picture(const std::string& path) {
+  const ByteSource file = source_of(InputFile(path));
+  ByteCursor cursor(file);
+  if (cursor.take_if("\x76\x2f\x31\x01")) return exr_is_whole(file);
+  if (cursor.take_if("\x89PNG\r\n\x1a\n")) return png_is_whole(file);
+  if (cursor.take_if("\xff\xd8\xff")) return jpeg_is_whole(file);
+  if (cursor.take_if("GIF8")) return gif_is_whole(file);
+  return false;
 }
 
 }  // namespace emberline

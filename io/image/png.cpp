@@ -6,8 +6,8 @@
 #include <cstring>
 #include <new>
 
+#include "io/image/codecs.h"
 #include "io/image/picture_mark.h"
-#include "io/image/png_jpeg.h"
 
 namespace emberline {
 namespace {

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <condition_variable>
+#include <thread>
 
 #include "io/files/input_file.h"
 #include "renderer/core/mapped_texels.h"

@@ -7,10 +7,8 @@
 // again is then found in that cache, or on the disk.
 #pragma once
 
-#include <condition_variable>
 #include <memory>
 #include <mutex>
-#include <thread>
 #include <vector>
 
 #include "io/files/atomic_file.h"

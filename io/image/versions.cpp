@@ -1,7 +1,5 @@
 #include "io/image/versions.h"
 
-#include <cstdio>
-
 #include <OpenColorIO/OpenColorIO.h>
 #include <OpenEXR/OpenEXRConfig.h>
 #include <OpenImageIO/oiioversion.h>

@@ -93,7 +93,7 @@ Json describe(const SceneDescription& scene) {
   json["instances"] = scene.instances.size();
   json["triangles"] = {{"stored", stored}, {"placed", placed}};
   json["bounds"] = nullptr;
-  if (!bounds.empty()) {
+  if (!bounds.isEmpty()) {
     json["bounds"] = {{"min", {bounds.min.x, bounds.min.y, bounds.min.z}},
                       {"max", {bounds.max.x, bounds.max.y, bounds.max.z}}};
   }

@@ -59,6 +59,12 @@ struct InputError : EmberlineError {
                    fmt::format(message, std::forward<First>(first), std::forward<Rest>(rest)...)) {}
 };
 
+// What a load may take is used up: the fault of all that was asked for, and not of the object that
+// was being read. Who goes on without a broken object does not catch this.
+struct LimitError : InputError {
+  using InputError::InputError;
+};
+
 // Rendering or writing failed (exit 1).
 struct RenderError : EmberlineError {
   explicit RenderError(const std::string& message) : EmberlineError(kExitRenderFailed, message) {}

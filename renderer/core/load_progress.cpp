@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "renderer/core/limit_error.h"
+#include "renderer/core/errors.h"
 #include "renderer/core/readable.h"
 
 namespace emberline {

@@ -5,13 +5,23 @@
 
 #include <algorithm>
 #include <charconv>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "renderer/core/errors.h"
 #include "renderer/core/shortened.h"
 
 namespace emberline {
+
+// A whole number below `end`, digits alone.
+inline std::optional<size_t> parse_index(std::string_view text, size_t end) {
+  size_t index = 0;
+  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), index);
+  const bool whole = error == std::errc() && stop == text.data() + text.size();
+  return whole && index < end ? std::optional(index) : std::nullopt;
+}
 
 // "0 'a', 1 'b'", for messages; of a long list its beginning.
 template <class Named>
@@ -35,11 +45,7 @@ size_t find_name_or_index(const char* what, const std::string& wanted,
                           const std::vector<Named>& list) {
   const auto named = std::ranges::find(list, wanted, &Named::name);
   if (named != list.end()) return size_t(named - list.begin());
-  size_t index = 0;
-  const auto [end, error] = std::from_chars(wanted.data(), wanted.data() + wanted.size(), index);
-  if (error == std::errc() && end == wanted.data() + wanted.size() && index < list.size()) {
-    return index;
-  }
+  if (const std::optional<size_t> index = parse_index(wanted, list.size())) return *index;
   throw UsageError(
       fmt::format("`{0}`: no {0} '{1}'; {2}", what, shortened(wanted), list_names(list)));
 }

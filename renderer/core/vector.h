@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <type_traits>
 
 namespace emberline {
@@ -95,6 +94,7 @@ inline Vec3f normalize_or(const Vec3f& v, const Vec3f& fallback) {
 
 inline float square(float x) { return x * x; }
 inline double square(double x) { return x * x; }
+inline float pow5(float x) { return square(square(x)) * x; }
 [[gnu::always_inline]] inline float lerp(float a, float b, float t) { return fma(b - a, t, a); }
 [[gnu::always_inline]] inline Rgb lerp(const Rgb& a, const Rgb& b, float t) {
   return fma(b - a, t, a);

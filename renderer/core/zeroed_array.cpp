@@ -1,6 +1,7 @@
 #include "renderer/core/zeroed_array.h"
 
 #include <algorithm>
+#include <cstring>
 
 #if defined(__linux__)
 #include <sys/mman.h>

@@ -25,7 +25,6 @@ struct KeyFrames {
   Numbers times;           // seconds, finite and growing; one at least
   Numbers values;  // finite, by key; of a cubic spline in-tangent, value, out-tangent of each
 
-  double first() const { return times->front(); }
   double last() const { return times->back(); }
 };
 

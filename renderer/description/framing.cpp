@@ -13,9 +13,9 @@ WorldBounds world_bounds(const SceneDescription& description) {
   for (size_t i = 0; i < local.size(); ++i) {
     const MeshDescription& mesh = description.meshes[i];
     if (mesh.held) local[i] = *mesh.held;
-    for (const Vec3f& p : mesh.positions) local[i].add(to_double(p));
+    for (const Vec3f& p : mesh.positions) local[i].extendBy(to_double(p));
     for (const MeshStep& step : mesh.motion) {
-      for (const Vec3f& p : step.positions) local[i].add(to_double(p));
+      for (const Vec3f& p : step.positions) local[i].extendBy(to_double(p));
     }
   }
   WorldBounds bounds;
@@ -35,7 +35,7 @@ CameraDescription framing_camera(const WorldBounds& bounds, double aspect) {
   const double half = std::tan(camera.fov_y / 2) * std::min(1.0, aspect);
   const double distance = 1.05 * radius / std::sin(std::atan(half));
   const Vec3d direction = Vec3d(0.45, 0.35, 1.0).normalized();
-  const Vec3d at = bounds.empty() ? Vec3d(0.0) : bounds.center();
+  const Vec3d at = bounds.isEmpty() ? Vec3d(0.0) : bounds.center();
   camera.to_world = look_at_matrix(at + direction * distance, at);
   camera.focus_distance = distance;
   return camera;

@@ -5,7 +5,8 @@
 // SceneDescription and are valid once load_gltf returns; -1 means "none".
 #pragma once
 
-#include <algorithm>
+#include <Imath/ImathBox.h>
+
 #include <array>
 #include <cstdint>
 #include <limits>
@@ -151,26 +152,17 @@ inline bool has_tangent_space(const MaterialDescription& material) {
 
 // ---- geometry
 
-// A box; empty (min > max) with nothing in it.
-struct WorldBounds {
-  Vec3d min = Vec3d(1e300), max = Vec3d(-1e300);
-  void add(const Vec3d& p) {
-    for (int c = 0; c < 3; ++c) {
-      min[c] = std::min(min[c], p[c]);
-      max[c] = std::max(max[c], p[c]);
-    }
-  }
+// Empty with nothing in it.
+struct WorldBounds : Imath::Box3d {
   // Another one that is placed in the world; nothing, if it is empty.
   void add(const WorldBounds& box, const Mat44d& to_world) {
-    for (int corner = 0; corner < 8 && !box.empty(); ++corner) {
-      add(transform_point(to_world,
-                          {corner & 1 ? box.max.x : box.min.x, corner & 2 ? box.max.y : box.min.y,
-                           corner & 4 ? box.max.z : box.min.z}));
+    for (int corner = 0; corner < 8 && !box.isEmpty(); ++corner) {
+      extendBy(transform_point(
+          to_world, {corner & 1 ? box.max.x : box.min.x, corner & 2 ? box.max.y : box.min.y,
+                     corner & 4 ? box.max.z : box.min.z}));
     }
   }
-  bool empty() const { return !(min.x <= max.x); }
-  Vec3d center() const { return (min + max) * 0.5; }
-  double radius() const { return empty() ? 0.0 : (max - min).length() * 0.5; }
+  double radius() const { return isEmpty() ? 0.0 : size().length() * 0.5; }
 };
 
 // What a mesh wears in one variant.

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <utility>
 
@@ -228,12 +227,9 @@ std::vector<size_t> cameras_called(const std::string& wanted,
   for (size_t i = 0; i < cameras.size(); ++i) {
     if (cameras[i].node == wanted && cameras[i].name != wanted) fits.push_back(i);
   }
-  size_t index = 0;
-  const char* const end = wanted.data() + wanted.size();
-  const auto [last, error] = std::from_chars(wanted.data(), end, index);
-  const bool is_index = error == std::errc() && last == end && index < cameras.size();
-  if (fits.empty() && is_index) fits.push_back(index);
-  return fits;
+  if (!fits.empty()) return fits;
+  if (const std::optional<size_t> index = parse_index(wanted, cameras.size())) return {*index};
+  return {};
 }
 
 CameraDescription choose_camera(const FrameSettings& settings, const SceneDescription& scene) {
@@ -263,7 +259,7 @@ CameraDescription turned(CameraDescription camera, const FrameSettings& settings
   if (!settings.turntable) return camera;
   const Turntable& turn = *settings.turntable;
   const int64_t frame = turn.frame.value_or(1);
-  const Vec3d center = bounds.empty() ? Vec3d(0.0) : bounds.center();
+  const Vec3d center = bounds.isEmpty() ? Vec3d(0.0) : bounds.center();
   if (later_is_wanted(settings)) {
     camera.later = turned_by(camera.later.value_or(camera.to_world), frame, turn.count, center);
   }

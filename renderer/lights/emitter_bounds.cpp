@@ -1,10 +1,9 @@
-#include "renderer/lights/emitter_bounds.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "renderer/core/constants.h"
+#include "renderer/lights/light_bvh.h"
 
 namespace emberline {
 namespace {

@@ -10,6 +10,7 @@
 #include "renderer/core/ray.h"
 #include "renderer/lights/fast_angle.h"
 #include "renderer/lights/fixed_cdf.h"
+#include "renderer/lights/light_guide.h"
 
 namespace emberline {
 namespace {
@@ -382,6 +383,15 @@ void EnvironmentGuide::radiance_and_pdf(std::span<const Vec3f> directions,
 std::string EnvironmentGuide::describe() const {
   return fmt::format("environment guide ({} regions, {:.1f} MiB)", regions_.count(),
                      double(bytes()) / 1048576);
+}
+
+std::string LightGuide::describe() const {
+  if (factors == KindFactors{}) return environment->describe();
+  std::string text =
+      fmt::format("samples by kind of light (environment x {:g}, directional x {:g})",
+                  factors.environment, factors.directional);
+  if (environment) text += ", " + environment->describe();
+  return text;
 }
 
 uint64_t EnvironmentGuide::bytes() const {

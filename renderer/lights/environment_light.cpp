@@ -365,12 +365,6 @@ void EnvironmentLight::radiance(std::span<const Vec3f> directions, Rgb* out) con
     add_sun(directions, out, nullptr);
 }
 
-Rgb EnvironmentLight::radiance(const Vec3f& direction) const {
-  Rgb result;
-  radiance({&direction, 1}, &result);
-  return result;
-}
-
 void EnvironmentLight::radiance_and_pdf(std::span<const Vec3f> directions, Rgb* radiance,
                                         float* pdf) const {
   Places places;
@@ -400,12 +394,6 @@ void EnvironmentLight::radiance_and_pdf(std::span<const Vec3f> directions, Place
 Rgb EnvironmentLight::radiance_and_pdf(const Vec3f& direction, float* pdf) const {
   Rgb result;
   radiance_and_pdf({&direction, 1}, &result, pdf);
-  return result;
-}
-
-float EnvironmentLight::pdf(const Vec3f& direction) const {
-  float result;
-  radiance_and_pdf(direction, &result);
   return result;
 }
 

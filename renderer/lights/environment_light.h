@@ -74,13 +74,11 @@ class EnvironmentLight {
   void adjust(const EnvironmentAdjustment& adjustment);
   const EnvironmentAdjustment& adjustment() const { return adjustment_; }
 
-  Rgb radiance(const Vec3f& direction) const;
   // Up to kRayBatch directions at once, so that the angles vectorise.
   void radiance(std::span<const Vec3f> directions, Rgb* out) const;
   EnvironmentSample sample(const Vec2f& u) const;
   // Up to kRayBatch at once: the tables are large, and their cache misses overlap.
   void sample(std::span<const Vec2f> u, EnvironmentSample* out) const;
-  float pdf(const Vec3f& direction) const;
   // Both for little more than the price of one: what rays that leave the scene need.
   void radiance_and_pdf(std::span<const Vec3f> directions, Rgb* radiance, float* pdf) const;
   Rgb radiance_and_pdf(const Vec3f& direction, float* pdf) const;

@@ -34,6 +34,11 @@ struct EmitterBounds {
   float reach = kInfinity;   // no light arrives farther than this from the box
 };
 
+// For as long as the shutter is open. An intensity of 0: it gives no light, or has no area that
+// floats can tell. `motion` is looked at for a triangle that moves.
+EmitterBounds bounds_of(const EmissiveTriangle& triangle, const EmitterMotion* motion);
+EmitterBounds bounds_of(const PointLight& light);
+
 // What bounds the emitters below one child of a pair. Coordinates are scaled by a power of two that
 // brings the tree to about unit size, so that squares neither overflow nor underflow at any scale
 // of the scene. Every rounding errs to the larger bound.

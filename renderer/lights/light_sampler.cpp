@@ -11,7 +11,6 @@
 #include "renderer/core/constants.h"
 #include "renderer/core/hash.h"
 #include "renderer/core/ray.h"
-#include "renderer/lights/emitter_bounds.h"
 #include "renderer/lights/environment_guide.h"
 #include "renderer/lights/environment_light.h"
 #include "renderer/lights/light_bvh.h"
@@ -88,7 +87,7 @@ PointLightPlace PointLight::place_at(float time) const {
 
 LightSampler::LightSampler(std::vector<EmissiveTriangle> triangles, std::vector<PointLight> points,
                            std::shared_ptr<const EnvironmentLight> environment,
-                           const LightSamplerSettings& settings, const EmitterMotion* motion)
+                           const EmitterMotion* motion, uint32_t bvh_threshold)
     : triangles_(std::move(triangles)),
       points_(std::move(points)),
       environment_(environment && !environment->black() ? std::move(environment) : nullptr),
@@ -126,7 +125,7 @@ LightSampler::LightSampler(std::vector<EmissiveTriangle> triangles, std::vector<
     powers.push_back(power);
   }
   if (!emitters_.empty()) measure_finite_lights(bounds);
-  if (!emitters_.empty() && emitters_.size() >= settings.bvh_threshold) {
+  if (!emitters_.empty() && emitters_.size() >= bvh_threshold) {
     bvh_ = std::make_unique<const LightBvh>(bounds);
   } else {
     sum_powers(powers);
@@ -449,16 +448,7 @@ void LightSampler::sample(std::span<const LightRequest> requests, LightSample* c
   }
 }
 
-LightSample LightSampler::sample(const LightQuery& query, float u_pick, const Vec2f& u) const {
-  LightSample result;
-  LightSample* const out = &result;
-  const LightRequest request{query, u_pick, u};
-  sample({&request, 1}, &out);
-  return result;
-}
-
-float LightSampler::pdf_triangle(const LightQuery& query, uint32_t index,
-                                 const Vec3f& /*direction*/, float distance,
+float LightSampler::pdf_triangle(const LightQuery& query, uint32_t index, float distance,
                                  const LightGuide* guide) const {
   const uint32_t emitter = triangle_emitter_[index];
   if (emitter == kNoEmitter) return 0.0f;
@@ -470,10 +460,6 @@ float LightSampler::pdf_triangle(const LightQuery& query, uint32_t index,
       has_infinite() ? 1.0f - weigh_infinite(query, guide).probability : 1.0f;
   const float probability = finite_share * finite_probability(query, emitter);
   return probability * triangle_pdf(seen, distance);
-}
-
-float LightSampler::pdf_environment(const LightQuery& query, const Vec3f& direction) const {
-  return environment_ ? environment_probability(query) * environment_->pdf(direction) : 0.0f;
 }
 
 float LightSampler::environment_probability(const LightQuery& query,

@@ -126,40 +126,35 @@ struct LightSample {
 // Kinds among which light is chosen first.
 enum { kEnvironmentKind, kDirectionalKind, kFiniteKind, kLightKinds };
 
-struct LightSamplerSettings {
-  // From this many finite emitters on, a light BVH chooses; below, power does.
-  uint32_t bvh_threshold = 16;
-};
-
 class LightSampler {
  public:
+  // From this many finite emitters on, a light BVH chooses; below, power does.
+  static constexpr uint32_t kBvhThreshold = 16;
+
   // `environment` may be null. An environment with no radiance at all is treated as null. `motion`
-  // outlives the sampler; null if no triangle moves.
+  // outlives the sampler; null if no triangle moves. `bvh_threshold`: another for tests.
   LightSampler(std::vector<EmissiveTriangle> triangles, std::vector<PointLight> points,
                std::shared_ptr<const EnvironmentLight> environment,
-               const LightSamplerSettings& settings = {}, const EmitterMotion* motion = nullptr);
+               const EmitterMotion* motion = nullptr, uint32_t bvh_threshold = kBvhThreshold);
   ~LightSampler();
   LightSampler(LightSampler&&) noexcept;
   LightSampler& operator=(LightSampler&&) noexcept;
 
   bool empty() const;  // nothing to sample
 
-  // Picks one light with u_pick (reused by remapping inside) and a point on it with u.
-  LightSample sample(const LightQuery& query, float u_pick, const Vec2f& u) const;
-  // Up to kRayBatch requests at once, each answered as if it were alone; out is constructed.
+  // Picks a light and a point on it, for each of up to kRayBatch requests as if it were alone; out
+  // is constructed.
   // `guide`, of these lights, is to be the same for samples and densities; null: none.
   void sample(std::span<const LightRequest> requests, LightSample* const* out,
               const LightGuide* guide = nullptr) const;
 
-  // Density, per solid angle at query.point, with which sample() returns the point at `distance`
-  // along unit `direction` on triangle `index`, if nothing else is in the way: 0 on the back of a
-  // one-sided one. Cost O(depth of the light BVH).
-  float pdf_triangle(const LightQuery& query, uint32_t index, const Vec3f& direction,
-                     float distance, const LightGuide* guide = nullptr) const;
-  // Density with which sample() without a guide returns the environment in `direction`.
-  float pdf_environment(const LightQuery& query, const Vec3f& direction) const;
-  // Its factor that does not depend on the direction: the probability of picking the environment
-  // at all. With EnvironmentLight::radiance_and_pdf a ray that leaves the scene needs one lookup.
+  // Density, per solid angle at query.point, with which sample() returns a point of triangle
+  // `index` at `distance`, if nothing else is in the way: 0 on the back of a one-sided one. Cost
+  // O(depth of the light BVH).
+  float pdf_triangle(const LightQuery& query, uint32_t index, float distance,
+                     const LightGuide* guide = nullptr) const;
+  // The probability of picking the environment at all: the factor of its density that does not
+  // depend on the direction. EnvironmentLight::radiance_and_pdf has the other.
   float environment_probability(const LightQuery& query, const LightGuide* guide = nullptr) const;
   // With which probability which kind of light is picked: the environment, directional lights,
   // finite ones. At most 1 in all.

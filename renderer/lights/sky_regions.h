@@ -6,9 +6,7 @@
 // filled, all const functions are thread-safe.
 #pragma once
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>

@@ -1,6 +1,5 @@
 #include "renderer/lights/triangle_sampling.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -16,8 +15,6 @@ namespace {
 
 // 0 for 0.
 [[gnu::always_inline]] inline double reciprocal(double x) { return x > 0 ? 1.0 / x : 0.0; }
-
-[[gnu::always_inline]] inline Vec3d unit(const Vec3d& v) { return v * reciprocal(length(v)); }
 
 // Along v, of the length whose square is given; below 0 it is rounding's.
 [[gnu::always_inline]] inline Vec3d of_length2(const Vec3d& v, double length2) {
@@ -183,10 +180,6 @@ SeenTriangle see_triangle(const Vec3f& p0, const Vec3f& p1, const Vec3f& p2, con
 
 float triangle_pdf(const SeenTriangle& t, float distance) { return density(t, distance); }
 
-TriangleSample sample_triangle(const SeenTriangle& t, const Vec3f& point, const Vec2f& u) {
-  return sample(t, point, u);
-}
-
 void TriangleBatch::add(const std::array<Vec3f, 3>& corners, const Vec3f& point, const Vec2f& u) {
   const int i = count_++;
   for (int v = 0; v < 3; ++v) {
@@ -234,16 +227,6 @@ void TriangleBatch::sample() {
   }
   for (int i = 0; i < lanes; ++i) answer(i);
   for (int i = lanes; i < count_; ++i) answer_alone(i);
-}
-
-Vec2f spherical_triangle_to_square(const SeenTriangle& t, const Vec3d& w) {
-  // Where the arc from b through w meets the arc from a to c.
-  Vec3d end = unit(cross(cross(t.b, w), cross(t.c, t.a)));
-  if (dot(end, t.a + t.c) < 0) end = -end;
-  const double part = solid_angle(t.a, t.b, end, std::abs(dot(t.a, cross(t.b, end))));
-  const Vec3d to_w = w - t.b, to_end = end - t.b;
-  return {float(std::clamp(part / t.solid_angle, 0.0, 1.0)),
-          float(std::clamp(dot(to_w, to_w) / dot(to_end, to_end), 0.0, 1.0))};
 }
 
 }  // namespace emberline

@@ -49,7 +49,6 @@ struct TriangleSample {
   float pdf = 0.0f;  // per solid angle; 0: nothing sampled
 };
 
-TriangleSample sample_triangle(const SeenTriangle& triangle, const Vec3f& point, const Vec2f& u);
 // Up to kRayBatch samples at once, side by side in vector instructions: a third of the time. Each
 // has the bits that it has alone. add() them, sample(), then ask for each by its place.
 class TriangleBatch {
@@ -79,9 +78,7 @@ class TriangleBatch {
   double height_[kRayBatch];
 };
 
-// Density of sample_triangle for a point of the triangle at `distance`.
+// Density of a sample at a point of the triangle at `distance`.
 float triangle_pdf(const SeenTriangle& triangle, float distance);
-// Inverse of the spherical map; only if triangle.spherical(). For the tests.
-Vec2f spherical_triangle_to_square(const SeenTriangle& triangle, const Vec3d& direction);
 
 }  // namespace emberline

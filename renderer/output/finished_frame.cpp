@@ -6,7 +6,6 @@
 
 #include "io/files/input_file.h"
 #include "io/image/picture_mark.h"
-#include "io/image/whole_picture.h"
 #include "io/json/input.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"

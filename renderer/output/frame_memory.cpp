@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
-#include "renderer/core/limit_error.h"
 #include "renderer/drivers/bucket_schedule.h"
 #include "renderer/engine/film_memory.h"
 #include "renderer/output/light_layers.h"

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cassert>
-#include <optional>
 #include <unordered_map>
 
 #include "renderer/core/errors.h"
@@ -67,10 +66,10 @@ struct Space {
 Space space_of(const WorldBounds& bounds) {
   Space space;
   const double radius = bounds.radius();
-  const Vec3d center = bounds.empty() ? Vec3d(0.0) : bounds.center();
+  const Vec3d center = bounds.isEmpty() ? Vec3d(0.0) : bounds.center();
   // Nearer than twice its size the origin costs at most a bit of precision: leave it, so that an
   // ordinary scene keeps its very coordinates.
-  if (center.length() > 2.0 * radius && !bounds.empty()) space.origin = center;
+  if (center.length() > 2.0 * radius && !bounds.isEmpty()) space.origin = center;
   // Extremes of size lose squared lengths to underflow or overflow. A power of two is exact.
   if (radius > 0 && (radius < 1e-3 || radius > 1e5)) {
     space.scale = std::exp2(-std::round(std::log2(radius)));
@@ -81,21 +80,17 @@ Space space_of(const WorldBounds& bounds) {
 // Whether things in these bounds may be in the space of others, at a cost of four bits of precision
 // at most. Chosen by us.
 bool serves(const Space& space, const WorldBounds& bounds) {
-  if (bounds.empty()) return true;
+  if (bounds.isEmpty()) return true;
   const double radius = bounds.radius(), scaled = radius * space.scale;
   return (bounds.center() - space.origin).length() <= 16.0 * radius && scaled >= 1e-3 &&
          scaled <= 1e5;
 }
 
-bool same(const Affine& a, const Affine& b) {
-  return a.x == b.x && a.y == b.y && a.z == b.z && a.translation == b.translation;
-}
-
 // Where nothing moves while the shutter is open.
 bool stands_alike(const Instance& a, const Instance& b) {
   if (a.mesh != b.mesh || a.transformed != b.transformed || a.moving != b.moving) return false;
-  return !a.transformed || (a.mirrored == b.mirrored && same(a.to_internal, b.to_internal) &&
-                            same(a.normal_transform, b.normal_transform));
+  return !a.transformed || (a.mirrored == b.mirrored && a.to_internal == b.to_internal &&
+                            a.normal_transform == b.normal_transform);
 }
 
 }  // namespace

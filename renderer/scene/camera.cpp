@@ -48,6 +48,7 @@ Camera::Camera(const CameraDescription& description, int width, int height, cons
   s.orthographic = description.orthographic && !s.panorama;
   s.width = width;
   s.height = height;
+  s.turns_per_pixel = {float(1.0 / width), float(0.5 / height)};
   // The vertical extent rules, so that pixels stay square in any frame.
   s.half_height = half_height_of(s.orthographic ? description.y_mag : description.fov_y, scale);
   s.half_width = s.half_height * width / height;
@@ -125,20 +126,14 @@ Camera::View Camera::view_from(const Pose& pose, double size) const {
   const Shape& s = shape_;
   const Vec3d right = pose.right * s.handed;
   View view;
-  view.orthographic = s.orthographic;
-  view.panorama = s.panorama;
-  view.turns_per_pixel = {float(1.0 / s.width), float(0.5 / s.height)};
   view.position = to_float(pose.position);
   view.axis = to_float(pose.axis);
   view.corner = to_float((pose.up * s.half_height - right * s.half_width) * size +
                          (s.orthographic ? Vec3d(0.0) : pose.axis));
   view.per_x = to_float(right * (s.per_column * size));
   view.per_y = to_float(pose.up * (s.per_row * size));
-  view.lens = s.lens;
-  if (!s.lens) return view;
   view.lens_x = to_float(right * s.lens_radius);
   view.lens_y = to_float(pose.up * s.lens_radius);
-  view.per_focus = s.per_focus;
   return view;
 }
 
@@ -167,7 +162,7 @@ Camera::Pose Camera::pose_at(float time) const {
 Ray Camera::ray(const Vec2f& film, const Vec2f& lens, float time) const {
   const View view = moves() ? view_at(time) : view_;
   Ray ray;
-  if (view.lens) {
+  if (shape_.lens) {
     cast(view, {&film, 1}, {&lens, 1}, &ray);
   } else {
     cast(view, {&film, 1}, &ray);
@@ -254,11 +249,11 @@ Vec2f Camera::panorama_velocity(const Vec3d& from, const Vec3d& to, double frame
           pixels_a_frame((latitude(to) - latitude(from)) * shape_.height, frames)};
 }
 
-void Camera::cast_panorama(const View& view, std::span<const Vec2f> film, Ray* out) {
+void Camera::cast_panorama(const View& view, std::span<const Vec2f> film, Ray* out) const {
   for (size_t i = 0; i < film.size(); ++i) {
     // The left edge is -X. What a filter reaches beyond a pole is on its other side.
-    const float turns = 0.5f + film[i].x * view.turns_per_pixel.x;
-    const float polar = film[i].y * view.turns_per_pixel.y;
+    const float turns = 0.5f + film[i].x * shape_.turns_per_pixel.x;
+    const float polar = film[i].y * shape_.turns_per_pixel.y;
     float sin_phi, cos_phi, sin_theta, cos_theta;
     sincos_turns(turns - std::floor(turns), &sin_phi, &cos_phi);
     sincos_turns(polar - std::floor(polar), &sin_theta, &cos_theta);
@@ -266,9 +261,9 @@ void Camera::cast_panorama(const View& view, std::span<const Vec2f> film, Ray* o
   }
 }
 
-void Camera::cast(const View& view, std::span<const Vec2f> film, Ray* out) {
+void Camera::cast(const View& view, std::span<const Vec2f> film, Ray* out) const {
   assert(film.size() <= size_t(kRayBatch));
-  if (view.panorama) [[unlikely]] {
+  if (shape_.panorama) [[unlikely]] {
     cast_panorama(view, film, out);
     return;
   }
@@ -279,7 +274,7 @@ void Camera::cast(const View& view, std::span<const Vec2f> film, Ray* out) {
     y[i] = film[i].y;
   }
   alignas(64) float dx[kRayBatch], dy[kRayBatch], dz[kRayBatch];
-  const float keep = view.orthographic ? 1.0f : 0.0f;
+  const float keep = shape_.orthographic ? 1.0f : 0.0f;
   for (int i = 0; i < kRayBatch; ++i) {
     const Vec3f o = fma(view.per_y, y[i], fma(view.per_x, x[i], view.corner));
     // An orthographic offset may be 0, which must not become NaN.
@@ -290,13 +285,13 @@ void Camera::cast(const View& view, std::span<const Vec2f> film, Ray* out) {
   }
   for (size_t i = 0; i < film.size(); ++i) {
     const Vec3f d(dx[i], dy[i], dz[i]);
-    out[i] = view.orthographic ? Ray{view.position + d, view.axis} : Ray{view.position, d};
+    out[i] = shape_.orthographic ? Ray{view.position + d, view.axis} : Ray{view.position, d};
   }
 }
 
 void Camera::cast(const View& view, std::span<const Vec2f> film, std::span<const Vec2f> lens,
-                  Ray* out) {
-  assert(view.lens && lens.size() == film.size() && film.size() <= size_t(kRayBatch));
+                  Ray* out) const {
+  assert(shape_.lens && lens.size() == film.size() && film.size() <= size_t(kRayBatch));
   Vec2f points[kRayBatch], through[kRayBatch];
   std::ranges::fill(points, Vec2f(0.0f));
   std::ranges::fill(through, Vec2f(0.0f));
@@ -311,7 +306,7 @@ void Camera::cast(const View& view, std::span<const Vec2f> film, std::span<const
     // The axial part of the pinhole's direction is 1: this is the way to the plane of focus over
     // its distance, which may be infinite.
     const Vec3f pinhole = fma(view.per_y, points[i].y, fma(view.per_x, points[i].x, view.corner));
-    const Vec3f direction = fma(shift, -view.per_focus, pinhole);
+    const Vec3f direction = fma(shift, -shape_.per_focus, pinhole);
     rays[i] = {origin, direction * (1.0f / std::sqrt(dot(direction, direction)))};
   }
   std::copy_n(rays, film.size(), out);

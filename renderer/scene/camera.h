@@ -40,7 +40,7 @@ class Camera {
   // kRayBatch at once, so that the arithmetic vectorises; a ray does not depend on its neighbours.
   void rays(std::span<const Vec2f> film, Ray* out) const { cast(view_, film, out); }
   // Whether there is a lens, and rays are asked for by its points.
-  bool has_lens() const { return view_.lens; }
+  bool has_lens() const { return shape_.lens; }
   // The same through points of the lens: `lens` in the unit square, uniform, one per point of film.
   void rays(std::span<const Vec2f> film, std::span<const Vec2f> lens, Ray* out) const {
     cast(view_, film, lens, out);
@@ -64,7 +64,7 @@ class Camera {
   // Perspective through a pinhole, as it is for as long as the shutter is open. Of such a one
   // alone:
   bool is_still_pinhole() const {
-    return !shape_.orthographic && !shape_.panorama && !view_.lens && !moves();
+    return !shape_.orthographic && !shape_.panorama && !shape_.lens && !moves();
   }
   bool is_panorama() const { return shape_.panorama; }
   const Vec3d& position() const { return pose_.position; }
@@ -114,6 +114,7 @@ class Camera {
   struct Shape {
     bool orthographic = false, panorama = false;
     double width = 1.0, height = 1.0;  // of a panorama, in pixels
+    Vec2f turns_per_pixel = Vec2f(0.0f);
     double half_width = 1.0, half_height = 1.0, per_column = 1.0, per_row = -1.0, handed = 1.0;
     bool lens = false;
     double lens_radius = 0.0;
@@ -121,17 +122,13 @@ class Camera {
   };
   // Both at one time.
   struct View {
-    bool orthographic = false, panorama = false;
-    Vec2f turns_per_pixel = Vec2f(0.0f);  // of a panorama
     Vec3f position = Vec3f(0.0f);
     Vec3f axis = Vec3f(0.0f, 0.0f, -1.0f);
     // Direction (perspective) or offset (orthographic) of film (0, 0), and per pixel right and
     // down.
     Vec3f corner = Vec3f(0.0f);
     Vec3f per_x = Vec3f(0.0f), per_y = Vec3f(0.0f);
-    bool lens = false;
     Vec3f lens_x = Vec3f(0.0f), lens_y = Vec3f(0.0f);  // the lens's radius to the right and up
-    float per_focus = 0.0f;
   };
 
   // Half the picture's height, of a field of view or a magnification.
@@ -145,12 +142,12 @@ class Camera {
   Vec3d in_view(const Pose& pose, const Vec3d& way) const;
   Vec2f film_velocity(const Vec3d& from, const Vec3d& to, double frames) const;
   Vec2f panorama_velocity(const Vec3d& from, const Vec3d& to, double frames) const;
-  static void cast(const View& view, std::span<const Vec2f> film, Ray* out);
-  static void cast(const View& view, std::span<const Vec2f> film, std::span<const Vec2f> lens,
-                   Ray* out);
-  static void cast_panorama(const View& view, std::span<const Vec2f> film, Ray* out);
-  static float axial_depth(const View& view, const Vec3f& point) {
-    if (view.panorama) [[unlikely]]
+  void cast(const View& view, std::span<const Vec2f> film, Ray* out) const;
+  void cast(const View& view, std::span<const Vec2f> film, std::span<const Vec2f> lens,
+            Ray* out) const;
+  void cast_panorama(const View& view, std::span<const Vec2f> film, Ray* out) const;
+  float axial_depth(const View& view, const Vec3f& point) const {
+    if (shape_.panorama) [[unlikely]]
       return (point - view.position).length();
     return dot(point - view.position, view.axis);
   }

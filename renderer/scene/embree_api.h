@@ -89,18 +89,8 @@ inline void init_context(RayContext& context, CoverageKey coverage_key) {
   context.coverage_key = coverage_key;
 }
 
-inline void intersect(RTCScene scene, RayContext& context, RTCRayHit& ray_hit) {
-#if EMBERLINE_EMBREE_MAJOR >= 4
-  RTCIntersectArguments arguments;
-  rtcInitIntersectArguments(&arguments);
-  arguments.context = &context.base;
-  rtcIntersect1(scene, &ray_hit, &arguments);
-#else
-  rtcIntersect1(scene, &context.base, &ray_hit);
-#endif
-}
-
-// A scene, and those of its instances, that intersect_filtered() may be asked of. Before the build.
+// A scene, and those of its instances, that intersect() may be asked of with a filter. Before the
+// build.
 inline void take_filters(RTCScene scene) {
 #if EMBERLINE_EMBREE_MAJOR >= 4
   constexpr auto kFlag = RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS;
@@ -110,15 +100,17 @@ inline void take_filters(RTCScene scene) {
   rtcSetSceneFlags(scene, RTCSceneFlags(rtcGetSceneFlags(scene) | kFlag));
 }
 
-// With a filter that is called after the geometry's own.
-inline void intersect_filtered(RTCScene scene, RayContext& context, RTCRayHit& ray_hit,
-                               RTCFilterFunctionN filter) {
+// `filter` is called after the geometry's own.
+inline void intersect(RTCScene scene, RayContext& context, RTCRayHit& ray_hit,
+                      RTCFilterFunctionN filter = nullptr) {
 #if EMBERLINE_EMBREE_MAJOR >= 4
   RTCIntersectArguments arguments;
   rtcInitIntersectArguments(&arguments);
   arguments.context = &context.base;
-  arguments.filter = filter;
-  arguments.flags = RTCRayQueryFlags(arguments.flags | RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER);
+  if (filter) {
+    arguments.filter = filter;
+    arguments.flags = RTCRayQueryFlags(arguments.flags | RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER);
+  }
   rtcIntersect1(scene, &ray_hit, &arguments);
 #else
   context.base.filter = filter;

@@ -1,6 +1,5 @@
 #include "renderer/scene/embree_isa.h"
 
-#include <algorithm>
 #include <array>
 
 #include "renderer/scene/geometry.h"

@@ -129,20 +129,14 @@ bool EmptyPixels::Projection::mark(const std::array<Vec3d, 3>& corners, double e
 // Row by row, what a convex outline covers of each.
 void EmptyPixels::Projection::mark_outline(std::span<const Vec2d> outline, double slack,
                                            int64_t* marks) const {
-  const auto low_high = [&](double Vec2d::*coordinate) {
-    Vec2d range(outline[0].*coordinate);
-    for (const Vec2d& p : outline) {
-      range = Vec2d(std::min(range.x, p.*coordinate), std::max(range.y, p.*coordinate));
-    }
-    return range;
-  };
-  const Vec2d across = low_high(&Vec2d::x), down = low_high(&Vec2d::y);
-  const int first = std::max(0, cell_at(down.x - slack, map_.rows_));
-  const int last = std::min(cell_at(down.y + slack, map_.rows_), map_.rows_ - 1);
+  Imath::Box2d box;
+  for (const Vec2d& p : outline) box.extendBy(p);
+  const int first = std::max(0, cell_at(box.min.y - slack, map_.rows_));
+  const int last = std::min(cell_at(box.max.y + slack, map_.rows_), map_.rows_ - 1);
   const bool small = last - first < 2;  // as most are: the box says as much
   for (int row = first; row <= last; ++row) {
     if (small) {
-      mark_cells(across.x - slack, across.y + slack, row, marks);
+      mark_cells(box.min.x - slack, box.max.x + slack, row, marks);
       continue;
     }
     const double top = row * cell_ - slack, bottom = (row + 1) * cell_ + slack;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 namespace emberline::scene_detail {
 namespace {
@@ -23,39 +22,25 @@ struct FlushContext {
 
 }  // namespace
 
-FlushEmitters::FlushEmitters(const std::vector<Mesh>& meshes,
-                             const std::vector<Instance>& instances, const ShownInstances& shown,
-                             const std::vector<EmissiveTriangle>& emitters, FlushSurfaces found)
-    : meshes_(meshes),
-      instances_(instances),
-      shown_(shown),
-      emitters_(emitters),
-      reach_(std::move(found.reach)),
-      offsets_(std::move(found.offsets)) {}
-
 FlushEmitters::~FlushEmitters() {
   if (scene_) rtcReleaseScene(scene_);
 }
 
-std::unique_ptr<FlushEmitters> FlushEmitters::find(const std::vector<Mesh>& meshes,
-                                                   const std::vector<Instance>& instances,
-                                                   const ShownInstances& shown,
+std::unique_ptr<FlushEmitters> FlushEmitters::find(const PlacedEmitters& placed,
                                                    const Geometry& geometry,
-                                                   const std::vector<EmissiveTriangle>& emitters,
                                                    LoadProgress& progress) {
-  FlushSurfaces surfaces = find_flush_surfaces(meshes, instances, emitters, progress);
+  FlushSurfaces surfaces = find_flush_surfaces(placed, progress);
   if (surfaces.offsets.empty()) return nullptr;
-  std::unique_ptr<FlushEmitters> found(
-      new FlushEmitters(meshes, instances, shown, emitters, std::move(surfaces)));
+  std::unique_ptr<FlushEmitters> found(new FlushEmitters(placed, std::move(surfaces)));
   found->build(geometry);
   return found;
 }
 
 void FlushEmitters::build(const Geometry& geometry) {
-  for (uint32_t i = 0; i < reach_.size(); ++i) {
-    if (reach_[i] == 0.0f) continue;
+  for (uint32_t i = 0; i < surfaces_.reach.size(); ++i) {
+    if (surfaces_.reach[i] == 0.0f) continue;
     members_.push_back(i);
-    longest_reach_ = std::max(longest_reach_, reach_[i]);
+    longest_reach_ = std::max(longest_reach_, surfaces_.reach[i]);
   }
   RTCGeometry triangles = rtcNewGeometry(geometry.device()->handle(), RTC_GEOMETRY_TYPE_TRIANGLE);
   const size_t n = members_.size();
@@ -65,7 +50,7 @@ void FlushEmitters::build(const Geometry& geometry) {
       triangles, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(uint32_t), n));
   if (vertices && indices) {
     for (size_t i = 0; i < n; ++i) {
-      const EmissiveTriangle& e = emitters_[members_[i]];
+      const EmissiveTriangle& e = placed_.emitters[members_[i]];
       const Vec3f corners[3] = {e.p0, e.p1, e.p2};
       for (size_t c = 0; c < 3; ++c) {
         vertices[3 * i + c] = corners[c];
@@ -83,8 +68,8 @@ void FlushEmitters::build(const Geometry& geometry) {
 }
 
 float FlushEmitters::offset(uint32_t instance, uint32_t primitive) const {
-  const auto found = offsets_.find(surface_key(instance, primitive));
-  return found == offsets_.end() ? 0.0f : found->second;
+  const auto found = surfaces_.offsets.find(surface_key(instance, primitive));
+  return found == surfaces_.offsets.end() ? 0.0f : found->second;
 }
 
 // Notes the lowest emitter and lets the ray go on: which comes first is what rounding decides.
@@ -97,20 +82,21 @@ void FlushEmitters::keep_lowest(const RTCFilterFunctionNArguments* arguments) {
     arguments->valid[i] = 0;
     const uint32_t index = self.members_[RTCHitN_primID(arguments->hit, arguments->N, i)];
     if (index >= context.best.emitter) continue;
-    const EmissiveTriangle& e = self.emitters_[index];
+    const EmissiveTriangle& e = self.placed_.emitters[index];
     const float facing = dot(context.direction, unit_normal(e));
     if (!e.two_sided && facing >= 0.0f) continue;
-    if (e.appears && !self.shown_[e.instance]->at(RTCRayN_time(arguments->ray, arguments->N, i))) {
+    if (e.appears &&
+        !self.placed_.shown[e.instance]->at(RTCRayN_time(arguments->ray, arguments->N, i))) {
       continue;
     }
     const float t = RTCRayN_tfar(arguments->ray, arguments->N, i);
-    if (!(std::abs((t - context.t) * facing) <= self.reach_[index])) continue;
-    const Instance& placed = self.instances_[e.instance];
+    if (!(std::abs((t - context.t) * facing) <= self.surfaces_.reach[index])) continue;
+    const Instance& placed = self.placed_.instances[e.instance];
     float u = RTCHitN_u(arguments->hit, arguments->N, i);
     float v = RTCHitN_v(arguments->hit, arguments->N, i);
     // A mirrored instance's emitter lists its corners the other way round.
     if (placed.mirrored && placed.transformed) std::swap(u, v);
-    const Mesh& mesh = self.meshes_[placed.mesh];
+    const Mesh& mesh = self.placed_.meshes[placed.mesh];
     if (mesh.has_coverage &&
         !covered(mesh, e.instance, e.primitive, u, v, context.ray.coverage_key)) {
       continue;
@@ -124,11 +110,8 @@ bool FlushEmitters::lowest_at(const Ray& ray, float t, float cosine, CoverageKey
                               Candidate* candidate) const {
   // Twice: the cosine is that of the other surface.
   const float slack = cosine > 0.0f ? 2.0f * longest_reach_ / cosine : t;
-  RTCRayHit ray_hit;
-  ray_hit.ray = make_ray(ray.origin, ray.direction, t + slack, ray.time);
+  RTCRayHit ray_hit = make_ray_hit(make_ray(ray.origin, ray.direction, t + slack, ray.time));
   ray_hit.ray.tnear = std::max(0.0f, t - slack);
-  ray_hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  ray_hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   FlushContext context{{}, this, *candidate, ray.direction, t, false};
   embree::init_context(context.ray, coverage_key);
   embree::intersect(scene_, context.ray, ray_hit);

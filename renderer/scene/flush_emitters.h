@@ -9,29 +9,51 @@
 #pragma once
 
 #include <memory>
-#include <span>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
-#include "renderer/scene/flush_search.h"
+#include "renderer/scene/geometry.h"
 
 namespace emberline::scene_detail {
 
+// What a scene has of its emitters, which must outlive whatever is made of them here.
+struct PlacedEmitters {
+  const std::vector<Mesh>& meshes;
+  const std::vector<Instance>& instances;
+  const ShownInstances& shown;
+  const std::vector<EmissiveTriangle>& emitters;
+};
+
+// Which emitters lie in which surfaces, and how far from one another rounding can place the two.
+struct FlushSurfaces {
+  // Per emitter: bound of the distance at which Embree may see it and what it lies in; 0: it lies
+  // in nothing.
+  std::vector<float> reach;
+  // By surface_key: the same of every triangle that is one, or that one lies in.
+  std::unordered_map<uint64_t, float> offsets;
+};
+
+inline uint64_t surface_key(uint32_t instance, uint32_t primitive) {
+  return uint64_t(instance) << 32 | primitive;
+}
+
+// Of what is at rest. Asks at four points of each emitting triangle (at one, if they are many): an
+// overlap that spares them is not seen, nor are all of those beyond some hundred surfaces that lie
+// in one another at one place. O(n log n). Throws Cancelled.
+FlushSurfaces find_flush_surfaces(const PlacedEmitters& placed, LoadProgress& progress);
+
 class FlushEmitters {
  public:
-  // Null if there are none. The arguments must outlive the result; `geometry` is committed. As
-  // find_flush_surfaces says. Throws Cancelled.
-  static std::unique_ptr<FlushEmitters> find(const std::vector<Mesh>& meshes,
-                                             const std::vector<Instance>& instances,
-                                             const ShownInstances& shown, const Geometry& geometry,
-                                             const std::vector<EmissiveTriangle>& emitters,
+  // Null if there are none. `geometry` is committed. As find_flush_surfaces says. Throws Cancelled.
+  static std::unique_ptr<FlushEmitters> find(const PlacedEmitters& placed, const Geometry& geometry,
                                              LoadProgress& progress);
   ~FlushEmitters();
   FlushEmitters(const FlushEmitters&) = delete;
   FlushEmitters& operator=(const FlushEmitters&) = delete;
 
   size_t size() const { return members_.size(); }
-  bool contains(uint32_t emitter) const { return reach_[emitter] > 0.0f; }
+  bool contains(uint32_t emitter) const { return surfaces_.reach[emitter] > 0.0f; }
   // How far rays must start and end from a triangle that is one, or that one lies in; else 0.
   float offset(uint32_t instance, uint32_t primitive) const;
 
@@ -45,19 +67,14 @@ class FlushEmitters {
                  Candidate* candidate) const;
 
  private:
-  FlushEmitters(const std::vector<Mesh>& meshes, const std::vector<Instance>& instances,
-                const ShownInstances& shown, const std::vector<EmissiveTriangle>& emitters,
-                FlushSurfaces found);
+  FlushEmitters(const PlacedEmitters& placed, FlushSurfaces surfaces)
+      : placed_(placed), surfaces_(std::move(surfaces)) {}
   void build(const Geometry& geometry);
   static void keep_lowest(const RTCFilterFunctionNArguments* arguments);
 
-  const std::vector<Mesh>& meshes_;
-  const std::vector<Instance>& instances_;
-  const ShownInstances& shown_;
-  const std::vector<EmissiveTriangle>& emitters_;
-  std::vector<float> reach_;  // as in FlushSurfaces, and offsets_
+  const PlacedEmitters placed_;
+  const FlushSurfaces surfaces_;
   float longest_reach_ = 0.0f;
-  std::unordered_map<uint64_t, float> offsets_;
   std::vector<uint32_t> members_;  // the emitter of each triangle of scene_
   RTCScene scene_ = nullptr;       // the members alone
 };

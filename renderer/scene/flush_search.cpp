@@ -1,5 +1,9 @@
-#include "renderer/scene/flush_search.h"
-
+// The search for emitters that lie in other surfaces (flush_emitters.h).
+//
+// Each triangle has an error of its own (plane_error), that grows with its coordinates: one far
+// away may be off by more than a hundred near ones are large. So an emitter asks the BVH about what
+// is as exact as itself, and surfaces that are much less so look for the emitters that they reach,
+// in a tree of their points. A single radius for all would make every emitter meet every other.
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -10,6 +14,7 @@
 #include "renderer/core/log.h"
 #include "renderer/core/parallel.h"
 #include "renderer/scene/emitter_points.h"
+#include "renderer/scene/flush_emitters.h"
 
 namespace emberline::scene_detail {
 namespace {
@@ -93,14 +98,11 @@ float largest_coordinate(const Imath::Box3f& box) {
 
 class FlushSearch {
  public:
-  FlushSearch(const std::vector<Mesh>& meshes, const std::vector<Instance>& instances,
-              const std::vector<EmissiveTriangle>& emitters, LoadProgress& progress)
-      : meshes_(meshes),
-        instances_(instances),
-        emitters_(emitters),
+  FlushSearch(const PlacedEmitters& placed, LoadProgress& progress)
+      : placed_(placed),
         progress_(progress),
         points_(emitter_points()),
-        found_{std::vector<float>(emitters.size(), 0.0f), {}} {}
+        found_{std::vector<float>(placed.emitters.size(), 0.0f), {}} {}
 
   FlushSurfaces find() {
     if (points_.empty()) return std::move(found_);
@@ -110,9 +112,10 @@ class FlushSearch {
       progress_.check();
       look_from(ranges[i], visits);
     });
-    for (size_t i = 0; i < emitters_.size(); ++i) {
+    for (size_t i = 0; i < placed_.emitters.size(); ++i) {
       if (found_.reach[i] > 0.0f) {
-        note(surface_key(emitters_[i].instance, emitters_[i].primitive), found_.reach[i]);
+        note(surface_key(placed_.emitters[i].instance, placed_.emitters[i].primitive),
+             found_.reach[i]);
       }
     }
     return std::move(found_);
@@ -138,9 +141,7 @@ class FlushSearch {
     offset = std::max(offset, reach);
   }
 
-  const std::vector<Mesh>& meshes_;
-  const std::vector<Instance>& instances_;
-  const std::vector<EmissiveTriangle>& emitters_;
+  const PlacedEmitters& placed_;
   LoadProgress& progress_;
   const EmitterPoints points_;
   std::mutex mutex_;
@@ -148,16 +149,16 @@ class FlushSearch {
 };
 
 EmitterPoints FlushSearch::emitter_points() const {
-  const size_t of_each = emitters_.size() > kManyEmitters ? 1 : 4;
+  const size_t of_each = placed_.emitters.size() > kManyEmitters ? 1 : 4;
   std::vector<EmitterPoint> points;
-  points.reserve(emitters_.size() * of_each);
-  for (uint32_t i = 0; i < emitters_.size(); ++i) {
+  points.reserve(placed_.emitters.size() * of_each);
+  for (uint32_t i = 0; i < placed_.emitters.size(); ++i) {
     if (i % 65536 == 0) progress_.check();
-    const EmissiveTriangle& e = emitters_[i];
+    const EmissiveTriangle& e = placed_.emitters[i];
     const Corners corners = corners_of(e);
     if (is_black(e.mean_radiance) || !(unit_normal(corners).length2() > 0)) continue;
-    const Instance& instance = instances_[e.instance];
-    const Mesh& mesh = meshes_[instance.mesh];
+    const Instance& instance = placed_.instances[e.instance];
+    const Mesh& mesh = placed_.meshes[instance.mesh];
     if (moves(mesh, instance)) continue;
     const float error = plane_error(mesh, instance, e.primitive);
     const std::array<Vec3d, 4> all = points_of(corners);
@@ -167,18 +168,18 @@ EmitterPoints FlushSearch::emitter_points() const {
 }
 
 std::vector<FlushSearch::TriangleRange> FlushSearch::ranges_near_emitters() const {
-  std::vector<Imath::Box3f> bounds(meshes_.size());
-  parallel_each(meshes_.size(), [&](size_t i) {
+  std::vector<Imath::Box3f> bounds(placed_.meshes.size());
+  parallel_each(placed_.meshes.size(), [&](size_t i) {
     progress_.check();
-    bounds[i] = bounds_of(meshes_[i].positions);
+    bounds[i] = bounds_of(placed_.meshes[i].positions);
   });
   std::vector<TriangleRange> ranges;
   uint64_t triangles = 0;
-  for (uint32_t i = 0; i < instances_.size(); ++i) {
+  for (uint32_t i = 0; i < placed_.instances.size(); ++i) {
     if (i % 1024 == 0) progress_.check();
-    const Instance& instance = instances_[i];
-    const size_t count = meshes_[instance.mesh].triangles.size();
-    if (count == 0 || moves(meshes_[instance.mesh], instance)) continue;
+    const Instance& instance = placed_.instances[i];
+    const size_t count = placed_.meshes[instance.mesh].triangles.size();
+    if (count == 0 || moves(placed_.meshes[instance.mesh], instance)) continue;
     const Imath::Box3f& own = bounds[instance.mesh];
     const Imath::Box3f box = instance.transformed ? transformed(own, instance.to_internal) : own;
     const float error = plane_error(largest_coordinate(own), instance);
@@ -201,8 +202,8 @@ std::vector<FlushSearch::TriangleRange> FlushSearch::ranges_near_emitters() cons
 
 template <typename Visit>
 void FlushSearch::visit_points(const TriangleRange& range, const Visit& visit) const {
-  const Instance& instance = instances_[range.instance];
-  const Mesh& mesh = meshes_[instance.mesh];
+  const Instance& instance = placed_.instances[range.instance];
+  const Mesh& mesh = placed_.meshes[instance.mesh];
   for (uint32_t t = range.begin; t < range.end; ++t) {
     const Corners corners = placed_corners(mesh, instance, t);
     const Surface surface(corners);
@@ -241,7 +242,7 @@ void FlushSearch::look_from(const TriangleRange& range, uint64_t visits_left) {
   std::map<uint32_t, float> surfaces;
   visit_points(range,
                [&](uint32_t t, const Surface& surface, float error, const EmitterPoint& point) {
-                 const EmissiveTriangle& e = emitters_[point.emitter];
+                 const EmissiveTriangle& e = placed_.emitters[point.emitter];
                  const bool same = e.instance == range.instance && e.primitive == t;
                  if (!same && surface.holds(e, point.position, double(error + point.error))) {
                    // The planes lie that far apart, and Embree may see either that far from where
@@ -262,11 +263,8 @@ void FlushSearch::look_from(const TriangleRange& range, uint64_t visits_left) {
 
 }  // namespace
 
-FlushSurfaces find_flush_surfaces(const std::vector<Mesh>& meshes,
-                                  const std::vector<Instance>& instances,
-                                  const std::vector<EmissiveTriangle>& emitters,
-                                  LoadProgress& progress) {
-  return FlushSearch(meshes, instances, emitters, progress).find();
+FlushSurfaces find_flush_surfaces(const PlacedEmitters& placed, LoadProgress& progress) {
+  return FlushSearch(placed, progress).find();
 }
 
 }  // namespace emberline::scene_detail

@@ -2,15 +2,17 @@
 // Private to this folder.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "renderer/core/load_progress.h"
+#include "renderer/scene/embree_api.h"
 #include "renderer/scene/embree_isa.h"
-#include "renderer/scene/motion.h"
 #include "renderer/scene/scene.h"
 
 namespace emberline::scene_detail {
@@ -151,6 +153,19 @@ inline Vec3d transform_point(const Affine& m, const Vec3d& p) {
 Imath::Box3f transformed(const Imath::Box3f& box, const Affine& m);
 Imath::Box3f bounds_of(const std::vector<Vec3f>& positions);
 
+// Between which time steps a time lies, `count` of them evenly over [0, 1]; the very floats that
+// Embree reckons with.
+struct TimeSegment {
+  size_t step = 0;
+  float share = 0.0f;  // of step + 1
+
+  TimeSegment(float time, size_t count) {
+    const float scaled = time * float(count - 1);
+    step = std::min(size_t(std::max(scaled, 0.0f)), count - 2);
+    share = scaled - float(step);
+  }
+};
+
 // Of a deforming mesh, at one of its time steps.
 inline const std::vector<Vec3f>& positions_at(const Mesh& mesh, size_t step) {
   return step == 0 ? mesh.positions : mesh.motion[step - 1].positions;
@@ -192,5 +207,7 @@ float plane_error(float largest, const Instance& instance);
 void build_bvh(RTCScene scene, LoadProgress& progress, uint64_t items);
 
 RTCRay make_ray(const Vec3f& origin, const Vec3f& direction, float t_max, float time = 0.0f);
+// That has hit nothing yet.
+RTCRayHit make_ray_hit(const RTCRay& ray);
 
 }  // namespace emberline::scene_detail

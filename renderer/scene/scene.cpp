@@ -53,20 +53,26 @@ Vec3d normal_of_collapsed(const Vec3d& e1, const Vec3d& e2) {
 namespace scene_detail {
 
 RTCRay make_ray(const Vec3f& origin, const Vec3f& direction, float t_max, float time) {
-  RTCRay ray;
-  ray.org_x = origin.x;
-  ray.org_y = origin.y;
-  ray.org_z = origin.z;
-  ray.tnear = 0.0f;
-  ray.dir_x = direction.x;
-  ray.dir_y = direction.y;
-  ray.dir_z = direction.z;
-  ray.time = time;
-  ray.tfar = t_max;
-  ray.mask = 0xffffffffu;
-  ray.id = 0;
-  ray.flags = 0;
-  return ray;
+  return {.org_x = origin.x,
+          .org_y = origin.y,
+          .org_z = origin.z,
+          .tnear = 0.0f,
+          .dir_x = direction.x,
+          .dir_y = direction.y,
+          .dir_z = direction.z,
+          .time = time,
+          .tfar = t_max,
+          .mask = 0xffffffffu,
+          .id = 0,
+          .flags = 0};
+}
+
+RTCRayHit make_ray_hit(const RTCRay& ray) {
+  RTCRayHit result;
+  result.ray = ray;
+  result.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  result.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  return result;
 }
 
 [[gnu::noinline, gnu::cold]] std::array<Vec3d, 3> moved_corners(const Mesh& mesh,
@@ -121,6 +127,7 @@ float plane_error(float largest, const Instance& instance) {
 using scene_detail::corners_at;
 using scene_detail::interpolate_vertices;
 using scene_detail::make_ray;
+using scene_detail::make_ray_hit;
 using scene_detail::plane_error;
 using scene_detail::TimeSegment;
 using scene_detail::transform_point;
@@ -142,10 +149,7 @@ Scene::~Scene() = default;
 bool Scene::intersect(const Ray& ray, CoverageKey coverage_key, SurfaceHit* hit) const {
   // Embree's traversal of a ray that is not finite takes undefined time.
   assert(finite_ray(ray.origin, ray.direction));
-  RTCRayHit ray_hit;
-  ray_hit.ray = make_ray(ray.origin, ray.direction, ray.t_max, ray.time);
-  ray_hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  ray_hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  RTCRayHit ray_hit = make_ray_hit(make_ray(ray.origin, ray.direction, ray.t_max, ray.time));
   embree::RayContext context;
   embree::init_context(context, coverage_key);
   embree::intersect(geometry_->top(), context, ray_hit);
@@ -197,13 +201,10 @@ struct FaceCollector {
 size_t Scene::faces_along(const Vec3f& from, const Vec3f& direction, float length, float time,
                           CoverageKey coverage_key, std::span<CrossedFace> out) const {
   assert(finite_ray(from, direction));
-  RTCRayHit ray_hit;
-  ray_hit.ray = make_ray(from, direction, length, time);
-  ray_hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  ray_hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  RTCRayHit ray_hit = make_ray_hit(make_ray(from, direction, length, time));
   FaceCollector collector{{}, out, 0, instances_.size()};
   embree::init_context(collector.ray, coverage_key);
-  embree::intersect_filtered(geometry_->top(), collector.ray, ray_hit, FaceCollector::collect);
+  embree::intersect(geometry_->top(), collector.ray, ray_hit, FaceCollector::collect);
   return collector.count;
 }
 
@@ -249,6 +250,35 @@ float Scene::transmittance_to_infinity(const Vec3f& from, const Vec3f& direction
                              coverage_key);
 }
 
+namespace {
+
+// Of a deforming mesh's vertices, at (u, v) of the triangle.
+template <class T>
+[[gnu::noinline, gnu::cold]] T interpolate_moved(const Mesh& mesh,
+                                                 std::vector<T> MeshArrays::*at_rest,
+                                                 std::vector<T> MeshStep::*moved,
+                                                 const SurfaceHit& hit, float time) {
+  const std::array<uint32_t, 3>& index = mesh.triangles[hit.primitive];
+  const TimeSegment at(time, mesh.motion.size() + 1);
+  const T before = interpolate_vertices(
+      at.step == 0 ? mesh.*at_rest : mesh.motion[at.step - 1].*moved, index, hit.u, hit.v);
+  const T after = interpolate_vertices(mesh.motion[at.step].*moved, index, hit.u, hit.v);
+  return before + (after - before) * at.share;
+}
+
+// Of any mesh's.
+template <class T>
+[[gnu::always_inline]] inline T interpolate_at(const Mesh& mesh,
+                                               std::vector<T> MeshArrays::*at_rest,
+                                               std::vector<T> MeshStep::*moved,
+                                               const SurfaceHit& hit, float time) {
+  if (!mesh.motion.empty()) [[unlikely]]
+    return interpolate_moved(mesh, at_rest, moved, hit, time);
+  return interpolate_vertices(mesh.*at_rest, mesh.triangles[hit.primitive], hit.u, hit.v);
+}
+
+}  // namespace
+
 // What only textures, vertex colours and coverage ask for.
 void Scene::interpolate(const Mesh& mesh, const Instance& instance, const SurfaceHit& hit,
                         float time, SurfaceInteraction& s) const {
@@ -256,17 +286,7 @@ void Scene::interpolate(const Mesh& mesh, const Instance& instance, const Surfac
   s.tangent = Vec4f(0.0f);
   if (mesh.tangents.empty()) return;
   const std::array<uint32_t, 3>& index = mesh.triangles[hit.primitive];
-  Vec4f t;
-  if (mesh.motion.empty()) [[likely]] {
-    t = interpolate_vertices(mesh.tangents, index, hit.u, hit.v);
-  } else {
-    const TimeSegment at(time, mesh.motion.size() + 1);
-    const auto step = [&](const std::vector<Vec4f>& tangents) {
-      return interpolate_vertices(tangents, index, hit.u, hit.v);
-    };
-    const Vec4f before = step(at.step == 0 ? mesh.tangents : mesh.motion[at.step - 1].tangents);
-    t = before + (step(mesh.motion[at.step].tangents) - before) * at.share;
-  }
+  const Vec4f t = interpolate_at(mesh, &MeshArrays::tangents, &MeshStep::tangents, hit, time);
   Vec3f direction(t.x, t.y, t.z);
   float handedness = mesh.tangents[index[0]].w;
   if (instance.transformed) {
@@ -297,17 +317,6 @@ void Scene::interpolate(const Mesh& mesh, const Instance& instance, const Surfac
   moved->normal_transform = {to_float(rows[0] * factor), to_float(rows[1] * factor),
                              to_float(rows[2] * factor), Vec3f(0.0f)};
   return *moved;
-}
-
-// Of a deforming mesh's vertices, at (u, v) of the triangle.
-[[gnu::noinline, gnu::cold]] Vec3f Scene::moved_normal(const Mesh& mesh, const SurfaceHit& hit,
-                                                       float time) {
-  const std::array<uint32_t, 3>& index = mesh.triangles[hit.primitive];
-  const TimeSegment at(time, mesh.motion.size() + 1);
-  const Vec3f before = interpolate_vertices(
-      at.step == 0 ? mesh.normals : mesh.motion[at.step - 1].normals, index, hit.u, hit.v);
-  const Vec3f after = interpolate_vertices(mesh.motion[at.step].normals, index, hit.u, hit.v);
-  return before + (after - before) * at.share;
 }
 
 void Scene::prefetch_triangle(const SurfaceHit& hit) const {
@@ -357,9 +366,7 @@ void Scene::interaction(const SurfaceHit& hit, float time, SurfaceInteraction* o
 
   s.shading_normal = s.geometric_normal;
   if (!mesh.normals.empty()) {
-    Vec3f n = mesh.motion.empty()
-                  ? interpolate_vertices(mesh.normals, mesh.triangles[hit.primitive], hit.u, hit.v)
-                  : moved_normal(mesh, hit, time);
+    Vec3f n = interpolate_at(mesh, &MeshArrays::normals, &MeshStep::normals, hit, time);
     if (instance.transformed) n = transform_vector(instance.normal_transform, n);
     s.shading_normal = normalize_or(n, s.geometric_normal);
   }

@@ -118,6 +118,7 @@ struct Mesh : KeptMesh {
 // Row-vector affine transform, the very floats Embree is given.
 struct Affine {
   Vec3f x, y, z, translation;
+  bool operator==(const Affine&) const = default;
 };
 
 struct Instance {
@@ -265,7 +266,6 @@ class Scene : private EmitterMotion {
                                                scene_detail::Instance* moved) const;
   float offset_of(const scene_detail::Instance& instance, uint32_t index, uint32_t primitive,
                   float time) const;
-  static Vec3f moved_normal(const scene_detail::Mesh& mesh, const SurfaceHit& hit, float time);
   void prefer_flush_emitter(const Ray& ray, CoverageKey coverage_key, SurfaceHit* hit) const;
   Vec3d place_at(const SurfaceHit& hit, float time) const;
   Vec3d place_later(const scene_detail::LaterPlace& later, const SurfaceHit& hit) const;

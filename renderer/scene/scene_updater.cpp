@@ -260,7 +260,7 @@ void SceneUpdater::build_lights() {
     std::vector<EmissiveTriangle> before;
     if (scene_.lights_) before = scene_.lights_->triangles();
     LightSampler lights(other_emitters ? collect_emitters() : std::move(before), std::move(points),
-                        scene_.environment_, {}, &scene_.emitter_motion());
+                        scene_.environment_, &scene_.emitter_motion());
     if (scene_.lights_) {
       *scene_.lights_ = std::move(lights);  // in its place: flush_ refers to its triangles
     } else {
@@ -279,7 +279,7 @@ void SceneUpdater::find_flush_emitters(const std::vector<EmissiveTriangle>& befo
   const std::vector<EmissiveTriangle>& triangles = scene_.lights_->triangles();
   if (std::ranges::equal(before, triangles, same_flush_surfaces)) return;
   scene_.flush_ = scene_detail::FlushEmitters::find(
-      scene_.meshes_, scene_.instances_, scene_.shown_, *scene_.geometry_, triangles, progress_);
+      {scene_.meshes_, scene_.instances_, scene_.shown_, triangles}, *scene_.geometry_, progress_);
   scene_.geometry_->device()->check();
 }
 

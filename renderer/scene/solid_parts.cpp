@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <map>
 
-#include "renderer/scene/solid_shape.h"
+#include "renderer/scene/scene.h"
 #include "renderer/scene/solids.h"
 
 namespace emberline {

@@ -1,5 +1,3 @@
-#include "renderer/scene/solid_shape.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,6 +9,7 @@
 #include "renderer/core/log.h"
 #include "renderer/core/shortened.h"
 #include "renderer/scene/geometry.h"
+#include "renderer/scene/solids.h"
 
 namespace emberline::scene_detail {
 namespace {

@@ -1,7 +1,5 @@
 #include "renderer/scene/solids.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,7 +9,6 @@
 #include "renderer/core/shortened.h"
 #include "renderer/scene/geometry.h"
 #include "renderer/scene/interior.h"
-#include "renderer/scene/solid_shape.h"
 
 namespace emberline {
 

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -20,8 +21,14 @@ class MemoryReservation;
 class Scene;
 struct SceneDescription;
 namespace scene_detail {
+struct Mesh;
 struct SolidShape;
-}
+
+// What meshes enclose, one alone or several together. `meshes` are in one space and have triangles.
+// Warns of closed ones that are inside out if they are given a name. Throws Cancelled.
+SolidShape shape_of(std::span<const Mesh* const> meshes, const std::string* name,
+                    LoadProgress& progress);
+}  // namespace scene_detail
 
 class Solids {
  public:

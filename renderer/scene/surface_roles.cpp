@@ -4,11 +4,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <optional>
 #include <set>
 
 #include "renderer/core/errors.h"
+#include "renderer/core/name_or_index.h"
 #include "renderer/core/names.h"
 #include "renderer/core/shortened.h"
 
@@ -64,13 +64,9 @@ std::vector<size_t> find_nodes(const std::string& wanted, const Nodes& nodes) {
   for (size_t i = 0; i < nodes.size(); ++i) {
     if (nodes[i].name == wanted) found.push_back(i);
   }
-  size_t index = 0;
-  const auto [end, error] = std::from_chars(wanted.data(), wanted.data() + wanted.size(), index);
-  if (found.empty() && error == std::errc() && end == wanted.data() + wanted.size() &&
-      index < nodes.size()) {
-    found.push_back(index);
-  }
-  return found;
+  if (!found.empty()) return found;
+  if (const std::optional<size_t> index = parse_index(wanted, nodes.size())) return {*index};
+  return {};
 }
 
 void give(const char* option, SurfaceRole role, std::string_view list, const Nodes& nodes,

@@ -124,7 +124,7 @@ ListedScene describe(const SceneDescription& description, const RenderOptions& o
   }
   open.animations = description.animations;
   open.bounds = framed_bounds(description);
-  if (!open.bounds.empty()) open.center = open.bounds.center();
+  if (!open.bounds.isEmpty()) open.center = open.bounds.center();
   if (open.bounds.radius() > 0.0) open.radius = open.bounds.radius();
   return open;
 }

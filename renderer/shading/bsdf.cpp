@@ -66,18 +66,6 @@ Rgb SurfaceBsdf::eval(const Vec3f& wi) const {
   return eval_and_pdf(wi, &unused);
 }
 
-float SurfaceBsdf::pdf(const Vec3f& wi) const {
-  if (list_) {
-    float density;
-    eval_list(wi, &density);
-    return density;
-  }
-  if (below_surface(wi)) return 0.0f;
-  float density = specular_ == SpecularKind::kGgx ? specular_pick_ * ggx_.evaluate(wi).pdf : 0.0f;
-  if (has_cosine_) density = fma(1.0f - specular_pick_, wi.z * kInvPi, density);
-  return density;
-}
-
 BsdfSample SurfaceBsdf::sample(float u_lobe, const Vec2f& u) const {
   return list_ ? sample_list(u_lobe, u) : sample_plain(u);
 }

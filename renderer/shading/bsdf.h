@@ -69,7 +69,6 @@ class SurfaceBsdf {
   // f(wo, wi) |wi.z|, delta lobes left out; 0 when wi is below the surface, unless it transmits.
   Rgb eval(const Vec3f& wi) const;
   // Density with which sample() returns wi, delta lobes left out.
-  float pdf(const Vec3f& wi) const;
   // eval and pdf at the price of little more than one.
   Rgb eval_and_pdf(const Vec3f& wi, float* pdf) const;
   // u_lobe chooses from the list of lobes; the base divides u among its two.

@@ -10,8 +10,6 @@
 
 namespace emberline {
 
-inline float pow5(float x) { return square(square(x)) * x; }
-
 inline float sum(Color4 c) { return c[0] + c[1] + c[2]; }
 
 // Schlick 1994, "An Inexpensive BRDF Model for Physically-based Rendering". f90 is 1 in plain glTF.

@@ -9,30 +9,29 @@ double srgb_to_linear(double encoded) {
   return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
 }
 
-const std::array<float, 256>& srgb8_table() {
-  static const auto table = [] {
-    std::array<float, 256> t;
-    for (size_t i = 0; i < t.size(); ++i) t[i] = float(srgb_to_linear(double(i) / 255));
-    return t;
-  }();
+namespace {
+
+// Of all codes of a width, on [0, 1].
+std::vector<float> decoded_codes(size_t count, double (*decode)(double)) {
+  std::vector<float> table(count);
+  for (size_t i = 0; i < count; ++i) table[i] = float(decode(double(i) / double(count - 1)));
   return table;
 }
 
-const std::array<float, 256>& linear8_table() {
-  static const auto table = [] {
-    std::array<float, 256> t;
-    for (size_t i = 0; i < t.size(); ++i) t[i] = float(double(i) / 255);
-    return t;
-  }();
+}  // namespace
+
+const std::vector<float>& srgb8_table() {
+  static const std::vector<float> table = decoded_codes(256, srgb_to_linear);
+  return table;
+}
+
+const std::vector<float>& linear8_table() {
+  static const std::vector<float> table = decoded_codes(256, [](double x) { return x; });
   return table;
 }
 
 const std::vector<float>& srgb16_table() {
-  static const auto table = [] {
-    std::vector<float> t(65536);
-    for (size_t i = 0; i < t.size(); ++i) t[i] = float(srgb_to_linear(double(i) / 65535));
-    return t;
-  }();
+  static const std::vector<float> table = decoded_codes(65536, srgb_to_linear);
   return table;
 }
 

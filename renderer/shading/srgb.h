@@ -1,8 +1,6 @@
 // The sRGB curve and its tables for integer texels.
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <vector>
 
 namespace emberline {
@@ -11,8 +9,8 @@ namespace emberline {
 double srgb_to_linear(double encoded);
 
 // Values of all 8-bit codes: linear light for colour, code / 255 for data.
-const std::array<float, 256>& srgb8_table();
-const std::array<float, 256>& linear8_table();
+const std::vector<float>& srgb8_table();
+const std::vector<float>& linear8_table();
 
 // Values of all 16-bit sRGB codes: 256 KiB, built (2 ms) when the first 16-bit colour texture asks.
 const std::vector<float>& srgb16_table();

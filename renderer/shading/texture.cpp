@@ -246,14 +246,11 @@ bool Texture::is_opaque() const {
 
 float Texture::bilinear_alpha(const Vec2f& uv) const {
   if (!has_alpha_channel()) return 1.0f;
-  const Vec2f at = transformed(uv);
-  const Taps s = taps(at.x, width_, wrap_s_);
-  const Taps t = taps(at.y, height_, wrap_t_);
-  if (nearest_) return alpha_texel(s.first, t.first);
-  const float top = lerp(alpha_texel(s.first, t.first), alpha_texel(s.second, t.first), s.fraction);
-  const float bottom =
-      lerp(alpha_texel(s.first, t.second), alpha_texel(s.second, t.second), s.fraction);
-  return lerp(top, bottom, t.fraction);
+  const TexelCorners c = corners(uv);
+  const auto across = [&](int row) {
+    return lerp(alpha_texel(c.column[0], row), alpha_texel(c.column[1], row), c.right);
+  };
+  return lerp(across(c.row[0]), across(c.row[1]), c.below);
 }
 
 }  // namespace emberline

@@ -40,8 +40,8 @@ class Nobody final : public RenderSink {
 // Around the scene at twice its radius, as bright as a sky of radiance 1 / N in its middle.
 void add_lamps(int count, SceneDescription& scene) {
   const WorldBounds bounds = world_bounds(scene);
-  const double distance = bounds.empty() ? 1.0 : 2.0 * bounds.radius();
-  const Vec3d center = bounds.empty() ? Vec3d(0.0) : bounds.center();
+  const double distance = bounds.isEmpty() ? 1.0 : 2.0 * bounds.radius();
+  const Vec3d center = bounds.isEmpty() ? Vec3d(0.0) : bounds.center();
   for (int i = 0; i < count; ++i) {
     PunctualLightDescription lamp;
     lamp.name = fmt::format("lamp {}", i);

@@ -7,6 +7,7 @@
 #include "renderer/lights/environment_light.h"
 #include "renderer/lights/light_sampler.h"
 #include "support/moving_scenes.h"
+#include "support/single_queries.h"
 
 namespace emberline::bench {
 namespace {
@@ -36,15 +37,17 @@ void add_environments() {
         return square_to_sphere(random ? random_point(20, i)
                                        : Vec2f(0.3f, 0.4f) + random_point(20, i) * 0.01f);
       });
-      add_benchmark(name + "/radiance" + way,
-                    [light, direction]() mutable { return light->radiance(direction()).x; });
+      add_benchmark(name + "/radiance" + way, [light, direction]() mutable {
+        return test::radiance_of(*light, direction()).x;
+      });
       add_benchmark(name + "/radiance_and_pdf" + way, [light, direction]() mutable {
         float pdf = 0.0f;
         return light->radiance_and_pdf(direction(), &pdf).x + pdf;
       });
     }
     auto random = inputs([](uint32_t i) { return square_to_sphere(random_point(20, i)); });
-    add_benchmark(name + "/pdf/random", [light, random]() mutable { return light->pdf(random()); });
+    add_benchmark(name + "/pdf/random",
+                  [light, random]() mutable { return test::pdf_of(*light, random()); });
     add_benchmark(name + "/sample", [light, u = inputs([](uint32_t i) {
                                               return random_point(21, i);
                                             })]() mutable { return light->sample(u()).pdf; });
@@ -67,18 +70,19 @@ void add_lights() {
       t.p2 = t.p0 + anywhere(36, i, 0.3f);
       t.mean_radiance = Rgb(0.1f + random_unit(39, i));
     }
-    const auto lights = std::make_shared<const LightSampler>(
-        std::move(triangles), std::vector<PointLight>{}, nullptr, LightSamplerSettings{});
+    const auto lights = std::make_shared<const LightSampler>(std::move(triangles),
+                                                             std::vector<PointLight>{}, nullptr);
     auto query = inputs([](uint32_t i) {
       return LightQuery{anywhere(40, i, 100.0f), square_to_sphere(random_point(43, i))};
     });
     const std::string name = "lights/" + std::to_string(count);
-    add_benchmark(
-        name + "/sample",
-        [lights, query, u = inputs([](uint32_t i) { return random_point(44, i); }),
-         i = 0u]() mutable { return lights->sample(query(), random_unit(45, ++i), u()).pdf; });
+    add_benchmark(name + "/sample",
+                  [lights, query, u = inputs([](uint32_t i) { return random_point(44, i); }),
+                   i = 0u]() mutable {
+                    return test::sample_one(*lights, query(), random_unit(45, ++i), u()).pdf;
+                  });
     add_benchmark(name + "/pdf", [lights, query, count, i = 0u]() mutable {
-      return lights->pdf_triangle(query(), ++i % count, {0, 0, 1}, 10.0f);
+      return lights->pdf_triangle(query(), ++i % count, 10.0f);
     });
   }
 }

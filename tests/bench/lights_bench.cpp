@@ -11,6 +11,7 @@
 #include "renderer/lights/light_sampler.h"
 #include "renderer/lights/triangle_sampling.h"
 #include "support/chi_square.h"
+#include "support/single_queries.h"
 
 namespace emberline {
 namespace {
@@ -81,9 +82,11 @@ void bench_environment() {
     const EnvironmentLight light(sky_map(width), 1.0f, 30.0f);
     const std::chrono::duration<double, std::milli> build = Clock::now() - start;
     std::printf("environment %d: tables %.1f ms (image included)\n", width, build.count());
-    std::printf("  radiance          %6.1f ns random %6.1f coherent\n",
-                nanoseconds([&](int i) { return light.radiance(random_directions[size_t(i)]).x; }),
-                nanoseconds([&](int i) { return light.radiance(coherent[size_t(i)]).x; }));
+    std::printf(
+        "  radiance          %6.1f ns random %6.1f coherent\n", nanoseconds([&](int i) {
+          return test::radiance_of(light, random_directions[size_t(i)]).x;
+        }),
+        nanoseconds([&](int i) { return test::radiance_of(light, coherent[size_t(i)]).x; }));
     const auto both = [&light](const Vec3f& w) {
       float pdf = 0;
       return light.radiance_and_pdf(w, &pdf).x + pdf;
@@ -110,7 +113,10 @@ void bench_triangles() {
     const auto at = [&](int i) { return points[size_t(i)] * distance; };
     std::printf("  sample, %-9s %6.1f ns\n", distance == 1 ? "spherical" : "by area",
                 nanoseconds([&](int i) {
-                  return sample_triangle(see_triangle(p0, p1, p2, at(i)), at(i), u[size_t(i)]).pdf;
+                  TriangleBatch batch;
+                  batch.add({p0, p1, p2}, at(i), u[size_t(i)]);
+                  batch.sample();
+                  return batch[0].pdf;
                 }));
   }
   for (int together : {1, 4, kRayBatch}) {
@@ -145,18 +151,18 @@ void bench_sampler() {
     for (uint32_t threshold : {1u, 1u << 30}) {
       if (threshold > 1 && count > 1000) continue;
       const auto start = Clock::now();
-      const LightSampler lights(emitters(count), {}, nullptr, {threshold});
+      const LightSampler lights(emitters(count), {}, nullptr, nullptr, threshold);
       const std::chrono::duration<double, std::milli> build = Clock::now() - start;
       const double sample = nanoseconds([&](int i) {
-        return lights.sample(queries[size_t(i)], picks[size_t(i)], u[size_t(i)]).pdf;
+        return test::sample_one(lights, queries[size_t(i)], picks[size_t(i)], u[size_t(i)]).pdf;
       });
       const double pdf = nanoseconds([&](int i) {
-        return lights.pdf_triangle(queries[size_t(i)], uint32_t(i) % uint32_t(count), {0, 0, 1}, 1);
+        return lights.pdf_triangle(queries[size_t(i)], uint32_t(i) % uint32_t(count), 1);
       });
       Moments one;
       for (int i = 0; i < kCalls; ++i) {
         const LightQuery query{Vec3f(0.0f), Vec3f(0, 1, 0), true};
-        const LightSample s = lights.sample(query, picks[size_t(i)], u[size_t(i)]);
+        const LightSample s = test::sample_one(lights, query, picks[size_t(i)], u[size_t(i)]);
         if (s.pdf > 0)
           one.add(luminance(lights.triangles()[s.index].mean_radiance) *
                   std::abs(dot(s.direction, query.normal)) / s.pdf);

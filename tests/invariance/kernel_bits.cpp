@@ -21,6 +21,7 @@
 #include "renderer/shading/shading_normal.h"
 #include "renderer/shading/texture.h"
 #include "samplers/sampler.h"
+#include "support/single_queries.h"
 
 namespace emberline {
 namespace {
@@ -175,16 +176,16 @@ void lights(const char* name, size_t triangles) {
     points[i].intensity = Rgb(random.next() + 0.5f);
   }
   const auto sky = std::make_shared<const EnvironmentLight>(noise(64, 32, 3), 0.5f, 30.0f);
-  const LightSampler sampler(emitters, points, sky, {});
+  const LightSampler sampler(emitters, points, sky);
   Bits bits;
   for (uint32_t i = 0; i < kRounds; ++i) {
     const LightQuery query{random.cube(2.0f), random.direction(), i % 4 == 0};
     const float u_pick = random.next();
-    const LightSample s = sampler.sample(query, u_pick, random.square());
+    const LightSample s = test::sample_one(sampler, query, u_pick, random.square());
     add_light_sample(s, &bits);
-    bits.add(sampler.pdf_environment(query, random.direction()));
-    bits.add(sampler.pdf_triangle(query, i % uint32_t(triangles), s.direction, 1.0f));
-    bits.add(sky->radiance(random.direction()));
+    bits.add(test::pdf_environment(sampler, query, random.direction()));
+    bits.add(sampler.pdf_triangle(query, i % uint32_t(triangles), 1.0f));
+    bits.add(test::radiance_of(*sky, random.direction()));
   }
   bits.print(name);
 }

@@ -12,6 +12,7 @@
 #include "renderer/lights/light_sampler.h"
 #include "support/chi_square.h"
 #include "support/closed_forms.h"
+#include "support/single_queries.h"
 
 namespace emberline::test {
 
@@ -60,7 +61,8 @@ std::vector<PointLight> points_of(const Points&... points) {
 inline LightSampler make(Triangles triangles, std::vector<PointLight> points = {},
                          std::shared_ptr<const EnvironmentLight> environment = nullptr,
                          uint32_t threshold = 16) {
-  return LightSampler(std::move(triangles), std::move(points), std::move(environment), {threshold});
+  return LightSampler(std::move(triangles), std::move(points), std::move(environment), nullptr,
+                      threshold);
 }
 
 // What a sample adds to the irradiance at the query: nothing occludes.
@@ -80,7 +82,7 @@ inline Moments estimate(const LightSampler& lights, const LightQuery& query, int
   for (int i = 0; i < samples; ++i) {
     TestRandom random(seed, uint64_t(i));
     const float pick = random.next();
-    moments.add(irradiance_of(lights, query, lights.sample(query, pick, random.vec2())));
+    moments.add(irradiance_of(lights, query, test::sample_one(lights, query, pick, random.vec2())));
   }
   return moments;
 }

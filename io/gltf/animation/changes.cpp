@@ -10,7 +10,6 @@
 #include "io/gltf/geometry/node_objects.h"
 #include "renderer/core/constants.h"
 #include "renderer/core/errors.h"
-#include "renderer/core/limit_error.h"
 
 namespace emberline {
 namespace {
@@ -228,7 +227,7 @@ GltfChanges::Curve<Value> GltfChanges::curve(const std::vector<Source>& sources,
     const double from = times[i], to = times[i + 1], inside = 0.5 * (from + to);
     // Steps as they are between the two, so that both sides of a jump are known.
     const auto at = [&](double seconds) {
-      std::array<double, 6> numbers;
+      std::array<double, 6> numbers = {};
       size_t n = 0;
       for (const Source& source : sources) {
         const std::span<double> out = std::span(numbers).subspan(n, source.fixed.size());

@@ -12,10 +12,8 @@ namespace emberline {
 
 using nlohmann::json;
 
-GltfPoses::GltfPoses(const GltfDocument& document, const tinygltf::Model& model,
-                     const GltfShutter& shutter)
+GltfPoses::GltfPoses(const GltfDocument& document, const GltfShutter& shutter)
     : document_(document),
-      model_(model),
       shutter_(shutter),
       memory_(document.progress->budget(), MemoryPart::kGeometry) {
   for (const json& mesh : document.array("meshes")) defaults_.push_back(morph_defaults(mesh));
@@ -36,7 +34,7 @@ const SkinPose& GltfPoses::skin(int index) {
   const auto [entry, is_new] = skins_.try_emplace(index);
   SkinPose& pose = entry->second;
   if (!is_new) return pose;
-  const tinygltf::Skin& source = model_.skins[size_t(index)];
+  const tinygltf::Skin& source = document_.model->skins[size_t(index)];
   const std::string pointer = "/skins/" + std::to_string(index);
   const std::string place = document_.place(pointer);
   document_.faults->require(pointer);
@@ -81,12 +79,12 @@ const std::vector<double>& GltfPoses::weights_of(size_t node, size_t step) const
   const GltfPose& pose = shutter_.pose(step);
   const auto posed = pose.find(node);
   if (posed != pose.end() && !posed->second.weights.empty()) return posed->second.weights;
-  const tinygltf::Node& source = model_.nodes[node];
+  const tinygltf::Node& source = document_.model->nodes[node];
   return source.weights.empty() ? defaults_[size_t(source.mesh)].weights : source.weights;
 }
 
 std::vector<MeshPose> GltfPoses::of(size_t node) {
-  const tinygltf::Node& source = model_.nodes[node];
+  const tinygltf::Node& source = document_.model->nodes[node];
   const bool morphs = defaults_[size_t(source.mesh)].morphs;
   static const std::vector<std::vector<Mat44d>> no_skin;
   const auto& joints = source.skin >= 0 ? skin(source.skin).joints : no_skin;
@@ -107,7 +105,7 @@ std::vector<MeshPose> GltfPoses::of(size_t node) {
 }
 
 bool GltfPoses::has_own_weights(size_t node) const {
-  const MorphDefaults& defaults = defaults_[size_t(model_.nodes[node].mesh)];
+  const MorphDefaults& defaults = defaults_[size_t(document_.model->nodes[node].mesh)];
   if (!defaults.morphs) return false;
   const auto posed = shutter_.pose().find(node);
   const bool is_animated = posed != shutter_.pose().end() && !posed->second.weights.empty();

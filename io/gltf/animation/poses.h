@@ -19,7 +19,7 @@ struct SkinPose {
 class GltfPoses {
  public:
   // The arguments outlive it, and it what it returns.
-  GltfPoses(const GltfDocument& document, const tinygltf::Model& model, const GltfShutter& shutter);
+  GltfPoses(const GltfDocument& document, const GltfShutter& shutter);
 
   // Whether the mesh has targets; and whether their weights are animated, or others than the
   // mesh's, where the node wears it.
@@ -42,7 +42,6 @@ class GltfPoses {
   const std::vector<double>& weights_of(size_t node, size_t step) const;
 
   const GltfDocument& document_;
-  const tinygltf::Model& model_;
   const GltfShutter& shutter_;
   std::vector<MorphDefaults> defaults_;  // per mesh
   std::map<int, SkinPose> skins_;        // those that nodes wear

@@ -62,7 +62,7 @@ WorldBounds position_bounds(const GltfDocument& document, const json& mesh) {
         corner[c] = number.is_number() ? number.get<double>() : HUGE_VAL;
         if (!(std::abs(corner[c]) <= std::numeric_limits<float>::max())) return {};
       }
-      bounds.add(corner);
+      bounds.extendBy(corner);
     }
   }
   return bounds;
@@ -83,10 +83,8 @@ size_t keys_within(const GltfAnimation& animation, double open, double close) {
 
 }  // namespace
 
-GltfShutter::GltfShutter(const GltfDocument& document, const tinygltf::Model& model,
-                         const GltfAnimation& animation)
+GltfShutter::GltfShutter(const GltfDocument& document, const GltfAnimation& animation)
     : document_(document),
-      model_(model),
       animation_(animation),
       open_(animation.open),
       close_(animation.later.value_or(animation.close)),
@@ -97,7 +95,7 @@ GltfShutter::GltfShutter(const GltfDocument& document, const tinygltf::Model& mo
     }
   }
   poses_.push_back(pose_at(animation, open_));
-  world_ = world_transforms(document, model, poses_[0]);
+  world_ = world_transforms(document, poses_[0]);
   if (!(open_ < close_) || animation.nodes.empty()) return;
   find_moving_nodes();
   size_t most = is_instant() ? 1 : kMostSegments;
@@ -117,7 +115,7 @@ GltfShutter::GltfShutter(const GltfDocument& document, const tinygltf::Model& mo
 }
 
 void GltfShutter::find_moving_nodes() {
-  std::vector<char> posed(model_.nodes.size(), 0);
+  std::vector<char> posed(document_.model->nodes.size(), 0);
   for (const NodeTrack& track : animation_.nodes) {
     const NodeProperty property = track.target.property;
     if (property == NodeProperty::kTranslation || property == NodeProperty::kRotation ||
@@ -125,7 +123,7 @@ void GltfShutter::find_moving_nodes() {
       posed[track.target.node] = 1;
     }
   }
-  moving_.assign(model_.nodes.size(), kAtRest);
+  moving_.assign(document_.model->nodes.size(), kAtRest);
   for (const int node : document_.node_order) {
     const int parent = document_.parents[size_t(node)];
     const bool carried = parent >= 0 && moving_[size_t(parent)] != kAtRest;
@@ -146,7 +144,7 @@ void GltfShutter::pose_at_steps(size_t segments) {
     std::vector<Mat44d>& worlds = motion_.emplace_back();
     worlds.reserve(order_.size());
     for (const size_t node : order_) {
-      Mat44d m = local_transform(document_, model_, node, poses_.back());
+      Mat44d m = local_transform(document_, node, poses_.back());
       const int parent = document_.parents[node];
       if (parent >= 0) {
         m = m * (moves(size_t(parent)) ? worlds[moving_[size_t(parent)]] : world_[size_t(parent)]);
@@ -161,7 +159,7 @@ void GltfShutter::pose_at_steps(size_t segments) {
 // A mesh that says nothing counts as large as its way is long.
 double GltfShutter::radius_of(size_t i) const {
   const size_t node = order_[i];
-  const int mesh = model_.nodes[node].mesh;
+  const int mesh = document_.model->nodes[node].mesh;
   if (mesh < 0) return 0.0;
   const double of_mesh = radius(size_t(mesh));
   if (std::isfinite(of_mesh)) {
@@ -199,7 +197,7 @@ bool GltfShutter::fine_enough() const {
     const double radius = radius_of(i);
     const bool is_seen = radius > 0.0;
     if (is_seen && is_mirrored_midway(i)) return false;
-    const int mesh = model_.nodes[order_[i]].mesh;
+    const int mesh = document_.model->nodes[order_[i]].mesh;
     const double of_mesh = mesh < 0 ? 0.0 : this->radius(size_t(mesh));
     const double own = std::isfinite(of_mesh) ? of_mesh : 1.0;
     for (size_t step = 0; step + 2 < steps(); step += 2) {
@@ -227,7 +225,7 @@ bool GltfShutter::fine_enough() const {
 
 double GltfShutter::radius(size_t mesh) const {
   const WorldBounds& b = bounds_[mesh];
-  if (b.empty()) return std::numeric_limits<double>::infinity();
+  if (b.isEmpty()) return std::numeric_limits<double>::infinity();
   Vec3d corner;
   for (int c = 0; c < 3; ++c) corner[c] = std::max(std::abs(b.min[c]), std::abs(b.max[c]));
   return corner.length();

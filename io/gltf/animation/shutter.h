@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "io/gltf/animation/animation.h"
-#include "io/gltf/document/tiny_gltf_forward.h"
 #include "io/gltf/geometry/mesh.h"
 
 namespace emberline {
@@ -13,8 +12,7 @@ namespace emberline {
 class GltfShutter {
  public:
   // Of an animation. Throws InputError when memory does not allow it.
-  GltfShutter(const GltfDocument& document, const tinygltf::Model& model,
-              const GltfAnimation& animation);
+  GltfShutter(const GltfDocument& document, const GltfAnimation& animation);
 
   // Of every node, as the shutter opens.
   const std::vector<Mat44d>& world() const { return world_; }
@@ -43,7 +41,6 @@ class GltfShutter {
   double radius_of(size_t i) const;  // of a node of order_
 
   const GltfDocument& document_;
-  const tinygltf::Model& model_;
   const GltfAnimation& animation_;
   const double open_, close_;
   std::vector<WorldBounds> bounds_;  // per mesh

@@ -1,11 +1,11 @@
 #include "io/gltf/animation/target.h"
 
 #include <algorithm>
-#include <charconv>
 #include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "io/gltf/document/schema.h"
+#include "renderer/core/name_or_index.h"
 #include "renderer/core/shortened.h"
 
 namespace emberline {
@@ -25,13 +25,9 @@ constexpr NodePropertyEntry kNodeProperties[] = {
     {"weights", NodeProperty::kWeights, 0},  // as many as the mesh has targets
     {"extensions/KHR_node_visibility/visible", NodeProperty::kVisible, 1}};
 
-// A whole number as JSON pointers write it, below `end`.
-std::optional<size_t> parse_index(std::string_view text, size_t end) {
-  size_t value = 0;
-  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  const bool whole = error == std::errc() && stop == text.data() + text.size();
-  if (!whole || value >= end || (text.size() > 1 && text.front() == '0')) return std::nullopt;
-  return value;
+// As JSON pointers write it.
+std::optional<size_t> pointer_index(std::string_view text, size_t end) {
+  return text.size() > 1 && text.front() == '0' ? std::nullopt : parse_index(text, end);
 }
 
 const json* mesh_of(const GltfDocument& document, size_t node) {
@@ -112,7 +108,7 @@ GltfTarget TargetFinder::of_node(size_t node, std::string_view path, bool by_poi
   }
   target.width = weights;
   if (one_weight) {
-    const auto which = parse_index(path.substr(kOneWeight.size()), weights);
+    const auto which = pointer_index(path.substr(kOneWeight.size()), weights);
     if (!which) give_up(member, "the mesh of node {} has {} morph targets", node, weights);
     target.node = {node, NodeProperty::kWeight, *which};
     target.width = 1;
@@ -125,7 +121,7 @@ GltfTarget TargetFinder::of_pointer(const std::string& text) const {
   if (!text.starts_with(kNodes)) return of_number(text);
   const std::string_view rest = std::string_view(text).substr(kNodes.size());
   const size_t slash = std::min(rest.find('/'), rest.size());
-  const auto node = parse_index(rest.substr(0, slash), document_.array("nodes").size());
+  const auto node = pointer_index(rest.substr(0, slash), document_.array("nodes").size());
   if (!node) give_up(kPointer, "\"{}\" does not exist", shortened(text));
   return of_node(*node, rest.substr(std::min(slash + 1, rest.size())), true);
 }

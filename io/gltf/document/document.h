@@ -22,7 +22,13 @@
 #include "renderer/core/file_identity.h"
 #include "renderer/core/load_progress.h"
 
+// tinygltf's name in this program; see tiny_gltf_renamed.h.
+namespace emberline_tinygltf {
+class Model;
+}
+
 namespace emberline {
+namespace tinygltf = ::emberline_tinygltf;
 
 // Bytes of a buffer, or decoded ones. Without either it is broken.
 struct GltfView {
@@ -67,8 +73,10 @@ struct GltfDocument {
   std::vector<GltfAccessor> accessors;
   std::vector<int> parents;     // per node, -1 for roots; acyclic
   std::vector<int> node_order;  // parents before children, without those on or below a cycle
-  uint64_t total_bytes = 0;     // of the file and its buffers: what counts are held against
-  uint64_t most_zeros = 0;      // the longest accessor without data that is believed
+  std::shared_ptr<const tinygltf::Model> model;  // see parse_gltf_model
+  MemoryReservation model_memory;
+  uint64_t total_bytes = 0;  // of the file and its buffers: what counts are held against
+  uint64_t most_zeros = 0;   // the longest accessor without data that is believed
 
   // "file#/json/pointer", for InputError.
   std::string place(const std::string& pointer) const { return file + "#" + pointer; }
@@ -129,6 +137,12 @@ void check_gltf_accessors(GltfDocument& document);
 void check_gltf_nodes(GltfDocument& document);
 void check_gltf_skins(GltfDocument& document);
 void check_gltf_cameras_and_lights(GltfDocument& document);
+
+// Asset, scenes, nodes, materials, textures, samplers, cameras, skins and punctual lights of a
+// checked document, with glTF's defaults filled in. tinygltf does not get to see the bytes: it
+// reads what check_schema has passed, without extras, buffers, accessors, meshes and images,
+// because version 2.7 follows indices and offsets of those without looking. Throws InputError.
+void parse_gltf_model(GltfDocument& document);
 
 // Member `key` of an object, or null when it is absent.
 const nlohmann::json* find_member(const nlohmann::json& object, const char* key);

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cctype>
 
-#include "renderer/core/limit_error.h"
+#include "renderer/core/errors.h"
 
 namespace emberline {
 namespace {

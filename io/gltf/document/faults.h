@@ -5,7 +5,6 @@
 // needs the object asks with require(), and what nobody asked for is warned of at the end.
 #pragma once
 
-#include <cstdint>
 #include <deque>
 #include <initializer_list>
 #include <map>

@@ -6,7 +6,6 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "io/gltf/document/meshopt_v1.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/shortened.h"
 

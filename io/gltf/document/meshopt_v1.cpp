@@ -1,4 +1,4 @@
-#include "io/gltf/document/meshopt_v1.h"
+#include "io/gltf/document/meshopt.h"
 
 #include <algorithm>
 #include <array>

@@ -1,8 +1,7 @@
-#include "io/gltf/document/model.h"
-
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "io/gltf/document/document.h"
 #include "io/gltf/document/tiny_gltf_renamed.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/shortened.h"
@@ -43,9 +42,8 @@ void drop_extensions(json& value) {
   for (json& member : value) drop_extensions(member);
 }
 
-}  // namespace
-
-uint64_t gltf_model_bytes(const GltfDocument& document) {
+// About what the model takes, and its making.
+uint64_t model_bytes(const GltfDocument& document) {
   constexpr std::pair<const char*, size_t> kArrays[] = {
       {"scenes", sizeof(tinygltf::Scene)},       {"nodes", sizeof(tinygltf::Node)},
       {"materials", sizeof(tinygltf::Material)}, {"textures", sizeof(tinygltf::Texture)},
@@ -61,7 +59,12 @@ uint64_t gltf_model_bytes(const GltfDocument& document) {
   return 2 * objects + document.json_memory.bytes() / 4 * 9;
 }
 
-std::shared_ptr<const tinygltf::Model> parse_gltf_model(const GltfDocument& document) {
+}  // namespace
+
+void parse_gltf_model(GltfDocument& document) {
+  document.model.reset();
+  document.model_memory = MemoryReservation(document.progress->budget(), MemoryPart::kFile,
+                                            model_bytes(document), document.file);
   json reduced = json::object();
   const json& asset = document.json->at("asset");
   reduced["asset"]["version"] = asset.at("version");
@@ -102,7 +105,7 @@ std::shared_ptr<const tinygltf::Model> parse_gltf_model(const GltfDocument& docu
     for (char& c : error) c = c == '\n' ? ' ' : c;
     throw InputError(document.file, "tinygltf cannot read it: " + shortened(error));
   }
-  return model;
+  document.model = std::move(model);
 }
 
 }  // namespace emberline

@@ -7,8 +7,6 @@
 // which are not used here.
 #pragma once
 
-#include "io/gltf/document/tiny_gltf_forward.h"
-
 #define TINYGLTF_NO_STB_IMAGE
 #define TINYGLTF_NO_STB_IMAGE_WRITE
 #define TINYGLTF_NO_FS

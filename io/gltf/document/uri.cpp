@@ -149,28 +149,25 @@ std::vector<uint8_t> decode_data_uri(std::string_view uri, const std::string& pl
   const std::string_view payload = uri.substr(comma + 1);
 
   // media type, then parameters; only the last may be the bare word "base64" (RFC 2397).
-  bool base64 = false;
-  bool first = true;
-  while (true) {
-    const size_t end = head.find(';');
-    const std::string_view part = head.substr(0, end);
-    const bool last = end == std::string_view::npos;
-    if (first) {
-      const size_t slash = part.find('/');
-      const bool typed = slash != std::string_view::npos && is_mime_token(part.substr(0, slash)) &&
-                         is_mime_token(part.substr(slash + 1));
-      if (!part.empty() && !typed) {
-        throw InputError(place, "data URI with a malformed media type: " + shortened(uri));
-      }
-    } else if (last && part == "base64") {
-      base64 = true;
-    } else if (const size_t equals = part.find('=');
-               equals == std::string_view::npos || !is_mime_token(part.substr(0, equals))) {
+  constexpr std::string_view kBase64Mark = ";base64";
+  const bool base64 = head.ends_with(kBase64Mark);
+  if (base64) head.remove_suffix(kBase64Mark.size());
+  size_t end = head.find(';');
+  const std::string_view type = head.substr(0, end);
+  const size_t slash = type.find('/');
+  const bool typed = slash != std::string_view::npos && is_mime_token(type.substr(0, slash)) &&
+                     is_mime_token(type.substr(slash + 1));
+  if (!type.empty() && !typed) {
+    throw InputError(place, "data URI with a malformed media type: " + shortened(uri));
+  }
+  while (end != std::string_view::npos) {
+    head.remove_prefix(end + 1);
+    end = head.find(';');
+    const std::string_view parameter = head.substr(0, end);
+    const size_t equals = parameter.find('=');
+    if (equals == std::string_view::npos || !is_mime_token(parameter.substr(0, equals))) {
       throw InputError(place, "data URI with a malformed parameter: " + shortened(uri));
     }
-    if (last) break;
-    head.remove_prefix(end + 1);
-    first = false;
   }
 
   if (base64) {

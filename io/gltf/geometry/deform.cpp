@@ -1,6 +1,5 @@
 #include "io/gltf/geometry/deform.h"
 
-#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 

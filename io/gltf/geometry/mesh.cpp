@@ -10,7 +10,6 @@
 #include "io/gltf/geometry/deform.h"
 #include "io/gltf/geometry/primitive.h"
 #include "io/gltf/geometry/tangents.h"
-#include "io/gltf/geometry/vertex_faults.h"
 #include "io/gltf/materials/material.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/parallel.h"
@@ -130,6 +129,53 @@ void drop_unused_vertices(MeshDescription& mesh) {
   for (Triangle& t : mesh.triangles) {
     for (uint32_t& v : t) v = renumbered[v];
   }
+}
+
+// Vertices of which some attribute beside the position is NaN or infinite.
+class VertexFaults {
+ public:
+  // An attribute's numbers, vertex by vertex.
+  void look_at(std::span<const float> values, size_t components);
+  template <class Vector>
+  void look_at(const std::vector<Vector>& values) {
+    constexpr size_t kComponents = sizeof(Vector) / sizeof(float);
+    look_at({reinterpret_cast<const float*>(values.data()), values.size() * kComponents},
+            kComponents);
+  }
+  // Those that triangles use.
+  uint64_t count(std::span<const Triangle> triangles) const;
+
+ private:
+  std::vector<uint8_t> is_faulty_;  // empty: none is
+};
+
+void VertexFaults::look_at(std::span<const float> values, size_t components) {
+  // Most attributes have no fault. 0 times a number is 0, else NaN.
+  constexpr size_t kAtOnce = 16;
+  float sums[kAtOnce] = {};
+  size_t next = 0;
+  for (; next + kAtOnce <= values.size(); next += kAtOnce) {
+    for (size_t k = 0; k < kAtOnce; ++k) sums[k] += values[next + k] * 0.0f;
+  }
+  for (; next < values.size(); ++next) sums[0] += values[next] * 0.0f;
+  if (std::ranges::all_of(sums, [](float sum) { return sum == 0.0f; })) return;
+  is_faulty_.resize(std::max(is_faulty_.size(), values.size() / components));
+  for (size_t i = 0; i < values.size(); ++i) {
+    if (!std::isfinite(values[i])) is_faulty_[i / components] = 1;
+  }
+}
+
+uint64_t VertexFaults::count(std::span<const Triangle> triangles) const {
+  if (is_faulty_.empty()) return 0;
+  std::vector<uint8_t> left = is_faulty_;
+  uint64_t count = 0;
+  for (const Triangle& triangle : triangles) {
+    for (const uint32_t v : triangle) {
+      count += left[v];
+      left[v] = 0;
+    }
+  }
+  return count;
 }
 
 using Materials = std::span<const MaterialDescription* const>;

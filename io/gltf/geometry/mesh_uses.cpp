@@ -154,7 +154,7 @@ const RestMesh* GltfMeshUses::know(Primitive& task) {
     if (is_read) known.key = ++rest_.last_key;
     known.layouts = std::move(task.layouts);
     known.radius = radius_of(mesh);
-    for (const Vec3f& p : mesh.positions) known.bounds.add(to_double(p));
+    for (const Vec3f& p : mesh.positions) known.bounds.extendBy(to_double(p));
     MeshArrays arrays = std::exchange<MeshArrays>(mesh, {});
     known.loaded = task.result;
     static_cast<MeshArrays&>(mesh) = std::move(arrays);
@@ -232,10 +232,10 @@ Vec3d GltfMeshUses::center(const MeshUse& use) const {
     if (const RestMesh* rests = resting_[size_t(mesh)]) {
       bounds.add(rests->bounds, Mat44d());
     } else {
-      for (const Vec3f& p : scene_.meshes[size_t(mesh)].positions) bounds.add(to_double(p));
+      for (const Vec3f& p : scene_.meshes[size_t(mesh)].positions) bounds.extendBy(to_double(p));
     }
   }
-  return bounds.empty() ? Vec3d(0.0) : bounds.center();
+  return bounds.isEmpty() ? Vec3d(0.0) : bounds.center();
 }
 
 double GltfMeshUses::radius(size_t mesh) const {

@@ -21,8 +21,8 @@ namespace emberline {
 
 using nlohmann::json;
 
-std::string node_name(const tinygltf::Model& model, size_t node) {
-  const std::string& name = model.nodes[node].name;
+std::string node_name(const GltfDocument& document, size_t node) {
+  const std::string& name = document.model->nodes[node].name;
   return name.empty() ? "node " + std::to_string(node) : name;
 }
 
@@ -112,32 +112,32 @@ bool clips(const json& camera) {
 
 }  // namespace
 
-void read_camera(const GltfDocument& document, const tinygltf::Model& model, size_t node,
-                 const GltfPose& pose, const Mat44d& to_world, SceneDescription& scene) {
-  const int index = model.nodes[node].camera;
+CameraDescription* read_camera(const GltfDocument& document, size_t node, const GltfPose& pose,
+                               const Mat44d& to_world, SceneDescription& scene) {
+  const int index = document.model->nodes[node].camera;
   // The node's member, where it names no camera at all.
   const std::string pointer = index < 0 ? "/nodes/" + std::to_string(node) + "/camera"
                                         : "/cameras/" + std::to_string(index);
   std::optional<InputError> fault = document.faults->hand_over(pointer);
-  if (index < 0 && !fault) return;
-  const std::optional<Mat44d> directed = aimed_transform(document, model, node, pose, to_world);
+  if (index < 0 && !fault) return nullptr;
+  const std::optional<Mat44d> directed = aimed_transform(document, node, pose, to_world);
   if (!directed) {
     ++scene.repairs.singular_instances;
-    return;
+    return nullptr;
   }
   // Of any number of nodes, with a name as long as the file.
   CameraDescription camera;
-  camera.name = index < 0 || model.cameras[size_t(index)].name.empty()
-                    ? node_name(model, node)
-                    : model.cameras[size_t(index)].name;
-  camera.node = model.nodes[node].name;
+  camera.name = index < 0 || document.model->cameras[size_t(index)].name.empty()
+                    ? node_name(document, node)
+                    : document.model->cameras[size_t(index)].name;
+  camera.node = document.model->nodes[node].name;
   const std::string place = document.place(pointer);
   document.reserve(MemoryPart::kGeometry,
                    2 * sizeof(CameraDescription) + camera.name.capacity() + camera.node.capacity(),
                    place);
   camera.to_world = *directed;
   try {
-    if (!fault) read_lens(document, model.cameras[size_t(index)], pointer, camera);
+    if (!fault) read_lens(document, document.model->cameras[size_t(index)], pointer, camera);
     if (!fault && clips(document.json->at("cameras")[size_t(index)])) {
       note_approximated("clip planes of cameras (not clipped)", scene.coverage);
     }
@@ -145,21 +145,22 @@ void read_camera(const GltfDocument& document, const tinygltf::Model& model, siz
     fault = error;
   }
   if (fault) camera.fault = std::make_shared<InputError>(*fault);
-  scene.cameras.push_back(std::move(camera));
+  return &scene.cameras.emplace_back(std::move(camera));
 }
 
-void read_punctual_light(const GltfDocument& document, const tinygltf::Model& model, size_t node,
-                         const GltfPose& pose, const Mat44d& to_world, SceneDescription& scene) {
+PunctualLightDescription* read_punctual_light(const GltfDocument& document, size_t node,
+                                              const GltfPose& pose, const Mat44d& to_world,
+                                              SceneDescription& scene) {
   const json& reference = *find_extension(document.json->at("nodes")[node], "KHR_lights_punctual");
   const size_t index = reference.at("light").get<size_t>();
   const std::string pointer = "/extensions/KHR_lights_punctual/lights/" + std::to_string(index);
   document.faults->require(pointer);
-  const tinygltf::Light& source = model.lights[index];
+  const tinygltf::Light& source = document.model->lights[index];
   const json& object = find_extension(*document.json, "KHR_lights_punctual")->at("lights")[index];
   const std::string place = document.place(pointer);
 
   PunctualLightDescription light;
-  light.name = source.name.empty() ? node_name(model, node) : source.name;
+  light.name = source.name.empty() ? node_name(document, node) : source.name;
   document.reserve(MemoryPart::kLights,
                    2 * sizeof(PunctualLightDescription) + light.name.capacity(), place);
   light.to_world = to_world;
@@ -169,10 +170,10 @@ void read_punctual_light(const GltfDocument& document, const tinygltf::Model& mo
     light.type = PunctualType::kDirectional;
   }
   if (light.type != PunctualType::kPoint) {
-    const std::optional<Mat44d> directed = aimed_transform(document, model, node, pose, to_world);
+    const std::optional<Mat44d> directed = aimed_transform(document, node, pose, to_world);
     if (!directed) {
       ++scene.repairs.singular_instances;
-      return;
+      return nullptr;
     }
     light.to_world = *directed;
   }
@@ -201,7 +202,7 @@ void read_punctual_light(const GltfDocument& document, const tinygltf::Model& mo
   if (range && light.type != PunctualType::kDirectional) {
     light.range = light_range(range->get<double>(), document, pointer);
   }
-  scene.lights.push_back(std::move(light));
+  return &scene.lights.emplace_back(std::move(light));
 }
 
 std::vector<Mat44d> read_instance_transforms(const GltfDocument& document, const json& extension,

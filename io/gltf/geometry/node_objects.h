@@ -3,21 +3,21 @@
 
 #include "io/gltf/animation/animation.h"
 #include "io/gltf/document/document.h"
-#include "io/gltf/document/tiny_gltf_forward.h"
 #include "renderer/core/constants.h"
 #include "renderer/description/scene_description.h"
 
 namespace emberline {
 
-std::string node_name(const tinygltf::Model& model, size_t node);
+std::string node_name(const GltfDocument& document, size_t node);
 
 // Append the node's camera or light to `scene`, or count and skip it when its transform leaves it
 // no direction. A camera of values without meaning has its fault with it; of a light they throw
 // InputError.
-void read_camera(const GltfDocument& document, const tinygltf::Model& model, size_t node,
-                 const GltfPose& pose, const Mat44d& to_world, SceneDescription& scene);
-void read_punctual_light(const GltfDocument& document, const tinygltf::Model& model, size_t node,
-                         const GltfPose& pose, const Mat44d& to_world, SceneDescription& scene);
+CameraDescription* read_camera(const GltfDocument& document, size_t node, const GltfPose& pose,
+                               const Mat44d& to_world, SceneDescription& scene);
+PunctualLightDescription* read_punctual_light(const GltfDocument& document, size_t node,
+                                              const GltfPose& pose, const Mat44d& to_world,
+                                              SceneDescription& scene);
 
 // What a camera's and a spot's numbers are, also while they change. Throw InputError.
 double field_of_view(double yfov, const std::string& place);

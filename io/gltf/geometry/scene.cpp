@@ -35,20 +35,19 @@ struct Placement {
 
 class SceneGraphReader {
  public:
-  SceneGraphReader(const GltfDocument& document, const tinygltf::Model& model,
-                   const GltfAnimation& animation, const GltfChanges& changes,
-                   std::span<const uint64_t> held, GltfRest& rest, SceneDescription& scene)
+  SceneGraphReader(const GltfDocument& document, const GltfAnimation& animation,
+                   const GltfChanges& changes, std::span<const uint64_t> held, GltfRest& rest,
+                   SceneDescription& scene)
       : document_(document),
-        model_(model),
         changes_(changes),
         scene_(scene),
         animation_(animation),
         rest_(rest),
         at_rest_(animation.at_rest),
-        shutter_(document, model, animation),
+        shutter_(document, animation),
         world_(shutter_.world()),
         visibility_(document, animation),
-        poses_(document, model, shutter_),
+        poses_(document, shutter_),
         meshes_(document, shutter_.is_instant(), held, rest, scene),
         placements_memory_(document.progress->budget(), MemoryPart::kGeometry),
         instances_memory_(document.progress->budget(), MemoryPart::kGeometry) {}
@@ -91,7 +90,6 @@ class SceneGraphReader {
   void report();
 
   const GltfDocument& document_;
-  const tinygltf::Model& model_;
   const GltfChanges& changes_;
   SceneDescription& scene_;
   const GltfAnimation& animation_;
@@ -119,16 +117,16 @@ class SceneGraphReader {
 // Depth first, in file order, without recursion: hierarchies may be any number of levels deep.
 std::vector<size_t> SceneGraphReader::nodes_in_scene() const {
   std::vector<int> roots;
-  if (!model_.scenes.empty()) {
-    const int chosen = std::max(model_.defaultScene, 0);
-    roots = model_.scenes[size_t(chosen)].nodes;
+  if (!document_.model->scenes.empty()) {
+    const int chosen = std::max(document_.model->defaultScene, 0);
+    roots = document_.model->scenes[size_t(chosen)].nodes;
   } else {
-    for (size_t i = 0; i < model_.nodes.size(); ++i) {
+    for (size_t i = 0; i < document_.model->nodes.size(); ++i) {
       if (document_.parents[i] < 0) roots.push_back(int(i));
     }
   }
   std::vector<size_t> nodes;
-  std::vector<char> seen(model_.nodes.size(), 0);
+  std::vector<char> seen(document_.model->nodes.size(), 0);
   std::vector<int> stack(roots.rbegin(), roots.rend());
   while (!stack.empty()) {
     const size_t node = size_t(stack.back());
@@ -136,14 +134,14 @@ std::vector<size_t> SceneGraphReader::nodes_in_scene() const {
     if (seen[node]) continue;  // a scene that lists a node and its descendant
     seen[node] = 1;
     nodes.push_back(node);
-    const std::vector<int>& children = model_.nodes[node].children;
+    const std::vector<int>& children = document_.model->nodes[node].children;
     stack.insert(stack.end(), children.rbegin(), children.rend());
   }
   return nodes;
 }
 
 void SceneGraphReader::read_node(size_t node) {
-  const tinygltf::Node& source = model_.nodes[node];
+  const tinygltf::Node& source = document_.model->nodes[node];
   const json& object = document_.json->at("nodes")[node];
   document_.faults->require("/nodes/" + std::to_string(node));
   if (source.mesh >= 0) {
@@ -167,31 +165,29 @@ void SceneGraphReader::read_node(size_t node) {
 }
 
 void SceneGraphReader::read_camera_node(size_t node) {
-  const size_t before = scene_.cameras.size();
-  read_camera(document_, model_, node, shutter_.pose(), world_[node], scene_);
-  if (scene_.cameras.size() == before) return;
-  CameraDescription& camera = scene_.cameras.back();
-  add_motion(node, camera.motion);
+  CameraDescription* const camera =
+      read_camera(document_, node, shutter_.pose(), world_[node], scene_);
+  if (!camera) return;
+  add_motion(node, camera->motion);
   if (shutter_.is_instant() && shutter_.moves(node)) {
-    camera.later = aimed(node, 1).value_or(camera.to_world);
+    camera->later = aimed(node, 1).value_or(camera->to_world);
   }
-  changes_.apply(size_t(model_.nodes[node].camera), camera);
+  changes_.apply(size_t(document_.model->nodes[node].camera), *camera);
 }
 
 void SceneGraphReader::read_light_node(size_t node) {
-  const size_t before = scene_.lights.size();
-  read_punctual_light(document_, model_, node, shutter_.pose(), world_[node], scene_);
-  if (scene_.lights.size() == before) return;
-  PunctualLightDescription& light = scene_.lights.back();
-  add_motion(node, light.motion);
+  PunctualLightDescription* const light =
+      read_punctual_light(document_, node, shutter_.pose(), world_[node], scene_);
+  if (!light) return;
+  add_motion(node, light->motion);
   const json& object = document_.json->at("nodes")[node];
   const json& reference = *find_extension(object, "KHR_lights_punctual");
-  changes_.apply(reference.at("light").get<size_t>(), light);
-  light.shown = visibility_.times(node);
+  changes_.apply(reference.at("light").get<size_t>(), *light);
+  light->shown = visibility_.times(node);
 }
 
 std::optional<Mat44d> SceneGraphReader::aimed(size_t node, size_t step) const {
-  return aimed_transform(document_, model_, node, shutter_.pose(step), shutter_.world(node, step));
+  return aimed_transform(document_, node, shutter_.pose(step), shutter_.world(node, step));
 }
 
 void SceneGraphReader::add_motion(size_t node, std::vector<Mat44d>& motion) const {
@@ -211,7 +207,7 @@ void SceneGraphReader::find_moving_meshes() {
   if (at_rest_) return;
   may_move_ = nodes_that_may_move(document_, animation_);
   for (size_t node = 0; node < may_move_.size(); ++node) {
-    const tinygltf::Node& source = model_.nodes[node];
+    const tinygltf::Node& source = document_.model->nodes[node];
     if (may_move_[node] && source.mesh >= 0 && source.skin < 0) {
       mesh_may_move_[size_t(source.mesh)] = 1;
     }
@@ -224,18 +220,18 @@ void SceneGraphReader::find_moving_meshes() {
 // Whether what the node wears has the same vertices at any time. Of a scene at rest nobody asks for
 // another.
 bool SceneGraphReader::rests(size_t node) const {
-  const tinygltf::Node& source = model_.nodes[node];
+  const tinygltf::Node& source = document_.model->nodes[node];
   if (at_rest_) return false;
   if (poses_.morphs(size_t(source.mesh)) && (meshes_change_ || animation_.weights.contains(node))) {
     return false;
   }
   return source.skin < 0 ||
-         std::ranges::none_of(model_.skins[size_t(source.skin)].joints,
+         std::ranges::none_of(document_.model->skins[size_t(source.skin)].joints,
                               [this](int joint) { return may_move_[size_t(joint)]; });
 }
 
 size_t SceneGraphReader::find_use(size_t node, bool flat) {
-  const tinygltf::Node& source = model_.nodes[node];
+  const tinygltf::Node& source = document_.model->nodes[node];
   document_.faults->require("/meshes/" + std::to_string(source.mesh));
   const auto report_rest = [&](bool is_there, const std::string& what) {
     if (!is_there || !at_rest_) return;
@@ -271,9 +267,9 @@ const std::vector<Mat44d>& SceneGraphReader::instances_of(const json& instancing
 }
 
 void SceneGraphReader::read_mesh_node(size_t node) {
-  document_.faults->require("/meshes/" + std::to_string(model_.nodes[node].mesh));
+  document_.faults->require("/meshes/" + std::to_string(document_.model->nodes[node].mesh));
   Mat44d to_world = world_[node];
-  if (const int skin = model_.nodes[node].skin; skin >= 0) {
+  if (const int skin = document_.model->nodes[node].skin; skin >= 0) {
     to_world = Mat44d().setTranslation(poses_.skin(skin).origin);
   }
   const json& object = document_.json->at("nodes")[node];
@@ -287,7 +283,7 @@ void SceneGraphReader::read_mesh_node(size_t node) {
     throw InputError(place, "more than {} instances, more than the size of the file bears out",
                      most);
   }
-  const bool moves = shutter_.moves(node) && model_.nodes[node].skin < 0;
+  const bool moves = shutter_.moves(node) && document_.model->nodes[node].skin < 0;
   const size_t matrices = moves ? shutter_.steps() : 0;
   placements_memory_.add(bytes_of(instances.size(), sizeof(Placement) + matrices * sizeof(Mat44d)),
                          place);
@@ -345,7 +341,7 @@ void SceneGraphReader::place_meshes() {
   for (const Placement& placement : placements_) {
     const size_t meshes = uses_[placement.use].loaded.size();
     count += meshes;
-    name_bytes += bytes_of(meshes, node_name(model_, placement.node).capacity());
+    name_bytes += bytes_of(meshes, node_name(document_, placement.node).capacity());
   }
   const uint64_t most = (uint64_t(1) << 20) + document_.total_bytes;
   if (count > most) {
@@ -366,7 +362,7 @@ void SceneGraphReader::place_meshes() {
       if (!uses_[placement.use].loaded.empty()) ++scaled_away_;
       continue;
     }
-    const std::string name = node_name(model_, placement.node);
+    const std::string name = node_name(document_, placement.node);
     for (const int mesh : uses_[placement.use].loaded) {
       InstanceDescription instance{name, mesh, placed->to_world};
       instance.node = int(placement.node);
@@ -388,14 +384,14 @@ void SceneGraphReader::place_meshes() {
 // have at rest; also of those that the animation hides for now, but for skins. A mesh whose
 // accessor says nothing is left out; if all are, the pose's own count.
 WorldBounds SceneGraphReader::rest_bounds() const {
-  const std::vector<Mat44d> at_rest = world_transforms(document_, model_, {});
+  const std::vector<Mat44d> at_rest = world_transforms(document_, {});
   WorldBounds bounds;
   for (const Placement& placement : placements_) {
     const WorldBounds& box = shutter_.bounds(uses_[placement.use].mesh);
     const size_t node = placement.node;
-    if (const int skin = model_.nodes[node].skin; skin >= 0) {
+    if (const int skin = document_.model->nodes[node].skin; skin >= 0) {
       // Bound to where the joints are at rest, vertices stand as the mesh has them.
-      const auto joint = size_t(model_.skins[size_t(skin)].joints[0]);
+      const auto joint = size_t(document_.model->skins[size_t(skin)].joints[0]);
       const SkinPose& pose = poses_.known_skin(skin);
       const Mat44d bind =
           pose.joints[0][0] * Mat44d().setTranslation(pose.origin) * world_[joint].inverse();
@@ -407,10 +403,10 @@ WorldBounds SceneGraphReader::rest_bounds() const {
     }
   }
   for (const size_t node : hidden_) {
-    if (!visibility_.may_show(node) || model_.nodes[node].skin >= 0) continue;
-    bounds.add(shutter_.bounds(size_t(model_.nodes[node].mesh)), at_rest[node]);
+    if (!visibility_.may_show(node) || document_.model->nodes[node].skin >= 0) continue;
+    bounds.add(shutter_.bounds(size_t(document_.model->nodes[node].mesh)), at_rest[node]);
   }
-  return bounds.empty() ? world_bounds(scene_) : bounds;
+  return bounds.isEmpty() ? world_bounds(scene_) : bounds;
 }
 
 // The file shows nothing at any time, since its geometry is broken or has no surface.
@@ -475,21 +471,20 @@ void SceneGraphReader::report() {
 
 }  // namespace
 
-void load_scene_graph(const GltfDocument& document, const tinygltf::Model& model,
-                      const GltfAnimation& animation, const GltfChanges& changes,
-                      std::span<const uint64_t> held, GltfRest& rest, SceneDescription& scene) {
-  SceneGraphReader(document, model, animation, changes, held, rest, scene).read();
+void load_scene_graph(const GltfDocument& document, const GltfAnimation& animation,
+                      const GltfChanges& changes, std::span<const uint64_t> held, GltfRest& rest,
+                      SceneDescription& scene) {
+  SceneGraphReader(document, animation, changes, held, rest, scene).read();
 }
 
-std::vector<NodeDescription> read_nodes(const GltfDocument& document,
-                                        const tinygltf::Model& model) {
-  uint64_t bytes = bytes_of(model.nodes.size(), sizeof(NodeDescription));
-  for (const tinygltf::Node& node : model.nodes) bytes += node.name.size();
+std::vector<NodeDescription> read_nodes(const GltfDocument& document) {
+  uint64_t bytes = bytes_of(document.model->nodes.size(), sizeof(NodeDescription));
+  for (const tinygltf::Node& node : document.model->nodes) bytes += node.name.size();
   document.reserve(MemoryPart::kGeometry, bytes);
-  std::vector<NodeDescription> nodes(model.nodes.size());
+  std::vector<NodeDescription> nodes(document.model->nodes.size());
   for (size_t i = 0; i < nodes.size(); ++i) {
-    nodes[i].name = node_name(model, i);
-    nodes[i].has_mesh = model.nodes[i].mesh >= 0;
+    nodes[i].name = node_name(document, i);
+    nodes[i].has_mesh = document.model->nodes[i].mesh >= 0;
     nodes[i].root = int(i);
   }
   // Nodes on or below a cycle are outside the scene and keep no parent.

@@ -7,7 +7,6 @@
 #include "io/gltf/animation/changes.h"
 #include "io/gltf/animation/rest.h"
 #include "io/gltf/document/document.h"
-#include "io/gltf/document/tiny_gltf_forward.h"
 #include "renderer/description/scene_description.h"
 
 namespace emberline {
@@ -18,11 +17,11 @@ namespace emberline {
 // and what it may come to know is added to it; of meshes whose keys are `held`, which grow, nothing
 // is read. Throws InputError, also when nothing is left to render; what an animation hides for now
 // is something.
-void load_scene_graph(const GltfDocument& document, const tinygltf::Model& model,
-                      const GltfAnimation& animation, const GltfChanges& changes,
-                      std::span<const uint64_t> held, GltfRest& rest, SceneDescription& scene);
+void load_scene_graph(const GltfDocument& document, const GltfAnimation& animation,
+                      const GltfChanges& changes, std::span<const uint64_t> held, GltfRest& rest,
+                      SceneDescription& scene);
 
 // By their numbers.
-std::vector<NodeDescription> read_nodes(const GltfDocument& document, const tinygltf::Model& model);
+std::vector<NodeDescription> read_nodes(const GltfDocument& document);
 
 }  // namespace emberline

@@ -13,17 +13,14 @@ using Triangle = std::array<uint32_t, 3>;
 
 // What corners must share to share a tangent: position, normal, UV; compared bit by bit, but with
 // -0 taken for 0.
-struct CornerKey {
-  std::array<uint32_t, 9> words;
-  bool operator==(const CornerKey&) const = default;
-};
+using CornerKey = std::array<uint32_t, 8>;
 
 uint32_t float_bits(float x) { return std::bit_cast<uint32_t>(x == 0.0f ? 0.0f : x); }
 
 struct CornerKeyHash {
   size_t operator()(const CornerKey& key) const {
     uint64_t h = 0;
-    for (const uint32_t word : key.words) h = hash64(h * 0x9e3779b97f4a7c15ull + word);
+    for (const uint32_t word : key) h = hash64(h * 0x9e3779b97f4a7c15ull + word);
     return size_t(h);
   }
 };
@@ -91,9 +88,9 @@ class TangentGroups {
     groups.reserve(positions.size());
     for (size_t v = 0; v < positions.size(); ++v) {
       const Vec3f &p = positions[v], &n = normals[v];
-      const CornerKey key = {{float_bits(p.x), float_bits(p.y), float_bits(p.z), float_bits(n.x),
-                              float_bits(n.y), float_bits(n.z), float_bits(uv[v].x),
-                              float_bits(uv[v].y), 0}};
+      const CornerKey key = {float_bits(p.x),     float_bits(p.y),    float_bits(p.z),
+                             float_bits(n.x),     float_bits(n.y),    float_bits(n.z),
+                             float_bits(uv[v].x), float_bits(uv[v].y)};
       group_of_vertex_[v] = groups.try_emplace(key, uint32_t(groups.size())).first->second;
     }
     sums_.assign(groups.size(), {Vec3d(0.0), Vec3d(0.0)});

@@ -124,9 +124,8 @@ void check_transform(const Mat44d& m, const std::string& place) {
   }
 }
 
-Mat44d local_transform(const GltfDocument& document, const tinygltf::Model& model, size_t index,
-                       const GltfPose& posed) {
-  const tinygltf::Node& node = model.nodes[index];
+Mat44d local_transform(const GltfDocument& document, size_t index, const GltfPose& posed) {
+  const tinygltf::Node& node = document.model->nodes[index];
   const NodePose& pose = pose_of(posed, int(index));
   if (node.matrix.size() == 16) {
     // Column-major for column vectors reads the same as row-major for row vectors.
@@ -147,16 +146,16 @@ Mat44d local_transform(const GltfDocument& document, const tinygltf::Model& mode
                            rotation_of(node, pose), pose.scale.value_or(vector(node.scale, 1.0)));
 }
 
-std::optional<Mat44d> aimed_transform(const GltfDocument& document, const tinygltf::Model& model,
-                                      size_t node, const GltfPose& pose, const Mat44d& world) {
+std::optional<Mat44d> aimed_transform(const GltfDocument& document, size_t node,
+                                      const GltfPose& pose, const Mat44d& world) {
   if (const std::optional<Mat44d> directed = with_directions(world)) return directed;
   Mat44d aimed;
   for (int at = int(node); at >= 0; at = document.parents[size_t(at)]) {
-    const tinygltf::Node& source = model.nodes[size_t(at)];
+    const tinygltf::Node& source = document.model->nodes[size_t(at)];
     std::optional<Mat44d> turned =
         compose_transform(Vec3d(0.0), rotation_of(source, pose_of(pose, at)), Vec3d(1.0));
     if (source.matrix.size() == 16) {
-      turned = with_directions(local_transform(document, model, size_t(at), pose));
+      turned = with_directions(local_transform(document, size_t(at), pose));
     }
     if (!turned) return {};
     aimed = aimed * *turned;
@@ -165,11 +164,10 @@ std::optional<Mat44d> aimed_transform(const GltfDocument& document, const tinygl
   return aimed;
 }
 
-std::vector<Mat44d> world_transforms(const GltfDocument& document, const tinygltf::Model& model,
-                                     const GltfPose& pose) {
-  std::vector<Mat44d> world(model.nodes.size());
+std::vector<Mat44d> world_transforms(const GltfDocument& document, const GltfPose& pose) {
+  std::vector<Mat44d> world(document.model->nodes.size());
   for (const int node : document.node_order) {
-    Mat44d m = local_transform(document, model, size_t(node), pose);
+    Mat44d m = local_transform(document, size_t(node), pose);
     const int parent = document.parents[size_t(node)];
     if (parent >= 0) m = m * world[size_t(parent)];
     const std::string pointer = "/nodes/" + std::to_string(node);

@@ -5,19 +5,16 @@
 
 #include "io/gltf/animation/animation.h"
 #include "io/gltf/document/document.h"
-#include "io/gltf/document/tiny_gltf_forward.h"
 #include "renderer/core/vector.h"
 
 namespace emberline {
 
 // World matrix of every node, in or outside the scene, in a pose. Where one is not finite or too
 // large for float, the node and those below it are noted as broken.
-std::vector<Mat44d> world_transforms(const GltfDocument& document, const tinygltf::Model& model,
-                                     const GltfPose& pose);
+std::vector<Mat44d> world_transforms(const GltfDocument& document, const GltfPose& pose);
 
 // Of one node, relative to its parent.
-Mat44d local_transform(const GltfDocument& document, const tinygltf::Model& model, size_t node,
-                       const GltfPose& pose);
+Mat44d local_transform(const GltfDocument& document, size_t node, const GltfPose& pose);
 
 // scale, then rotation (unit quaternion x, y, z, w; normalised here), then translation.
 Mat44d compose_transform(const Vec3d& translation, const Quaternion& rotation, const Vec3d& scale);
@@ -41,8 +38,8 @@ std::optional<Mat44d> with_directions(const Mat44d& m);
 
 // Where a node's -Z and +Y point, whatever scales are 0 on the way to it; at its place. None where
 // a matrix leaves no directions.
-std::optional<Mat44d> aimed_transform(const GltfDocument& document, const tinygltf::Model& model,
-                                      size_t node, const GltfPose& pose, const Mat44d& world);
+std::optional<Mat44d> aimed_transform(const GltfDocument& document, size_t node,
+                                      const GltfPose& pose, const Mat44d& world);
 
 // Throws InputError unless every element is finite and within what float can square.
 void check_transform(const Mat44d& m, const std::string& place);

@@ -1,6 +1,5 @@
 #include "io/gltf/materials/images.h"
 
-#include <algorithm>
 #include <exception>
 #include <initializer_list>
 #include <map>

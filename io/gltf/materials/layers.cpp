@@ -1,4 +1,4 @@
-#include "io/gltf/materials/layers.h"
+#include "io/gltf/materials/object.h"
 
 namespace emberline {
 namespace {

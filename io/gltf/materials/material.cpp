@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 
 #include "io/gltf/document/tiny_gltf_renamed.h"
-#include "io/gltf/materials/layers.h"
 #include "io/gltf/materials/object.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
@@ -66,7 +65,7 @@ void read_alpha(const GltfMaterialObject& object, const tinygltf::Material& sour
 }
 
 MaterialDescription read_material(const MaterialFile& file, size_t i) {
-  const tinygltf::Material& source = file.model.materials[i];
+  const tinygltf::Material& source = file.document.model->materials[i];
   const GltfMaterialObject object(file, file.document.json->at("materials")[i],
                                   "/materials/" + std::to_string(i));
   MaterialDescription material;
@@ -93,14 +92,13 @@ void warn_of(const std::string& what, const ClampedFactors::List& list) {
 }  // namespace
 
 std::vector<MaterialDescription> read_materials(const GltfDocument& document,
-                                                const tinygltf::Model& model,
                                                 const GltfOptions& options,
                                                 CoverageReport& coverage) {
   ClampedFactors clamped;
-  const MaterialFile file = {document, model, options, coverage, clamped};
+  const MaterialFile file = {document, options, coverage, clamped};
   std::vector<MaterialDescription> materials;
-  for (size_t i = 0; i < model.materials.size(); ++i) {
-    materials.emplace_back().name = model.materials[i].name;
+  for (size_t i = 0; i < document.model->materials.size(); ++i) {
+    materials.emplace_back().name = document.model->materials[i].name;
     if (document.array("materials")[i].is_null()) continue;
     try {
       materials.back() = read_material(file, i);

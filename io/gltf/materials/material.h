@@ -4,7 +4,6 @@
 #include <array>
 
 #include "io/gltf/document/document.h"
-#include "io/gltf/document/tiny_gltf_forward.h"
 #include "io/gltf/gltf_file.h"
 #include "renderer/description/scene_description.h"
 
@@ -15,7 +14,6 @@ namespace emberline {
 // also for a texture without an image (one in a format that only an extension names) unless
 // options.lenient.
 std::vector<MaterialDescription> read_materials(const GltfDocument& document,
-                                                const tinygltf::Model& model,
                                                 const GltfOptions& options,
                                                 CoverageReport& coverage);
 

@@ -77,7 +77,7 @@ void GltfMaterialObject::clamp(const char* name, std::span<float> values, double
     return;
   }
   const size_t index = std::stoul(pointer_.substr(pointer_.find('/', 1) + 1));
-  const std::string& material = file_.model.materials[index].name;
+  const std::string& material = file_.document.model->materials[index].name;
   list.named.push_back(fmt::format("{}/{}{} is {}", pointer_, name,
                                    material.empty() ? "" : " of '" + shortened(material) + "'",
                                    shortened(found->dump())));
@@ -146,9 +146,9 @@ TextureRef GltfMaterialObject::texture_ref(const json& info, const char* name) c
   }
   ref.image = sources[0];
   ref.uv_set = info.value("texCoord", 0);
-  const int number = file_.model.textures[index].sampler;
+  const int number = file_.document.model->textures[index].sampler;
   if (number >= 0) {
-    const tinygltf::Sampler& sampler = file_.model.samplers[size_t(number)];
+    const tinygltf::Sampler& sampler = file_.document.model->samplers[size_t(number)];
     const std::string place = document.place("/samplers/" + std::to_string(number));
     ref.wrap_s = wrap_mode(sampler.wrapS, place + "/wrapS");
     ref.wrap_t = wrap_mode(sampler.wrapT, place + "/wrapT");

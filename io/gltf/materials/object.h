@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "io/gltf/document/document.h"
-#include "io/gltf/document/tiny_gltf_forward.h"
 #include "io/gltf/gltf_file.h"
 #include "renderer/description/scene_description.h"
 
@@ -28,7 +27,6 @@ struct ClampedFactors {
 // What all materials of a file are read with.
 struct MaterialFile {
   const GltfDocument& document;
-  const tinygltf::Model& model;  // textures and samplers
   const GltfOptions& options;
   CoverageReport& coverage;
   ClampedFactors& clamped;
@@ -90,5 +88,18 @@ class GltfMaterialObject {
   std::string pointer_;
   bool optional_ = false;  // inside an extension that the file does not require
 };
+
+// The material extensions, in layers.cpp: what they say, into MaterialDescription.
+inline constexpr const char* kSpecularGlossiness = "KHR_materials_pbrSpecularGlossiness";
+
+// All of KHR_materials_* that change how a surface scatters, except the above. Not for an unlit
+// material, which must not have them: they are then reported as ignored. Beside
+// KHR_materials_pbrSpecularGlossiness, which must stand alone, the index of refraction and the
+// specular colour are its own; what lies on top of it is honoured.
+void read_material_layers(const GltfMaterialObject& object, MaterialDescription& material);
+
+// KHR_materials_pbrSpecularGlossiness, in place of pbrMetallicRoughness. It is exactly the material
+// without metal of KHR_materials_ior's index 0 and KHR_materials_specular's colour, "Conversions".
+void read_specular_glossiness(const GltfMaterialObject& object, MaterialDescription& material);
 
 }  // namespace emberline

@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "io/image/ktx2/fault.h"
+#include "io/image/ktx2/container.h"
 
 namespace emberline::ktx2 {
 

@@ -11,8 +11,6 @@
 #include "io/files/byte_order.h"
 #include "io/image/ktx2/basis_lz.h"
 #include "io/image/ktx2/bit_reader.h"
-#include "io/image/ktx2/fault.h"
-#include "io/image/ktx2/uastc.h"
 
 namespace emberline::ktx2 {
 namespace {

@@ -6,7 +6,6 @@
 
 #include "io/files/byte_order.h"
 #include "io/image/ktx2/bit_reader.h"
-#include "io/image/ktx2/fault.h"
 #include "renderer/core/memory_budget.h"
 
 namespace emberline::ktx2 {

@@ -7,6 +7,8 @@
 #include <span>
 #include <string>
 
+#include "renderer/core/errors.h"
+
 namespace emberline::ktx2 {
 
 using Bytes = std::span<const uint8_t>;
@@ -14,6 +16,13 @@ using Bytes = std::span<const uint8_t>;
 inline constexpr int kBlockSide = 4;  // pixels; of ETC1S and UASTC alike
 inline constexpr size_t kBlockPixels = 16;
 inline constexpr size_t kUastcBlockBytes = 16;
+// Red, green, blue and alpha of each pixel, rows from the top.
+using BlockPixels = std::array<std::array<uint8_t, 4>, kBlockPixels>;
+
+// The one error of a file that is damaged. `what` continues "the KTX 2 ...".
+[[noreturn]] inline void throw_damaged(const std::string& place, const std::string& what) {
+  throw InputError(place, "the image does not decode: the KTX 2 " + what);
+}
 
 enum class Codec : uint8_t { kEtc1s, kUastc };
 

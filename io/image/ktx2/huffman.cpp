@@ -1,7 +1,5 @@
 #include "io/image/ktx2/huffman.h"
 
-#include <algorithm>
-
 namespace emberline::ktx2 {
 
 HuffmanTable::HuffmanTable(std::span<const uint8_t> lengths, const std::string& place) {

@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-#include "io/image/encoded_checks.h"
+#include "io/image/encoded_image.h"
 #include "io/image/ktx2/block_rows.h"
 #include "io/image/ktx2/container.h"
 

@@ -1,4 +1,4 @@
-#include "io/image/ktx2/uastc.h"
+#include "io/image/ktx2/block_rows.h"
 
 #include <algorithm>
 #include <cassert>
@@ -6,8 +6,8 @@
 namespace emberline::ktx2 {
 namespace {
 
-constexpr UastcPixels kErrorColour = [] {
-  UastcPixels pixels;
+constexpr BlockPixels kErrorColour = [] {
+  BlockPixels pixels;
   pixels.fill({255, 0, 255, 255});
   return pixels;
 }();
@@ -111,33 +111,18 @@ class BlockBits {
 // the table is what the bits above the lowest are spread to.
 uint8_t unquantize(Digits digits, int bit_count, uint32_t bits, uint32_t digit) {
   const uint32_t upper = bits >> 1;
-  uint32_t b = 0, c = 0;
-  switch (bit_count) {
-    case 2:  // 0..11, trits: b000b0bb0
-      b = upper << 8 | upper << 4 | upper << 2 | upper << 1;
-      c = 93;
-      break;
-    case 3:  // 0..39, quints: cb0000cbc
-      b = upper << 7 | upper << 1 | upper >> 1;
-      c = 26;
-      break;
-    case 4:  // 0..47, trits: dcb000dcb
-      b = upper << 6 | upper;
-      c = 22;
-      break;
-    case 5:  // 0..159, quints: edcb0000e
-      b = upper << 5 | upper >> 3;
-      c = 6;
-      break;
-    default:  // 0..191, trits: fedcb000f
-      b = upper << 4 | upper >> 4;
-      c = 5;
-      break;
-  }
+  const std::array<uint32_t, 5> b = {
+      upper << 8 | upper << 4 | upper << 2 | upper << 1,  // 2 bits: 0..11, trits: b000b0bb0
+      upper << 7 | upper << 1 | upper >> 1,               // 3: 0..39, quints: cb0000cbc
+      upper << 6 | upper,                                 // 4: 0..47, trits: dcb000dcb
+      upper << 5 | upper >> 3,                            // 5: 0..159, quints: edcb0000e
+      upper << 4 | upper >> 4};                           // 6: 0..191, trits: fedcb000f
+  constexpr std::array<uint32_t, 5> kC = {93, 26, 22, 6, 5};
   assert(digits == (bit_count == 3 || bit_count == 5 ? kQuints : kTrits));
   static_cast<void>(digits);
+  const size_t row = size_t(bit_count) - 2;
   const uint32_t a = (bits & 1) != 0 ? 0x1ff : 0;
-  return uint8_t((a & 0x80) | ((digit * c + b) ^ a) >> 2);
+  return uint8_t((a & 0x80) | ((digit * kC[row] + b[row]) ^ a) >> 2);
 }
 
 // Low and high of each channel of each subset, in the order in which they are stored.
@@ -177,17 +162,17 @@ int unquantize_weight(uint32_t weight, int bit_count) {
   return int(value > 32 ? value + 1 : value);
 }
 
-UastcPixels decode_solid(BlockBits bits) {
+BlockPixels decode_solid(BlockBits bits) {
   std::array<uint8_t, 4> colour;
   for (uint8_t& channel : colour) channel = uint8_t(bits.take(8));
-  UastcPixels pixels;
+  BlockPixels pixels;
   pixels.fill(colour);
   return pixels;
 }
 
 }  // namespace
 
-UastcPixels decode_uastc(std::span<const uint8_t, kUastcBlockBytes> block) {
+BlockPixels decode_uastc(std::span<const uint8_t, kUastcBlockBytes> block) {
   BlockBits bits(block);
   size_t index = 0;
   while (index < kModeCount && bits.peek(kModes[index].code_bits) != kModes[index].code) ++index;
@@ -212,7 +197,7 @@ UastcPixels decode_uastc(std::span<const uint8_t, kUastcBlockBytes> block) {
     return value;
   };
 
-  UastcPixels pixels;
+  BlockPixels pixels;
   std::array<bool, 3> begun = {};
   for (size_t i = 0; i < kBlockPixels; ++i) {
     const size_t subset = subsets[i];

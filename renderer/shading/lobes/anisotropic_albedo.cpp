@@ -21,6 +21,7 @@
 
 #include "renderer/shading/gauss_legendre.h"
 #include "renderer/shading/lobes/anisotropic_ggx.h"
+#include "renderer/shading/lobes/table_position.h"
 
 namespace emberline {
 
@@ -74,17 +75,6 @@ struct Cubic {
   }
 };
 
-struct Linear {
-  size_t index;
-  float fraction;
-  Linear(float position, int size) {
-    const float x = std::clamp(position, 0.0f, 1.0f) * float(size - 1);
-    const int i = std::min(int(x), size - 2);
-    index = size_t(i);
-    fraction = x - float(i);
-  }
-};
-
 struct Quadrature {
   std::array<float, kTurns> cos_phi, sin_phi;  // even: the integrand is periodic
   std::array<float, kPolar> u, weight;
@@ -133,8 +123,6 @@ void integrate(const Quadrature& rule, const Vec3f& w, float ax, float ay, float
   *e = std::min(1.0f, sum_e);
   *b = sum_b;
 }
-
-float pow5(float x) { return square(square(x)) * x; }
 
 // The isotropic lobe whose averages are the start for a stretched one's.
 SpecularAlbedo mean_width(float ax, float ay) {
@@ -248,8 +236,8 @@ AnisotropicAlbedo::AnisotropicAlbedo(float alpha_x, float alpha_y, const Tables&
     x = std::sqrt(x);
     y = std::sqrt(y);
   }
-  const Linear narrow((roots_y_[2] - kFirstRoot) / (1 - kFirstRoot), kNarrow);
-  const Linear wide((std::sqrt(ax) - roots_y_[1]) / std::max(1 - roots_y_[1], 1e-6f), kWide);
+  const TablePosition narrow((roots_y_[2] - kFirstRoot) / (1 - kFirstRoot), kNarrow);
+  const TablePosition wide((std::sqrt(ax) - roots_y_[1]) / std::max(1 - roots_y_[1], 1e-6f), kWide);
   const size_t first = narrow.index * kWide + wide.index;
   nodes_ = tables.nodes.data() + first * kPlane;
   narrow_ = narrow.fraction;

@@ -11,6 +11,7 @@
 #include "renderer/core/branch_free.h"
 #include "renderer/core/constants.h"
 #include "renderer/core/vector.h"
+#include "renderer/shading/lobes/ggx.h"
 #include "renderer/shading/lobes/specular_albedo.h"
 
 namespace emberline {
@@ -35,21 +36,11 @@ class AnisotropicGgx {
   Vec3f sample(const Vec2f& u) const {
     float sin_phi, cos_phi;
     sincos_turns(u.x, &sin_phi, &cos_phi);
-    const float scale = 1.0f / t_;
-    const Vec3f o(alpha_x_ * wo_.x * scale, alpha_y_ * wo_.y * scale, wo_.z * scale);
-    const float one_minus_z = u.y * fma(k_, o.z, 1.0f);
-    const float r = safe_sqrt(one_minus_z * (2.0f - one_minus_z));
-    // The microfacet normal, not normalised; its z is >= 0 because k <= 1.
-    const Vec3f m(alpha_x_ * fma(r, cos_phi, o.x), alpha_y_ * fma(r, sin_phi, o.y),
-                  std::max(0.0f, 1.0f - one_minus_z + o.z));
+    const Vec3f m = sample_cap(wo_, alpha_x_, alpha_y_, t_, k_, sin_phi, cos_phi, u.y);
     return fma(m, 2.0f * dot(wo_, m) / dot(m, m), -wo_);
   }
 
-  struct Value {
-    float cosine_brdf;  // D G2 / (4 |wo.z| |wi.z|) * wi.z: the lobe for F = 1
-    float pdf;          // density of sample() per solid angle
-    float cos_d;        // wo.h
-  };
+  using Value = GgxReflection::Value;
   // wi.z > 0.
   [[gnu::always_inline]] Value evaluate(const Vec3f& wi) const {
     const Vec3f h = wo_ + wi;  // |h| = 2 wo.h for unit wo and wi

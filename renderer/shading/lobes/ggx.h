@@ -18,6 +18,19 @@
 
 namespace emberline {
 
+// A visible microfacet normal, not normalised, of a surface with two widths: `t` is the length of
+// (alpha_x wo.x, alpha_y wo.y, wo.z), `k` the bound on the cap, at most 1, so that its z is >= 0.
+[[gnu::always_inline]] inline Vec3f sample_cap(const Vec3f& wo, float alpha_x, float alpha_y,
+                                               float t, float k, float sin_phi, float cos_phi,
+                                               float u) {
+  const float scale = 1.0f / t;
+  const Vec3f o(alpha_x * wo.x * scale, alpha_y * wo.y * scale, wo.z * scale);
+  const float one_minus_z = u * fma(k, o.z, 1.0f);
+  const float r = safe_sqrt(one_minus_z * (2.0f - one_minus_z));
+  return {alpha_x * fma(r, cos_phi, o.x), alpha_y * fma(r, sin_phi, o.y),
+          std::max(0.0f, 1.0f - one_minus_z + o.z)};
+}
+
 class GgxReflection {
  public:
   GgxReflection() = default;
@@ -39,13 +52,7 @@ class GgxReflection {
   }
   // The same for an azimuth whose sine and cosine are at hand.
   Vec3f sample(float sin_phi, float cos_phi, float u) const {
-    const float scale = 1.0f / t_;
-    const Vec3f o(alpha_ * wo_.x * scale, alpha_ * wo_.y * scale, wo_.z * scale);
-    const float one_minus_z = u * fma(k_, o.z, 1.0f);
-    const float r = safe_sqrt(one_minus_z * (2.0f - one_minus_z));
-    // The microfacet normal, not normalised; its z is >= 0 because k <= 1.
-    const Vec3f m(alpha_ * fma(r, cos_phi, o.x), alpha_ * fma(r, sin_phi, o.y),
-                  std::max(0.0f, 1.0f - one_minus_z + o.z));
+    const Vec3f m = sample_cap(wo_, alpha_, alpha_, t_, k_, sin_phi, cos_phi, u);
     return fma(m, 2.0f * dot(wo_, m) / dot(m, m), -wo_);
   }
 

@@ -5,6 +5,7 @@
 
 #include "renderer/core/constants.h"
 #include "renderer/shading/gauss_legendre.h"
+#include "renderer/shading/lobes/table_position.h"
 
 namespace emberline {
 
@@ -135,10 +136,9 @@ const SpecularAlbedo::Tables& SpecularAlbedo::tables() {
 }
 
 void SpecularAlbedo::select(const Tables& tables, float y) {
-  const float row = y * float(kRows - 1);
-  const int j = std::min(int(row), kRows - 2);
-  row_ = tables.nodes.data() + j * kColumns;
-  y_ = row - float(j);
+  const TablePosition row(y, kRows);
+  row_ = tables.nodes.data() + row.index * kColumns;
+  y_ = row.fraction;
   two_alpha_ = 2 * alpha_at(y);
   scale_ = 1 + two_alpha_;
 }
@@ -150,10 +150,7 @@ SpecularAlbedo::SpecularAlbedo(float roughness) {
   const Tables& t = tables();
   const float y = std::clamp((roughness - kFirstRoughness) * kPerRoughness, 0.0f, 1.0f);
   select(t, y);
-  const float position = y * float(kAverages - 1);
-  const int i = std::min(int(position), kAverages - 2);
-  const float f = position - float(i);
-  const size_t n = size_t(i);
+  const auto [n, f] = TablePosition(y, kAverages);
   average_loss_ =
       square(alpha) * lerp(t.average_loss_over_alpha2[n], t.average_loss_over_alpha2[n + 1], f);
   average_schlick_ = lerp(t.average_schlick[n], t.average_schlick[n + 1], f);

@@ -4,6 +4,7 @@
 
 #include "renderer/core/branch_free.h"
 #include "renderer/core/constants.h"
+#include "renderer/shading/lobes/ggx.h"
 #include "renderer/shading/lobes/specular_albedo.h"
 
 namespace emberline {
@@ -159,13 +160,7 @@ BsdfSample TransmissionLobe::sample(float u_lobe, const Vec2f& u) const {
   if (!delta_) {
     float sine, cosine;
     sincos_turns(u.x, &sine, &cosine);
-    const float scale = 1.0f / t_;
-    const Vec3f o(alpha_ * wo_.x * scale, alpha_ * wo_.y * scale, wo_.z * scale);
-    const float one_minus_z = u.y * (1.0f + o.z);
-    const float r = safe_sqrt(one_minus_z * (2.0f - one_minus_z));
-    m = normalize_or(Vec3f(alpha_ * fma(r, cosine, o.x), alpha_ * fma(r, sine, o.y),
-                           std::max(0.0f, 1.0f - one_minus_z + o.z)),
-                     m);
+    m = normalize_or(sample_cap(wo_, alpha_, alpha_, t_, 1.0f, sine, cosine, u.y), m);
   }
   const float cos_d = std::min(1.0f, dot(wo_, m));
   if (!(cos_d > 0.0f)) return result;

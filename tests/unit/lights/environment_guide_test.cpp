@@ -10,6 +10,7 @@
 #include "renderer/description/scene_description.h"
 #include "support/chi_square.h"
 #include "support/float_map.h"
+#include "support/single_queries.h"
 
 namespace emberline {
 namespace {
@@ -201,7 +202,7 @@ TEST(EnvironmentGuide, WithoutKnowledgeGoesByLight) {
     for (uint64_t draw = 0; draw < 500; ++draw) {
       TestRandom random(13, draw);
       const EnvironmentSample s = sample_of(guide, random);
-      EXPECT_NEAR(s.pdf, light.pdf(s.direction), 1e-3f * s.pdf);
+      EXPECT_NEAR(s.pdf, test::pdf_of(light, s.direction), 1e-3f * s.pdf);
     }
   }
 }
@@ -290,7 +291,7 @@ TEST(EnvironmentGuide, NothingThatShinesIsLeftOut) {
       const Rgb radiance = look(guide, direction, &pdf, guide.region_of(Vec3f(0.0f), {0, 1, 0}));
       if (luminance(radiance) < 1e-4f) continue;
       ++found;
-      EXPECT_EQ(light.pdf(direction), 0.0f);
+      EXPECT_EQ(test::pdf_of(light, direction), 0.0f);
       EXPECT_GT(pdf, 0.0f) << dot;
     }
     EXPECT_GE(found, 1) << dot;
@@ -308,7 +309,7 @@ TEST(EnvironmentGuide, DoubtsWhatFewPointsSaw) {
     return pdf;
   };
   EXPECT_GT(closed(1), 1.5f * closed(1000));
-  EXPECT_GT(closed(1000), 0.05f * light.pdf({0, -1, 0}));
+  EXPECT_GT(closed(1000), 0.05f * test::pdf_of(light, {0, -1, 0}));
 }
 
 }  // namespace

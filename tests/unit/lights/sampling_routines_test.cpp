@@ -14,6 +14,7 @@
 #include "samplers/pixel_samples.h"
 #include "support/directions.h"
 #include "support/light_scenes.h"
+#include "support/single_queries.h"
 
 namespace emberline {
 namespace {
@@ -150,12 +151,12 @@ TEST(SamplingRoutines, WholeLightSampler) {
     EXPECT_TRUE(chi_square_directions(
         [&](TestRandom& random) -> std::optional<Vec3f> {
           const float pick = random.next();
-          const LightSample s = lights.sample(query, pick, random.vec2());
+          const LightSample s = test::sample_one(lights, query, pick, random.vec2());
           if (s.kind == LightKind::kNone) return std::nullopt;
           return s.direction;
         },
         [&](const Vec3f& w) {
-          double sum = double(lights.pdf_environment(query, w));
+          double sum = double(test::pdf_environment(lights, query, w));
           for (uint32_t i = 0; i < list.size(); ++i) {
             const EmissiveTriangle& t = list[i];
             const Vec3d e1 = Vec3d(t.p1) - Vec3d(t.p0), e2 = Vec3d(t.p2) - Vec3d(t.p0);
@@ -163,7 +164,7 @@ TEST(SamplingRoutines, WholeLightSampler) {
             const double det = dot(e1, p), b1 = dot(s, p) / det, b2 = dot(d, cross(s, e1)) / det;
             const double distance = dot(e2, cross(s, e1)) / det;
             if (b1 >= 0 && b2 >= 0 && b1 + b2 <= 1 && distance > 0)
-              sum += double(lights.pdf_triangle(query, i, w, float(distance)));
+              sum += double(lights.pdf_triangle(query, i, float(distance)));
           }
           return sum;
         },

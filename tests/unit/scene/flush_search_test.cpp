@@ -1,6 +1,6 @@
 // Emitters in surfaces: the search against a look at every pair, and its time where all of them
 // would meet in a search with one radius.
-#include "renderer/scene/flush_search.h"
+#include "renderer/scene/flush_emitters.h"
 
 #include <gtest/gtest.h>
 
@@ -53,7 +53,7 @@ struct World {
   }
 
   FlushSurfaces search() const {
-    return find_flush_surfaces(meshes, instances, emitters, LoadProgress::unwatched());
+    return find_flush_surfaces({meshes, instances, {}, emitters}, LoadProgress::unwatched());
   }
 
   // Emitters that some point says lie in a surface, by looking at all pairs.

@@ -180,7 +180,7 @@ TEST(GltfScene, WhatIsScaledToAPlaneIsFlat) {
     const Mat44d& m = scene.instances[i].to_world;
     EXPECT_GT(m.determinant(), 0);
     WorldBounds bounds;
-    for (const Vec3f& p : scene.meshes[0].positions) bounds.add(transformed(m, to_double(p)));
+    for (const Vec3f& p : scene.meshes[0].positions) bounds.extendBy(transformed(m, to_double(p)));
     EXPECT_LT(dot(bounds.max - bounds.min, planes[i]), 4e-5 * bounds.radius()) << i;
     EXPECT_GT(dot(bounds.max - bounds.min, planes[i]), 0) << i;
     EXPECT_NEAR(dot(bounds.center(), planes[i]), i == 3 ? 4 : 0, 4e-6) << i;

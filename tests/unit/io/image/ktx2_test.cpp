@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "io/image/input.h"
+#include "io/image/ktx2/block_rows.h"
 #include "io/image/ktx2/huffman.h"
-#include "io/image/ktx2/uastc.h"
 #include "renderer/core/errors.h"
 #include "support/ktx2_files.h"
 
@@ -150,7 +150,7 @@ TEST(Ktx2, WhatIsNotReadIsNamed) {
 // "Mode Index": 19 is reserved; "ETC2M cannot be zero"; patterns beyond their table.
 TEST(Ktx2, BlocksThatMeanNothingAreOfTheColourOfErrors) {
   const auto is_error = [](std::array<uint8_t, 16> block) {
-    const ktx2::UastcPixels pixels = ktx2::decode_uastc(block);
+    const ktx2::BlockPixels pixels = ktx2::decode_uastc(block);
     return std::ranges::all_of(pixels, [](const auto& p) {
       return p == std::array<uint8_t, 4>{255, 0, 255, 255};
     });

@@ -1,4 +1,4 @@
-#include "io/image/whole_picture.h"
+#include "io/image/picture_mark.h"
 
 #include <ImfRgbaFile.h>
 #include <ImfTiledRgbaFile.h>

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "io/gltf/document/meshopt_v1.h"
+#include "io/gltf/document/meshopt.h"
 #include "io/gltf/document/uri.h"
 #include "renderer/core/errors.h"
 #include "support/compressed_gltf.h"
