@@ -25,7 +25,7 @@ SETTINGS = {"bucket": (), "bucket streams": ("--streams", "2"), "bisection": (),
             "bisection stopped": ("--spp", "200"), "adaptive stopped": ("--spp", "200"),
             "adaptive threshold stopped": ("--noise-threshold", "0.002", "--max-spp", "300")}
 CHECKPOINT = "the.checkpoint"
-SECONDS = 100 if SANITIZED else 10
+SECONDS = 600 if SANITIZED else 60  # by the clock: machines are busy
 MEMORY = (3 << 30) if SANITIZED else (400 << 20)  # of the process; it takes 20 MiB
 ADDRESSES = None if SANITIZED else 4 << 30  # where it ends if it is not bounded
 LONGEST_LINE = 20000
