@@ -44,7 +44,7 @@ void Comparison::set_raw_wipe(bool on) {
   }
   if (on == (wipe_ == Wipe::kRaw)) return;
   wipe_ = on ? Wipe::kRaw : Wipe::kNone;
-  settings_.set_raw_beside(on);
+  settings_.change_with([&](ViewSettings& s) { s.raw_beside = on; });
 }
 
 void Comparison::move_to(float place) { place_ = std::clamp(place, 0.0f, 1.0f); }
@@ -52,7 +52,7 @@ void Comparison::move_to(float place) { place_ = std::clamp(place, 0.0f, 1.0f); 
 void Comparison::toggle_denoise() {
   const bool on = !session_.settings().denoise;
   if (!on) set_raw_wipe(false);
-  settings_.set_denoise(on);
+  settings_.change_with([&](ViewSettings& s) { s.denoise = on; });
 }
 
 }  // namespace emberline
