@@ -11,6 +11,14 @@
 namespace emberline {
 namespace {
 
+constexpr NamedValue<ErrorMetric> kMetrics[] = {
+    {"display", "squared error of the picture as it is looked at (sRGB)", ErrorMetric::kDisplay},
+    {"mse", "squared error of linear radiance", ErrorMetric::kMse},
+    {"relmse", "squared error over squared radiance", ErrorMetric::kRelMse},
+    {"denoised", "as display, of the denoised picture: with `denoise`, which comes with it",
+     ErrorMetric::kDenoised},
+};
+
 // The first row is the default.
 constexpr EstimatorEntry kEstimators[] = {
     {.name = "nested",
@@ -64,6 +72,8 @@ constexpr EstimatorEntry kEstimators[] = {
 };
 
 }  // namespace
+
+std::span<const NamedValue<ErrorMetric>> error_metric_table() { return kMetrics; }
 
 std::span<const EstimatorEntry> estimator_table() { return kEstimators; }
 

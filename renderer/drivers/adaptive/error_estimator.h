@@ -6,8 +6,10 @@
 #include <string_view>
 #include <vector>
 
-#include "renderer/drivers/adaptive/error_metric.h"
+#include "renderer/core/display_error.h"
+#include "renderer/core/names.h"
 #include "renderer/drivers/adaptive/pixel_statistics.h"
+#include "renderer/drivers/driver_choices.h"
 #include "samplers/sampler.h"
 
 namespace emberline {
@@ -26,6 +28,13 @@ struct ErrorMap {
   // missed, as their neighbours have met it; no part of `error`. 0 of estimators that do not pool.
   double missed = 0.0;
 };
+
+// In what units an error counts: the table behind --allocation, its --help and its error message.
+// Each metric weighs a channel's squared error by a function of the channel's value; expected
+// errors are sums of weight x variance. The weight is 1 for mse, 1 / (mean^2 + epsilon) for relmse
+// (rel_mse_epsilon()), display_error_weight() for display, and for denoised, where the errors are
+// those that a filter leaves (denoised_error.h).
+std::span<const NamedValue<ErrorMetric>> error_metric_table();
 
 struct EstimatorSettings {
   float threshold = 0.0f;  // --noise-threshold; 0: none

@@ -1,4 +1,4 @@
-#include "renderer/statistics/study/page_pictures.h"
+#include "renderer/statistics/study/page.h"
 
 #include <fmt/format.h>
 

@@ -18,7 +18,6 @@
 #include "renderer/output/outputs.h"
 #include "renderer/output/report.h"
 #include "renderer/output/rgb_file.h"
-#include "renderer/statistics/study/denoise.h"
 #include "renderer/statistics/study/files.h"
 #include "renderer/statistics/study/folder.h"
 #include "renderer/statistics/study/page.h"
