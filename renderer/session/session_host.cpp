@@ -69,9 +69,6 @@ class SessionHost {
     set_log_sink({});
   }
 
-  SessionHost(const SessionHost&) = delete;
-  SessionHost& operator=(const SessionHost&) = delete;
-
   void run() {
     send({{"event", "hello"},
           {"protocol", kSessionProtocol},

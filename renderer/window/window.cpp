@@ -61,9 +61,6 @@ class Window {
     set_theme();
   }
 
-  Window(const Window&) = delete;
-  Window& operator=(const Window&) = delete;
-
   // Until it is closed, by its user or by what the options asked for.
   void run() {
     const auto stopped = [this] { return options_.stopped && options_.stopped(); };

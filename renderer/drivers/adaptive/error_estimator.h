@@ -48,8 +48,8 @@ struct EstimatorEntry {
   // Fills `out` completely; no value is NaN or negative, whatever the statistics hold. A pure
   // function: neither threads nor time enter.
   void (*estimate)(const PixelStatistics& pixels, const EstimatorSettings& settings, ErrorMap* out);
-  StreamCount streams;     // what its estimate needs
-  uint32_t first_samples;  // of every pixel, before it is asked; its paper's figure
+  StreamCount streams = StreamCount::kOne;  // what its estimate needs
+  uint32_t first_samples = 0;  // of every pixel, before it is asked; its paper's figure
   uint32_t batch = 0;  // samples that an unfinished pixel gets at a time; 0: shared by deviation
   bool rms_error = false;   // its error is the pixel's expected RMS error as displayed
   bool halves = false;      // the statistics hold halves (SampleHalves) in the place of streams
