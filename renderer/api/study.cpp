@@ -138,10 +138,9 @@ StudyTable study(const std::string& scene, const Settings& settings, const Study
   return translated([&] {
     check_resources(resources);
     const StudyOptions options = options_of(scene, Access::of(settings), request, resources);
-    const StudyOutcome outcome = make_study(options, "`folder`", [&](Study& study) {
-      study.render(
-          on_samples ? on_samples : [](uint64_t) {}, stop);
-    });
+    const StudyOutcome outcome =
+        make_study(options, "`folder`",
+                   [&](uint64_t, const RenderStudy& render) { render(on_samples, stop); });
     if (!outcome.results) {
       throw Stopped("the study was stopped before there was a reference; the same call goes on");
     }

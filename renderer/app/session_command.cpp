@@ -64,9 +64,8 @@ HostSettings with_texts(SessionOptions options, const HostTexts& texts) {
 }  // namespace
 
 int run_session(const SessionOptions& options) {
-  SessionHost host([&](const HostTexts& texts) { return with_texts(options, texts); }, STDIN_FILENO,
+  run_session_host([&](const HostTexts& texts) { return with_texts(options, texts); }, STDIN_FILENO,
                    STDOUT_FILENO);
-  host.run();
   return kExitDone;
 }
 

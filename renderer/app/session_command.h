@@ -21,7 +21,7 @@ struct SessionOptions {
   bool paused = false, denoise = false;
 };
 
-// Returns kExitDone when the host says "quit". Throws as SessionHost::run does, and UsageError.
+// Returns kExitDone when the host says "quit". Throws as run_session_host() does, and UsageError.
 int run_session(const SessionOptions& options);
 
 }  // namespace emberline

@@ -15,11 +15,11 @@
 namespace emberline {
 namespace {
 
-void render(Study& study) {
+void watch(uint64_t samples, const RenderStudy& render) {
   StopRequest stop;
   const GracefulStop graceful;
-  ProgressDisplay progress(study.samples_to_come(), stop);
-  study.render([&](uint64_t count) { progress.add(count); }, stop.token());
+  ProgressDisplay progress(samples, stop);
+  render([&](uint64_t count) { progress.add(count); }, stop.token());
 }
 
 }  // namespace
@@ -36,7 +36,7 @@ int run_study(const StudyOptions& given) {
   if (given.convergence) return run_convergence(given);
   StudyOptions options = given;
   options.frame.threads = workers.count();
-  const StudyOutcome outcome = make_study(options, "-o", render);
+  const StudyOutcome outcome = make_study(options, "-o", watch);
   if (!outcome.results) {
     log_info("stopped before there was a reference; the same command goes on");
     return kExitStopped;

@@ -3,19 +3,23 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <iterator>
 #include <limits>
 #include <optional>
+#include <span>
+#include <string>
+#include <vector>
 
 #include "renderer/core/archive.h"
 #include "renderer/core/parallel.h"
+#include "renderer/drivers/adaptive/refinement_tree.h"
+#include "renderer/drivers/adaptive/round_averages.h"
+#include "renderer/drivers/adaptive/round_parts.h"
+#include "renderer/drivers/adaptive/round_planner.h"
 #include "renderer/drivers/adaptive/smooth_reconstruction.h"
-#include "renderer/drivers/bisection_picture.h"
 #include "renderer/drivers/frame.h"
 #include "renderer/film/film.h"
 #include "renderer/film/light_mix.h"
-#include "samplers/owen_sobol.h"
 
 namespace emberline {
 namespace {
@@ -24,7 +28,7 @@ namespace {
 constexpr uint64_t kPartSamples = 4096;
 
 // Samples of a pixel on the way to the pilot.
-constexpr uint32_t kPilotStep = 4;
+constexpr uint32_t kStepSamples = 4;
 
 // The tree places the first sample of one pixel in kTreePart; the others follow in tiles. By then
 // the tree has found the picture's features, and asking it costs as much as a sample of a simple
@@ -32,456 +36,437 @@ constexpr uint32_t kPilotStep = 4;
 constexpr size_t kTreePart = 16;
 constexpr size_t kTreePartPixels = 256;
 
-}  // namespace
-
-std::vector<uint32_t> tile_order(const Rect& crop) {
-  constexpr int kTile = 16;
-  std::vector<uint32_t> order;
-  order.reserve(size_t(crop.area()));
-  const int width = crop.width(), height = crop.height();
-  for (int tile_y = 0; tile_y < height; tile_y += kTile) {
-    for (int tile_x = 0; tile_x < width; tile_x += kTile) {
-      for (int y = tile_y; y < std::min(tile_y + kTile, height); ++y) {
-        for (int x = tile_x; x < std::min(tile_x + kTile, width); ++x) {
-          order.push_back(uint32_t(y) * uint32_t(width) + uint32_t(x));
-        }
-      }
-    }
-  }
-  return order;
-}
-
-std::vector<size_t> cut_into_parts(std::span<const uint32_t> order, std::span<const uint32_t> have,
-                                   std::span<const uint32_t> targets, uint64_t samples) {
-  const auto missing = [&](size_t k) { return uint64_t(targets[order[k]] - have[order[k]]); };
-  // Sums of blocks by all threads: what is left to one is to look where a part ends.
-  constexpr size_t kBlock = 32;
-  const size_t count = order.size();
-  std::vector<uint64_t> sums((count + kBlock - 1) / kBlock);
-  parallel_each(sums.size(), [&](size_t block) {
-    const size_t end = std::min(count, (block + 1) * kBlock);
-    for (size_t k = block * kBlock; k < end; ++k) sums[block] += missing(k);
-  });
-  std::vector<size_t> parts = {0};
-  uint64_t in_part = 0;
-  for (size_t block = 0; block < sums.size(); ++block) {
-    if (in_part + sums[block] < samples) {
-      in_part += sums[block];
-      continue;
-    }
-    const size_t end = std::min(count, (block + 1) * kBlock);
-    for (size_t k = block * kBlock; k < end; ++k) {
-      if (in_part >= samples) {
-        parts.push_back(k);
-        in_part = 0;
-      }
-      in_part += missing(k);
-    }
-  }
-  if (!order.empty()) parts.push_back(order.size());
-  return parts;
-}
-
-std::vector<uint32_t> parts_by_gain(std::span<const size_t> parts, std::span<const uint32_t> order,
-                                    std::span<const uint32_t> have,
-                                    std::span<const uint32_t> targets,
-                                    std::span<const float> gain) {
-  const size_t count = parts.size() - 1;
-  std::vector<double> rates(count);
-  parallel_each(count, [&](size_t part) {
-    double sum = 0;
-    uint64_t samples = 0;
-    for (size_t k = parts[part]; k < parts[part + 1]; ++k) {
-      const size_t i = order[k];
-      sum += double(gain[i]);
-      samples += targets[i] - have[i];
-    }
-    rates[part] = samples > 0 ? sum / double(samples) : 0.0;
-  });
-  std::vector<uint32_t> sorted;
-  sorted.reserve(count);
-  const auto bits = uint32_t(std::bit_width(count));
-  for (uint32_t i = 0; sorted.size() < count; ++i) {  // van der Corput's order
-    const uint32_t part = bits > 0 ? owen_sobol::reverse_bits(i) >> (32 - bits) : 0;
-    if (part < count) sorted.push_back(part);
-  }
-  std::ranges::stable_sort(sorted, std::ranges::greater(), [&](uint32_t p) { return rates[p]; });
-  return sorted;
-}
-
-namespace {
-
 uint32_t least_of(std::span<const uint32_t> counts) {
   return counts.empty() ? 0 : *std::ranges::min_element(counts);
 }
 
-}  // namespace
-
-FilmExtras AdaptiveDriver::film_extras(const AdaptiveSettings& settings) {
-  return {
-      .squares = true, .rays = true, .sample_variance = RoundPlanner::knows_variances(settings)};
-}
-
-AdaptiveDriver::AdaptiveDriver(const Frame& frame, const Rect& crop, const DriverSettings& settings,
-                               FirstPicture first_picture)
-    : crop_(crop),
-      settings_(settings),
-      shown_(first_picture == FirstPicture::kShown),
-      smooth_(settings.reconstruction == Reconstruction::kLinear),
-      planner_(settings.adaptive, crop.width(), crop.height(), frame.seed),
-      order_(tile_order(crop)),
-      have_(order_.size(), 0),
-      stage_(shown_ ? Stage::kTree : Stage::kPilotStep) {
-  if (settings.adaptive.unbiased) planner_.set_averages(&averages_);
-  if (settings.extending) planner_.skip_pilot();
-  if (settings.explained && crop.contains(settings.explained->x, settings.explained->y)) {
-    planner_.record(index(settings.explained->x, settings.explained->y));
+class AdaptiveDriver final : public FrameDriver {
+ public:
+  // `shown`: before it is finished. Then the frame is complete from the first samples on, and can
+  // be shown at any moment.
+  AdaptiveDriver(const Frame& frame, const Rect& crop, const DriverSettings& settings, bool shown)
+      : crop_(crop),
+        settings_(settings),
+        shown_(shown),
+        smooth_(settings.reconstruction == Reconstruction::kLinear),
+        planner_(settings.adaptive, crop.width(), crop.height(), frame.seed),
+        order_(tile_order(crop)),
+        have_(order_.size(), 0),
+        stage_(shown_ ? Stage::kTree : Stage::kPilotStep) {
+    if (settings.adaptive.unbiased) planner_.set_averages(&averages_);
+    if (settings.extending) planner_.skip_pilot();
+    if (settings.explained && crop.contains(settings.explained->x, settings.explained->y)) {
+      planner_.record(index(settings.explained->x, settings.explained->y));
+    }
+    if (!shown_) return;
+    RefinementSettings refinement;
+    refinement.seed = frame.seed;
+    tree_.emplace(crop, refinement);
   }
-  if (!shown_) return;
-  RefinementSettings refinement;
-  refinement.seed = frame.seed;
-  tree_.emplace(crop, refinement);
-}
 
-std::optional<Round> AdaptiveDriver::next(FilmTile& film, const std::stop_token& stop) {
-  if (stage_ == Stage::kTree) {
-    if (const std::optional<Round> round = next_of_tree()) return round;
-    stage_ = Stage::kFirst;
-    return bring_all_to(1, true);
-  }
-  if (stage_ == Stage::kFirst) {
-    if (!settings_.keep_tree && !settings_.explained) tree_.reset();
-    stage_ = Stage::kPilotStep;
+  std::optional<Round> next(FilmTile& film, const std::stop_token& stop) override {
+    if (stage_ == Stage::kTree) {
+      if (const std::optional<Round> round = next_of_tree()) return round;
+      stage_ = Stage::kFirst;
+      return bring_all_to(1, true);
+    }
+    if (stage_ == Stage::kFirst) {
+      if (!settings_.keep_tree && !settings_.explained) tree_.reset();
+      stage_ = Stage::kPilotStep;
+      ++pass_;
+      const std::span<const uint32_t> pilot = planner_.targets();  // the same for all pixels
+      if (!pilot.empty() && pilot[0] >= 2 * kStepSamples) return bring_all_to(kStepSamples, false);
+    }
+    if (stage_ == Stage::kPilotStep) {
+      stage_ = Stage::kPilot;
+      even_ = {};
+      return bring_to(planner_.targets(), true);
+    }
+    stage_ = Stage::kRounds;
+    if (settings_.adaptive.unbiased && !averaged_) {
+      averages_.add_round(film, planner_.round_weight());
+    }
+    averaged_ = false;
+    const bool more = planner_.plan(film, stop);
+    if (planner_.interrupted()) return std::nullopt;
+    planner_.write_variances(&film);
+    if (!more) {
+      stage_ = Stage::kFinished;
+      return std::nullopt;
+    }
     ++pass_;
-    const std::span<const uint32_t> pilot = planner_.targets();  // the same for all pixels
-    if (!pilot.empty() && pilot[0] >= 2 * kPilotStep) return bring_all_to(kPilotStep, false);
-  }
-  if (stage_ == Stage::kPilotStep) {
-    stage_ = Stage::kPilot;
-    even_ = {};
     return bring_to(planner_.targets(), true);
   }
-  stage_ = Stage::kRounds;
-  if (settings_.adaptive.unbiased && !averaged_) {
-    averages_.add_round(film, planner_.round_weight());
+
+  Round round() const override {
+    const size_t parts = stage_ == Stage::kTree
+                             ? (wanted_.size() + kTreePartPixels - 1) / kTreePartPixels
+                             : std::max<size_t>(1, parts_.size()) - 1;
+    return {parts, planner_.round_seed(), pass_, ends_pass_};
   }
-  averaged_ = false;
-  const bool more = planner_.plan(film, stop);
-  if (planner_.interrupted()) return std::nullopt;
-  planner_.write_variances(&film);
-  if (!more) {
-    stage_ = Stage::kFinished;
-    return std::nullopt;
-  }
-  ++pass_;
-  return bring_to(planner_.targets(), true);
-}
 
-// How many pixels get their first sample where the tree asks for it.
-size_t AdaptiveDriver::refined_pixels() const {
-  const bool whole = find_estimator(settings_.adaptive.estimator).whole_tree;
-  return whole ? have_.size() : (have_.size() + kTreePart - 1) / kTreePart;
-}
-
-std::optional<Round> AdaptiveDriver::next_of_tree() {
-  const size_t pixels = have_.size(), count = tree_->sample_count(), refined = refined_pixels();
-  if (tree_->finished() || count >= refined) return std::nullopt;
-  wanted_ = tree_->next_round(refined - count);
-  ends_pass_ = count + wanted_.size() == pixels;
-  return round();
-}
-
-Round AdaptiveDriver::round() const {
-  const size_t parts = stage_ == Stage::kTree
-                           ? (wanted_.size() + kTreePartPixels - 1) / kTreePartPixels
-                           : std::max<size_t>(1, parts_.size()) - 1;
-  return {parts, planner_.round_seed(), pass_, ends_pass_};
-}
-
-Round AdaptiveDriver::bring_all_to(uint32_t samples, bool ends_pass) {
-  even_.assign(order_.size(), samples);
-  return bring_to(even_, ends_pass);
-}
-
-// Until each pixel has as many samples as `targets` says.
-Round AdaptiveDriver::bring_to(std::span<const uint32_t> targets, bool ends_pass) {
-  targets_ = targets;
-  parts_ = cut_into_parts(order_, have_, targets, kPartSamples);
-  if (shown_) {
-    planner_.expected_gains(have_, targets, &gains_);
-    turns_ = parts_by_gain(parts_, order_, have_, targets, gains_);
-  }
-  ends_pass_ = ends_pass;
-  return round();
-}
-
-void AdaptiveDriver::expand(size_t part, std::vector<PixelWork>& list) const {
-  if (stage_ == Stage::kTree) {
-    const size_t end = std::min(wanted_.size(), (part + 1) * kTreePartPixels);
-    for (size_t k = part * kTreePartPixels; k < end; ++k) {
-      list.push_back({wanted_[k].x, wanted_[k].y, 0, 1});
+  void expand(size_t part, std::vector<PixelWork>& list) const override {
+    if (stage_ == Stage::kTree) {
+      const size_t end = std::min(wanted_.size(), (part + 1) * kTreePartPixels);
+      for (size_t k = part * kTreePartPixels; k < end; ++k) {
+        list.push_back({wanted_[k].x, wanted_[k].y, 0, 1});
+      }
+      return;
     }
-    return;
-  }
-  for (size_t k = parts_[turn(part)]; k < parts_[turn(part) + 1]; ++k) {
-    const size_t i = order_[k];
-    if (targets_[i] > have_[i]) {
-      list.push_back({x_of(i), y_of(i), have_[i], targets_[i] - have_[i]});
+    for (size_t k = parts_[turn(part)]; k < parts_[turn(part) + 1]; ++k) {
+      const size_t i = order_[k];
+      if (targets_[i] > have_[i]) {
+        list.push_back({x_of(i), y_of(i), have_[i], targets_[i] - have_[i]});
+      }
     }
   }
-}
 
-uint64_t AdaptiveDriver::samples(size_t part) const {
-  if (stage_ == Stage::kTree) {
-    return std::min(wanted_.size(), (part + 1) * kTreePartPixels) - part * kTreePartPixels;
+  uint64_t samples(size_t part) const override {
+    if (stage_ == Stage::kTree) {
+      return std::min(wanted_.size(), (part + 1) * kTreePartPixels) - part * kTreePartPixels;
+    }
+    uint64_t samples = 0;
+    for (size_t k = parts_[turn(part)]; k < parts_[turn(part) + 1]; ++k) {
+      samples += targets_[order_[k]] - have_[order_[k]];
+    }
+    return samples;
   }
-  uint64_t samples = 0;
-  for (size_t k = parts_[turn(part)]; k < parts_[turn(part) + 1]; ++k) {
-    samples += targets_[order_[k]] - have_[order_[k]];
-  }
-  return samples;
-}
 
-void AdaptiveDriver::rendered(const RenderedParts& parts, const FilmTile& film) {
-  if (stage_ != Stage::kTree) {
-    parallel_each(parts.end - parts.begin, [&](size_t part) {
-      const size_t t = turn(parts.begin + part);
-      for (size_t k = parts_[t]; k < parts_[t + 1]; ++k) {
-        const size_t i = order_[k];
-        have_[i] = parts.complete ? targets_[i] : film.sample_count(x_of(i), y_of(i));
+  void rendered(const RenderedParts& parts, const FilmTile& film) override {
+    if (stage_ != Stage::kTree) {
+      parallel_each(parts.end - parts.begin, [&](size_t part) {
+        const size_t t = turn(parts.begin + part);
+        for (size_t k = parts_[t]; k < parts_[t + 1]; ++k) {
+          const size_t i = order_[k];
+          have_[i] = parts.complete ? targets_[i] : film.sample_count(x_of(i), y_of(i));
+        }
+      });
+      return;
+    }
+    const size_t end = std::min(wanted_.size(), parts.end * kTreePartPixels);
+    for (size_t k = parts.begin * kTreePartPixels; k < end; ++k) {
+      have_[index(wanted_[k].x, wanted_[k].y)] = film.sample_count(wanted_[k].x, wanted_[k].y);
+    }
+    if (!parts.complete || end < wanted_.size()) return;
+    std::vector<Rgb> values;
+    values.reserve(wanted_.size());
+    for (const Vec2i& pixel : wanted_) values.push_back(film.mean(pixel.x, pixel.y));
+    tree_->insert(values);
+    wanted_ = {};
+  }
+
+  bool finished() const override { return stage_ == Stage::kFinished; }
+
+  uint32_t least_samples(const FilmTile&) const override { return least_of(have_); }
+
+  std::optional<double> error_estimate() const override {
+    const double estimate = planner_.error_estimate();
+    return estimate >= 0 ? std::optional(estimate) : std::nullopt;
+  }
+
+  PixelStop stop_so_far(const FilmTile&, int x, int y) const override {
+    const size_t i = index(x, y);
+    if (finished() || ended_) return stop_of(i, ended_.value_or(PixelStop::kUser));
+    return planner_.stop_so_far(i, have_[i]);
+  }
+
+  // Mixed, an unbiased frame is the mean of all its samples: rounds are not kept by light group.
+  // Nor are the shadows that are in alpha.
+  void resolve(const FilmTile& film, std::span<float> rgba, const LightMix* mix) const override {
+    FrameDriver::resolve(film, rgba, mix);
+    if (!mix && !averages_.empty()) {
+      parallel_each(have_.size(), [&](size_t i) {
+        const float alpha = rgba[4 * i + 3];
+        averages_.resolve(i, &rgba[4 * i]);
+        if (film.has(Sums::kShadow)) rgba[4 * i + 3] = alpha;
+      });
+    }
+    if (!covered() && tree_->sample_count() > 0) fill_from_tree(film, rgba);
+  }
+
+  bool shows_other_means() const override { return !averages_.empty(); }
+
+  void end(FilmTile& film, PixelStop cut_short) override {
+    ended_ = cut_short;
+    if (!finished() && least_of(have_) > 0) {  // else the last decision has looked
+      planner_.look(film);
+      planner_.write_variances(&film);
+    }
+    parallel_each(have_.size(),
+                  [&](size_t i) { film.set_stop(x_of(i), y_of(i), stop_of(i, cut_short)); });
+  }
+
+  void archive(Archive& archive, const FilmTile& film) override {
+    archive.number(stage_, shown_ ? Stage::kTree : Stage::kPilotStep, Stage::kFinished);
+    archive.number(pass_, 1, std::numeric_limits<int>::max() / 2);
+    archive.number(ends_pass_, false, true);
+    archive.number(followed_from_, 0, std::numeric_limits<int>::max());
+    planner_.archive(archive);
+    averages_.archive(archive, film);
+    archive_tree(archive);
+    for (size_t i = 0; archive.loading() && i < have_.size(); ++i) {
+      have_[i] = film.sample_count(x_of(i), y_of(i));
+    }
+    uint32_t even = even_.empty() ? 0 : even_[0];
+    archive.number(even, 0u, kStepSamples);
+    archive.list(parts_, order_.size() + 1);
+    archive.list(turns_, order_.size());
+    if (!archive.loading()) return;
+    if (even > 0) even_.assign(order_.size(), even);
+    targets_ = even > 0 ? std::span<const uint32_t>(even_) : planner_.targets();
+    if (parts_.empty()) return archive.check(turns_.empty());
+    for (size_t i = 0; i < have_.size(); ++i) archive.check(have_[i] <= targets_[i]);
+    archive.check(parts_.front() == 0 && parts_.back() == order_.size());
+    archive.check(std::ranges::is_sorted(parts_, std::ranges::less_equal()));
+    archive.check(turns_.size() == (shown_ ? parts_.size() - 1 : 0));
+    std::vector<bool> taken(turns_.size());
+    for (const uint32_t turn : turns_) {
+      archive.check(turn < taken.size() && !taken[turn]);
+      taken[turn] = true;
+    }
+  }
+
+  void extend(Archive& finished, const FilmTile& film) override {
+    archive(finished, film);
+    finished.check(stage_ == Stage::kFinished);
+    stage_ = Stage::kRounds;
+    averaged_ = true;
+  }
+
+  uint64_t bytes() const override {
+    return planner_.bytes() + averages_.bytes() +
+           (tree_ ? tree_->node_bytes() + tree_->map_bytes() : 0) +
+           (order_.capacity() + have_.capacity()) * sizeof(uint32_t) +
+           gains_.capacity() * sizeof(float);
+  }
+
+  DriverFacts facts() const override { return {.tree = settings_.keep_tree ? &*tree_ : nullptr}; }
+
+  std::string explain(const FilmTile& film, int x, int y) const override {
+    const size_t i = index(x, y);
+    const Rgb mean = film.mean(x, y);
+    std::string text = fmt::format("pixel {},{}: {} sample{}, {}\n", x, y, have_[i],
+                                   have_[i] == 1 ? "" : "s", fate_of(i));
+    const auto out = std::back_inserter(text);
+    fmt::format_to(out, "mean {:.6g} {:.6g} {:.6g}\n", mean.x, mean.y, mean.z);
+    if (!planner_.errors().error.empty()) {  // there was a round to plan
+      fmt::format_to(out, "error now {:.4g}{}\n", planner_.errors().error[i],
+                     settings_.adaptive.threshold > 0
+                         ? fmt::format(", threshold {:.4g}", settings_.adaptive.threshold)
+                         : "");
+    }
+    if (tree_) {
+      fmt::format_to(out,
+                     "refinement tree, from the crop down to the leaf with this pixel\n"
+                     "  {:>24} {:>10} {:>10} {:>10} {:>6}  {}\n",
+                     "rectangle", "v_int", "v_ext", "priority", "round", "phase");
+      for (const RefinementNode& step : tree_->describe(x, y)) {
+        const Rect& r = step.rect;
+        fmt::format_to(out, "  {:>24} {:>10.3g} {:>10.3g} {:>10.3g} {:>6}  {}{}\n",
+                       fmt::format("{},{} {}x{}", r.x0, r.y0, r.width(), r.height()), step.v_int,
+                       step.v_ext, step.priority, step.round, refinement_phase_name(step.phase),
+                       step.leaf ? ", leaf" : "");
+      }
+    }
+    if (planner_.recorded() != i || planner_.records().empty()) return text;
+    const bool late = followed_from_ > 0;
+    fmt::format_to(out, "rounds{}\n  {:>5} {:>8} {:>10} {:>10} {:>6} {:>8}\n",
+                   late ? fmt::format(" since it was asked for, in round {}", followed_from_) : "",
+                   "round", "samples", "error", "deviation", "cost", "to have");
+    for (const RoundRecord& r : planner_.records()) {
+      fmt::format_to(out, "  {:>5} {:>8} {:>10.4g} {:>10.4g} {:>6.3g} {:>8}\n", r.round, r.samples,
+                     r.error, r.deviation, r.cost, r.target);
+    }
+    return text;
+  }
+
+  void follow(int x, int y) override {
+    if (finished() || ended_ || planner_.recorded() == index(x, y)) return;
+    planner_.record(index(x, y));
+    followed_from_ = planner_.round();
+  }
+
+ private:
+  enum class Stage {
+    kTree,       // first samples where the refinement tree asks for them
+    kFirst,      // a first sample for the others
+    kPilotStep,  // else, for as long as the pilot takes, pixels with all of it would stand beside
+                 // pixels with one sample, which looks like dirt on the picture
+    kPilot,
+    kRounds,
+    kFinished,
+  };
+
+  size_t index(int x, int y) const { return crop_.index_of(x, y); }
+  int x_of(size_t i) const { return crop_.x_of(i); }
+  int y_of(size_t i) const { return crop_.y_of(i); }
+  // Every pixel has a sample.
+  bool covered() const { return stage_ > Stage::kFirst; }
+
+  std::optional<Round> next_of_tree() {
+    const size_t pixels = have_.size(), count = tree_->sample_count(), refined = refined_pixels();
+    if (tree_->finished() || count >= refined) return std::nullopt;
+    wanted_ = tree_->next_round(refined - count);
+    ends_pass_ = count + wanted_.size() == pixels;
+    return round();
+  }
+
+  // How many pixels get their first sample where the tree asks for it.
+  size_t refined_pixels() const {
+    const bool whole = find_estimator(settings_.adaptive.estimator).whole_tree;
+    return whole ? have_.size() : (have_.size() + kTreePart - 1) / kTreePart;
+  }
+
+  // A tree is what its values make of it, so it is made again. Its wanted pixels are those of the
+  // round under way.
+  void archive_tree(Archive& archive) {
+    std::vector<float> rgb;
+    for (size_t leaf = 0; tree_ && leaf < tree_->sample_count(); ++leaf) {
+      const Rgb& value = tree_->value(uint32_t(leaf));
+      rgb.insert(rgb.end(), {value.x, value.y, value.z});
+    }
+    bool kept = tree_.has_value(), under_way = !wanted_.empty();
+    archive.number(kept, false, true);
+    archive.list(rgb, tree_ ? 3 * refined_pixels() : 0);
+    archive.number(under_way, false, true);
+    if (!archive.loading()) return;
+    archive.check(kept ? tree_.has_value() : covered() && !settings_.keep_tree);
+    archive.check(!under_way || stage_ == Stage::kTree);
+    if (!kept) return tree_.reset();
+    std::vector<Rgb> values;
+    for (size_t i = 0; i + 2 < rgb.size(); i += 3) {
+      values.emplace_back(rgb[i], rgb[i + 1], rgb[i + 2]);
+    }
+    for (size_t have = 0; have < values.size(); have = tree_->sample_count()) {
+      const size_t wanted = tree_->next_round(refined_pixels() - have).size();
+      archive.check(wanted > 0 && wanted <= values.size() - have);
+      tree_->insert(std::span(values).subspan(have, wanted));
+    }
+    if (under_way) wanted_ = tree_->next_round(refined_pixels() - values.size());
+  }
+
+  // Until each pixel has as many samples as `targets` says.
+  Round bring_to(std::span<const uint32_t> targets, bool ends_pass) {
+    targets_ = targets;
+    parts_ = cut_into_parts(order_, have_, targets, kPartSamples);
+    if (shown_) {
+      planner_.expected_gains(have_, targets, &gains_);
+      turns_ = parts_by_gain(parts_, order_, have_, targets, gains_);
+    }
+    ends_pass_ = ends_pass;
+    return round();
+  }
+
+  Round bring_all_to(uint32_t samples, bool ends_pass) {
+    even_.assign(order_.size(), samples);
+    return bring_to(even_, ends_pass);
+  }
+
+  size_t turn(size_t part) const { return shown_ ? turns_[part] : part; }
+
+  // Between two rounds it is as if all pixels were to get more.
+  PixelStop stop_of(size_t i, PixelStop cut_short) const {
+    if (have_[i] == 0) return PixelStop::kNone;
+    const bool wants_more =
+        !covered() || planner_.interrupted() || have_[i] < planner_.targets()[i];
+    return !finished() && wants_more ? cut_short : planner_.stop_of(i);
+  }
+
+  std::string fate_of(size_t i) const {
+    if (finished() || ended_) {
+      return fmt::format("ended by {}",
+                         pixel_stop_name(stop_of(i, ended_.value_or(PixelStop::kUser))));
+    }
+    if (!covered()) return "so far: every pixel gets its first";
+    const uint32_t target = planner_.targets()[i];
+    if (planner_.round() == 0) return fmt::format("so far: every pixel gets {}", target);
+    const PixelStop stop = planner_.stop_so_far(i, have_[i]);
+    if (stop != PixelStop::kGoingOn) {
+      return fmt::format("so far ended by {}; what goes everywhere may bring more",
+                         pixel_stop_name(stop));
+    }
+    return fmt::format("so far: {} by the end of round {}", target, planner_.round());
+  }
+
+  // Pixels without samples, from those that the tree has asked for, as `rgba` shows them. The film
+  // knows the colour of some more pixels than the tree.
+  void fill_from_tree(const FilmTile& film, std::span<float> rgba) const {
+    const auto sampled_for = [&](uint32_t leaf) {
+      const Vec2i pixel = tree_->sampled_pixel(leaf);
+      return &rgba[4 * index(pixel.x, pixel.y)];
+    };
+    std::vector<Rgb> smooth;
+    if (smooth_) {
+      std::vector<Rgb> values;
+      values.reserve(tree_->sample_count());
+      for (uint32_t leaf = 0; leaf < tree_->sample_count(); ++leaf) {
+        const float* value = sampled_for(leaf);
+        values.emplace_back(value[0], value[1], value[2]);
+      }
+      smooth.resize(have_.size());
+      reconstruct_smooth(*tree_, values, smooth);
+    }
+    constexpr size_t kGrain = 4096;
+    parallel_ranges(have_.size(), kGrain, [&](size_t begin, size_t end) {
+      for (size_t i = begin; i < end; ++i) {
+        if (film.sums(i).samples() > 0) continue;
+        std::copy_n(sampled_for(tree_->leaf_map()[i]), 4, &rgba[4 * i]);
+        if (smooth_) std::copy_n(&smooth[i].x, 3, &rgba[4 * i]);
       }
     });
-    return;
   }
-  const size_t end = std::min(wanted_.size(), parts.end * kTreePartPixels);
-  for (size_t k = parts.begin * kTreePartPixels; k < end; ++k) {
-    have_[index(wanted_[k].x, wanted_[k].y)] = film.sample_count(wanted_[k].x, wanted_[k].y);
-  }
-  if (!parts.complete || end < wanted_.size()) return;
-  std::vector<Rgb> values;
-  values.reserve(wanted_.size());
-  for (const Vec2i& pixel : wanted_) values.push_back(film.mean(pixel.x, pixel.y));
-  tree_->insert(values);
-  wanted_ = {};
+
+  const Rect crop_;
+  const DriverSettings settings_;
+  const bool shown_, smooth_;
+  RoundPlanner planner_;
+  RoundAverages averages_;
+  std::optional<RefinementTree> tree_;  // until every pixel has a sample, or kept
+  std::vector<uint32_t> order_;
+  std::vector<uint32_t> have_;  // samples of each pixel
+  Stage stage_;
+  int pass_ = 1;
+  bool ends_pass_ = false;  // the round under way does
+  bool averaged_ = false;   // the averages have the last round
+  // The round under way: of the tree, these pixels; else the samples that each pixel is to have,
+  // the parts' places in order_, and their turns.
+  std::span<const Vec2i> wanted_;
+  std::span<const uint32_t> targets_;
+  std::vector<uint32_t> even_;  // targets that are the same for all
+  std::vector<size_t> parts_;
+  std::vector<uint32_t> turns_;
+  std::vector<float> gains_;
+  std::optional<PixelStop> ended_;  // end() was called, with this
+  int followed_from_ = 0;  // the round in which the recorded pixel was asked for; 0: before all
+};
+
+}  // namespace
+
+std::unique_ptr<FrameDriver> adaptive_driver(const Frame& frame, const Rect& crop,
+                                             const DriverSettings& settings) {
+  return std::make_unique<AdaptiveDriver>(frame, crop, settings, true);
 }
 
-uint32_t AdaptiveDriver::least_samples(const FilmTile&) const { return least_of(have_); }
-
-std::optional<double> AdaptiveDriver::error_estimate() const {
-  const double estimate = planner_.error_estimate();
-  return estimate >= 0 ? std::optional(estimate) : std::nullopt;
+std::unique_ptr<FrameDriver> adaptive_tile_driver(const Frame& frame, const Rect& tile,
+                                                  const DriverSettings& settings) {
+  return std::make_unique<AdaptiveDriver>(frame, tile, settings, false);
 }
 
-// Between two rounds it is as if all pixels were to get more.
-PixelStop AdaptiveDriver::stop_of(size_t i, PixelStop cut_short) const {
-  if (have_[i] == 0) return PixelStop::kNone;
-  const bool wants_more = !covered() || planner_.interrupted() || have_[i] < planner_.targets()[i];
-  return !finished() && wants_more ? cut_short : planner_.stop_of(i);
+FilmExtras adaptive_film_extras(const DriverSettings& settings) {
+  return {.squares = true,
+          .rays = true,
+          .sample_variance = RoundPlanner::knows_variances(settings.adaptive)};
 }
 
-PixelStop AdaptiveDriver::stop_so_far(const FilmTile&, int x, int y) const {
-  const size_t i = index(x, y);
-  if (finished() || ended_) return stop_of(i, ended_.value_or(PixelStop::kUser));
-  return planner_.stop_so_far(i, have_[i]);
-}
-
-void AdaptiveDriver::end(FilmTile& film, PixelStop cut_short) {
-  ended_ = cut_short;
-  if (!finished() && least_of(have_) > 0) {  // else the last decision has looked
-    planner_.look(film);
-    planner_.write_variances(&film);
-  }
-  parallel_each(have_.size(),
-                [&](size_t i) { film.set_stop(x_of(i), y_of(i), stop_of(i, cut_short)); });
-}
-
-void AdaptiveDriver::archive(Archive& archive, const FilmTile& film) {
-  archive.number(stage_, shown_ ? Stage::kTree : Stage::kPilotStep, Stage::kFinished);
-  archive.number(pass_, 1, std::numeric_limits<int>::max() / 2);
-  archive.number(ends_pass_, false, true);
-  archive.number(followed_from_, 0, std::numeric_limits<int>::max());
-  planner_.archive(archive);
-  averages_.archive(archive, film);
-  archive_tree(archive);
-  for (size_t i = 0; archive.loading() && i < have_.size(); ++i) {
-    have_[i] = film.sample_count(x_of(i), y_of(i));
-  }
-  uint32_t even = even_.empty() ? 0 : even_[0];
-  archive.number(even, 0u, kPilotStep);
-  archive.list(parts_, order_.size() + 1);
-  archive.list(turns_, order_.size());
-  if (!archive.loading()) return;
-  if (even > 0) even_.assign(order_.size(), even);
-  targets_ = even > 0 ? std::span<const uint32_t>(even_) : planner_.targets();
-  if (parts_.empty()) return archive.check(turns_.empty());
-  for (size_t i = 0; i < have_.size(); ++i) archive.check(have_[i] <= targets_[i]);
-  archive.check(parts_.front() == 0 && parts_.back() == order_.size());
-  archive.check(std::ranges::is_sorted(parts_, std::ranges::less_equal()));
-  archive.check(turns_.size() == (shown_ ? parts_.size() - 1 : 0));
-  std::vector<bool> taken(turns_.size());
-  for (const uint32_t turn : turns_) {
-    archive.check(turn < taken.size() && !taken[turn]);
-    taken[turn] = true;
-  }
-}
-
-void AdaptiveDriver::extend(Archive& finished, const FilmTile& film) {
-  archive(finished, film);
-  finished.check(stage_ == Stage::kFinished);
-  stage_ = Stage::kRounds;
-  averaged_ = true;
-}
-
-// A tree is what its values make of it, so it is made again. Its wanted pixels are those of the
-// round under way.
-void AdaptiveDriver::archive_tree(Archive& archive) {
-  std::vector<float> rgb;
-  for (size_t leaf = 0; tree_ && leaf < tree_->sample_count(); ++leaf) {
-    const Rgb& value = tree_->value(uint32_t(leaf));
-    rgb.insert(rgb.end(), {value.x, value.y, value.z});
-  }
-  bool kept = tree_.has_value(), under_way = !wanted_.empty();
-  archive.number(kept, false, true);
-  archive.list(rgb, tree_ ? 3 * refined_pixels() : 0);
-  archive.number(under_way, false, true);
-  if (!archive.loading()) return;
-  archive.check(kept ? tree_.has_value() : covered() && !settings_.keep_tree);
-  archive.check(!under_way || stage_ == Stage::kTree);
-  if (!kept) return tree_.reset();
-  std::vector<Rgb> values;
-  for (size_t i = 0; i + 2 < rgb.size(); i += 3) {
-    values.emplace_back(rgb[i], rgb[i + 1], rgb[i + 2]);
-  }
-  for (size_t have = 0; have < values.size(); have = tree_->sample_count()) {
-    const size_t wanted = tree_->next_round(refined_pixels() - have).size();
-    archive.check(wanted > 0 && wanted <= values.size() - have);
-    tree_->insert(std::span(values).subspan(have, wanted));
-  }
-  if (under_way) wanted_ = tree_->next_round(refined_pixels() - values.size());
-}
-
-// Mixed, an unbiased frame is the mean of all its samples: rounds are not kept by light group. Nor
-// are the shadows that are in alpha.
-void AdaptiveDriver::resolve(const FilmTile& film, std::span<float> rgba,
-                             const LightMix* mix) const {
-  FrameDriver::resolve(film, rgba, mix);
-  if (!mix && !averages_.empty()) {
-    parallel_each(have_.size(), [&](size_t i) {
-      const float alpha = rgba[4 * i + 3];
-      averages_.resolve(i, &rgba[4 * i]);
-      if (film.has(Sums::kShadow)) rgba[4 * i + 3] = alpha;
-    });
-  }
-  if (!covered() && tree_->sample_count() > 0) fill_from_tree(film, rgba);
-}
-
-// Pixels without samples, from those that the tree has asked for, as `rgba` shows them. The film
-// knows the colour of some more pixels than the tree.
-void AdaptiveDriver::fill_from_tree(const FilmTile& film, std::span<float> rgba) const {
-  const auto sampled_for = [&](uint32_t leaf) {
-    const Vec2i pixel = tree_->sampled_pixel(leaf);
-    return &rgba[4 * index(pixel.x, pixel.y)];
-  };
-  std::vector<Rgb> smooth;
-  if (smooth_) {
-    std::vector<Rgb> values;
-    values.reserve(tree_->sample_count());
-    for (uint32_t leaf = 0; leaf < tree_->sample_count(); ++leaf) {
-      const float* value = sampled_for(leaf);
-      values.emplace_back(value[0], value[1], value[2]);
-    }
-    smooth.resize(have_.size());
-    reconstruct_smooth(*tree_, values, smooth);
-  }
-  constexpr size_t kGrain = 4096;
-  parallel_ranges(have_.size(), kGrain, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) {
-      if (film.sums(i).samples() > 0) continue;
-      std::copy_n(sampled_for(tree_->leaf_map()[i]), 4, &rgba[4 * i]);
-      if (smooth_) std::copy_n(&smooth[i].x, 3, &rgba[4 * i]);
-    }
-  });
-}
-
-std::string AdaptiveDriver::fate_of(size_t i) const {
-  if (finished() || ended_) {
-    return fmt::format("ended by {}",
-                       pixel_stop_name(stop_of(i, ended_.value_or(PixelStop::kUser))));
-  }
-  if (!covered()) return "so far: every pixel gets its first";
-  const uint32_t target = planner_.targets()[i];
-  if (planner_.round() == 0) return fmt::format("so far: every pixel gets {}", target);
-  const PixelStop stop = planner_.stop_so_far(i, have_[i]);
-  if (stop != PixelStop::kGoingOn) {
-    return fmt::format("so far ended by {}; what goes everywhere may bring more",
-                       pixel_stop_name(stop));
-  }
-  return fmt::format("so far: {} by the end of round {}", target, planner_.round());
-}
-
-std::string AdaptiveDriver::explain(const FilmTile& film, int x, int y) const {
-  const size_t i = index(x, y);
-  const Rgb mean = film.mean(x, y);
-  std::string text = fmt::format("pixel {},{}: {} sample{}, {}\n", x, y, have_[i],
-                                 have_[i] == 1 ? "" : "s", fate_of(i));
-  const auto out = std::back_inserter(text);
-  fmt::format_to(out, "mean {:.6g} {:.6g} {:.6g}\n", mean.x, mean.y, mean.z);
-  if (!planner_.errors().error.empty()) {  // there was a round to plan
-    fmt::format_to(out, "error now {:.4g}{}\n", planner_.errors().error[i],
-                   settings_.adaptive.threshold > 0
-                       ? fmt::format(", threshold {:.4g}", settings_.adaptive.threshold)
-                       : "");
-  }
-  if (tree_) {
-    fmt::format_to(out,
-                   "refinement tree, from the crop down to the leaf with this pixel\n"
-                   "  {:>24} {:>10} {:>10} {:>10} {:>6}  {}\n",
-                   "rectangle", "v_int", "v_ext", "priority", "round", "phase");
-    for (const RefinementNode& step : tree_->describe(x, y)) {
-      const Rect& r = step.rect;
-      fmt::format_to(out, "  {:>24} {:>10.3g} {:>10.3g} {:>10.3g} {:>6}  {}{}\n",
-                     fmt::format("{},{} {}x{}", r.x0, r.y0, r.width(), r.height()), step.v_int,
-                     step.v_ext, step.priority, step.round, refinement_phase_name(step.phase),
-                     step.leaf ? ", leaf" : "");
-    }
-  }
-  if (planner_.recorded() != i || planner_.records().empty()) return text;
-  const bool late = followed_from_ > 0;
-  fmt::format_to(out, "rounds{}\n  {:>5} {:>8} {:>10} {:>10} {:>6} {:>8}\n",
-                 late ? fmt::format(" since it was asked for, in round {}", followed_from_) : "",
-                 "round", "samples", "error", "deviation", "cost", "to have");
-  for (const RoundRecord& r : planner_.records()) {
-    fmt::format_to(out, "  {:>5} {:>8} {:>10.4g} {:>10.4g} {:>6.3g} {:>8}\n", r.round, r.samples,
-                   r.error, r.deviation, r.cost, r.target);
-  }
-  return text;
-}
-
-void AdaptiveDriver::follow(int x, int y) {
-  if (finished() || ended_ || planner_.recorded() == index(x, y)) return;
-  planner_.record(index(x, y));
-  followed_from_ = planner_.round();
-}
-
-DriverFacts AdaptiveDriver::facts() const {
-  return {.tree = settings_.keep_tree ? &*tree_ : nullptr};
-}
-
-uint64_t AdaptiveDriver::bytes() const {
-  return planner_.bytes() + averages_.bytes() +
-         (tree_ ? tree_->node_bytes() + tree_->map_bytes() : 0) +
-         (order_.capacity() + have_.capacity()) * sizeof(uint32_t) +
-         gains_.capacity() * sizeof(float);
-}
-
-uint64_t AdaptiveDriver::bytes_per_pixel(const AdaptiveSettings& settings) {
+uint64_t adaptive_bytes_per_pixel(const DriverSettings& settings) {
   // The planner's planes and halves, order, counts and gains, and the tree at its largest, with two
   // nodes for each sample. tests/cli/limits_test.cpp compares the two.
   constexpr uint64_t kPlanner = 28 * sizeof(float), kOrder = 3 * sizeof(uint32_t);
   constexpr uint64_t kTree = 2 * 36 + sizeof(uint32_t);
   constexpr uint64_t kAverages = 10 * sizeof(double);
-  const uint64_t denoised = settings.allocation == ErrorMetric::kDenoised ? sizeof(float) : 0;
-  return kPlanner + kOrder + kTree + denoised + (settings.unbiased ? kAverages : 0);
+  const AdaptiveSettings& adaptive = settings.adaptive;
+  const uint64_t denoised = adaptive.allocation == ErrorMetric::kDenoised ? sizeof(float) : 0;
+  return kPlanner + kOrder + kTree + denoised + (adaptive.unbiased ? kAverages : 0);
 }
 
 }  // namespace emberline

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <bit>
+#include <optional>
+#include <vector>
 
 #include "renderer/core/archive.h"
+#include "renderer/drivers/bisection_picture.h"
 #include "renderer/drivers/frame.h"
 #include "renderer/film/film.h"
 #include "renderer/film/light_mix.h"
@@ -65,92 +68,134 @@ size_t bisection_round_end(const BisectionPass& pass, size_t first, uint64_t fra
   return end;
 }
 
-BisectionDriver::Pass::Pass(const Rect& crop, const SampleRange& samples, BisectionAxis axis)
-    : steps(steps_of(crop, samples, axis)),
-      parts(steps, crop, samples, shape_of(samples, axis),
-            bisection_part_pixels(samples, uint64_t(crop.area()))) {}
+namespace {
 
-BisectionDriver::BisectionDriver(const Frame& frame, const Rect& crop,
-                                 const DriverSettings& settings)
-    : crop_(crop),
-      seed_(frame.seed),
-      samples_per_pixel_(frame.samples_per_pixel),
-      axis_(settings.bisection_axis),
-      reconstruction_(settings.reconstruction),
-      passes_(bisection_passes(samples_per_pixel_)),
-      first_(crop, passes_.front(), axis_) {}
+// A round is a hundredth of the first pass at most, or one of the further passes.
+class BisectionDriver final : public FrameDriver {
+ public:
+  BisectionDriver(const Frame& frame, const Rect& crop, const DriverSettings& settings)
+      : crop_(crop),
+        seed_(frame.seed),
+        samples_per_pixel_(frame.samples_per_pixel),
+        axis_(settings.bisection_axis),
+        reconstruction_(settings.reconstruction),
+        passes_(bisection_passes(samples_per_pixel_)),
+        first_(crop, passes_.front(), axis_) {}
 
-std::optional<Round> BisectionDriver::next(FilmTile&, const std::stop_token&) {
-  begin_ = end_;
-  if (begin_ == pass().parts.parts()) {
-    if (pass_ + 1 == passes_.size()) return std::nullopt;
-    later_.emplace(crop_, passes_[++pass_], axis_);
-    begin_ = 0;
+  std::optional<Round> next(FilmTile&, const std::stop_token&) override {
+    begin_ = end_;
+    if (begin_ == pass().parts.parts()) {
+      if (pass_ + 1 == passes_.size()) return std::nullopt;
+      later_.emplace(crop_, passes_[++pass_], axis_);
+      begin_ = 0;
+    }
+    const BisectionPass& parts = pass().parts;
+    end_ = bisection_round_end(parts, begin_, uint64_t(crop_.area()));
+    return round();
   }
-  const BisectionPass& parts = pass().parts;
-  end_ = bisection_round_end(parts, begin_, uint64_t(crop_.area()));
-  return round();
-}
 
-Round BisectionDriver::round() const {
-  return {end_ - begin_, seed_, int(pass_) + 1, end_ == pass().parts.parts()};
-}
+  Round round() const override {
+    return {end_ - begin_, seed_, int(pass_) + 1, end_ == pass().parts.parts()};
+  }
 
-void BisectionDriver::expand(size_t part, std::vector<PixelWork>& list) const {
-  pass().parts.expand(begin_ + part, list);
-}
+  void expand(size_t part, std::vector<PixelWork>& list) const override {
+    pass().parts.expand(begin_ + part, list);
+  }
 
-uint64_t BisectionDriver::samples(size_t part) const {
-  return pass().parts.pixels(begin_ + part) * passes_[pass_].sample_count;
-}
+  uint64_t samples(size_t part) const override {
+    return pass().parts.pixels(begin_ + part) * passes_[pass_].sample_count;
+  }
 
-// When a pass is stopped, all pixels of later parts are without its samples, and of those before
-// only what was cut short lacks any.
-void BisectionDriver::rendered(const RenderedParts& parts, const FilmTile& film) {
-  const BisectionPass& all = pass().parts;
-  const RenderedParts of_pass{begin_ + parts.begin, begin_ + parts.end, parts.complete, {}};
-  if (pass_ == 0 && extended_ == 0) coverage_ = coverage(all, of_pass, begin_);
-  if (of_pass.end < all.parts()) return;
-  uint32_t least = passes_[pass_].first_sample + passes_[pass_].sample_count;
-  std::vector<PixelWork> list;
-  for (const size_t part : parts.cut_short) expand(part, list);
-  for (const PixelWork& work : list) least = std::min(least, film.sample_count(work.x, work.y));
-  least_samples_ = least;
-}
+  // When a pass is stopped, all pixels of later parts are without its samples, and of those before
+  // only what was cut short lacks any.
+  void rendered(const RenderedParts& parts, const FilmTile& film) override {
+    const BisectionPass& all = pass().parts;
+    const RenderedParts of_pass{begin_ + parts.begin, begin_ + parts.end, parts.complete, {}};
+    if (pass_ == 0 && extended_ == 0) coverage_ = coverage(all, of_pass, begin_);
+    if (of_pass.end < all.parts()) return;
+    uint32_t least = passes_[pass_].first_sample + passes_[pass_].sample_count;
+    std::vector<PixelWork> list;
+    for (const size_t part : parts.cut_short) expand(part, list);
+    for (const PixelWork& work : list) least = std::min(least, film.sample_count(work.x, work.y));
+    least_samples_ = least;
+  }
 
-PixelStop BisectionDriver::stop_so_far(const FilmTile& film, int x, int y) const {
-  return film.sample_count(x, y) < samples_per_pixel_ ? PixelStop::kGoingOn : PixelStop::kBudget;
-}
+  bool finished() const override { return least_samples_ == samples_per_pixel_; }
+  uint32_t least_samples(const FilmTile&) const override {
+    return std::max(least_samples_, extended_);
+  }
 
-void BisectionDriver::resolve(const FilmTile& film, std::span<float> rgba,
-                              const LightMix* mix) const {
-  BisectionPicture(first_.steps, first_.parts, film, reconstruction_, coverage_).resolve(rgba, mix);
-}
+  PixelStop stop_so_far(const FilmTile& film, int x, int y) const override {
+    return film.sample_count(x, y) < samples_per_pixel_ ? PixelStop::kGoingOn : PixelStop::kBudget;
+  }
 
-void BisectionDriver::archive(Archive& archive, const FilmTile&) {
-  archive.number(pass_, size_t(0), passes_.size() - 1);
-  if (archive.loading() && pass_ > 0) later_.emplace(crop_, passes_[pass_], axis_);
-  archive.number(end_, size_t(0), pass().parts.parts());
-  archive.number(begin_, size_t(0), end_);
-  BisectionCoverage& c = coverage_;
-  archive.number(c.complete_steps, size_t(0), first_.steps.size());
-  const size_t parts = c.complete_steps == first_.steps.size()
-                           ? 0
-                           : first_.parts.first_part(c.complete_steps + 1) -
-                                 first_.parts.first_part(c.complete_steps);
-  archive.number(c.begun_parts, size_t(0), parts);
-  archive.number(c.complete_parts, size_t(0), c.begun_parts);
-  archive.number(least_samples_, 0u, samples_per_pixel_);
-  archive.number(extended_, 0u, samples_per_pixel_);
-}
+  void resolve(const FilmTile& film, std::span<float> rgba, const LightMix* mix) const override {
+    BisectionPicture{first_.steps, first_.parts, film, reconstruction_, coverage_}.resolve(rgba,
+                                                                                           mix);
+  }
 
-void BisectionDriver::extend(Archive&, const FilmTile& film) {
-  extended_ = std::min(film.least_samples(), samples_per_pixel_);
-  if (extended_ > 0) coverage_ = {first_.steps.size(), 0, 0};
-}
+  void end(FilmTile& film, PixelStop cut_short) override {
+    film.mark_stops(samples_per_pixel_, cut_short);
+  }
 
-void BisectionDriver::end(FilmTile& film, PixelStop cut_short) {
-  film.mark_stops(samples_per_pixel_, cut_short);
+  DriverFacts facts() const override {
+    const size_t steps = coverage_.complete_steps;
+    return {.lattice = steps > 0 ? &first_.steps[steps - 1].complete : nullptr};
+  }
+
+  void archive(Archive& archive, const FilmTile&) override {
+    archive.number(pass_, size_t(0), passes_.size() - 1);
+    if (archive.loading() && pass_ > 0) later_.emplace(crop_, passes_[pass_], axis_);
+    archive.number(end_, size_t(0), pass().parts.parts());
+    archive.number(begin_, size_t(0), end_);
+    BisectionCoverage& c = coverage_;
+    archive.number(c.complete_steps, size_t(0), first_.steps.size());
+    const size_t parts = c.complete_steps == first_.steps.size()
+                             ? 0
+                             : first_.parts.first_part(c.complete_steps + 1) -
+                                   first_.parts.first_part(c.complete_steps);
+    archive.number(c.begun_parts, size_t(0), parts);
+    archive.number(c.complete_parts, size_t(0), c.begun_parts);
+    archive.number(least_samples_, 0u, samples_per_pixel_);
+    archive.number(extended_, 0u, samples_per_pixel_);
+  }
+
+  void extend(Archive&, const FilmTile& film) override {
+    extended_ = std::min(film.least_samples(), samples_per_pixel_);
+    if (extended_ > 0) coverage_ = {first_.steps.size(), 0, 0};
+  }
+
+ private:
+  // One pass, and the lines that it goes by.
+  struct Pass {
+    Pass(const Rect& crop, const SampleRange& samples, BisectionAxis axis)
+        : steps(steps_of(crop, samples, axis)),
+          parts(steps, crop, samples, shape_of(samples, axis),
+                bisection_part_pixels(samples, uint64_t(crop.area()))) {}
+    std::vector<BisectionStep> steps;
+    BisectionPass parts;
+  };
+  const Pass& pass() const { return later_ ? *later_ : first_; }
+
+  const Rect crop_;
+  const uint32_t seed_, samples_per_pixel_;
+  const BisectionAxis axis_;
+  const Reconstruction reconstruction_;
+  const std::vector<SampleRange> passes_;
+  const Pass first_;
+  std::optional<Pass> later_;
+  size_t pass_ = 0;             // which of the passes is under way
+  size_t begin_ = 0, end_ = 0;  // of its parts: the round under way
+  BisectionCoverage coverage_;  // of the first pass
+  uint32_t least_samples_ = 0;  // of the requested ones
+  uint32_t extended_ = 0;       // samples of every pixel in the frame that this one extends
+};
+
+}  // namespace
+
+std::unique_ptr<FrameDriver> bisection_driver(const Frame& frame, const Rect& crop,
+                                              const DriverSettings& settings) {
+  return std::make_unique<BisectionDriver>(frame, crop, settings);
 }
 
 }  // namespace emberline

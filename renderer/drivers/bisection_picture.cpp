@@ -48,32 +48,33 @@ std::vector<LineBlend> blend_lines(std::span<const int> lines, int size,
   return blends;
 }
 
-BisectionPicture::BisectionPicture(std::span<const BisectionStep> steps,
-                                   const BisectionPass& first_pass, const FilmTile& film,
-                                   Reconstruction reconstruction, const BisectionCoverage& coverage)
-    : steps_(steps),
-      first_pass_(first_pass),
-      film_(film),
-      reconstruction_(reconstruction),
-      coverage_(coverage) {}
+namespace {
 
-bool BisectionPicture::sampled(int x, int y) const {
-  return film_.sample_count(film_.rect().x0 + x, film_.rect().y0 + y) > 0;
+// How the rows and columns of the picture come from a lattice.
+struct View {
+  std::vector<LineBlend> columns, rows;
+};
+
+// How much of a pixel row of the step under way has samples.
+enum class RowState : uint8_t { kComplete, kMixed, kEmpty };
+
+bool sampled(const FilmTile& film, int x, int y) {
+  return film.sample_count(film.rect().x0 + x, film.rect().y0 + y) > 0;
 }
 
-BisectionPicture::View BisectionPicture::view(const PixelLattice& lattice) const {
-  return {blend_lines(lattice.columns, film_.rect().width(), reconstruction_),
-          blend_lines(lattice.rows, film_.rect().height(), reconstruction_)};
+View view_of(const BisectionPicture& p, const PixelLattice& lattice) {
+  return {blend_lines(lattice.columns, p.film.rect().width(), p.reconstruction),
+          blend_lines(lattice.rows, p.film.rect().height(), p.reconstruction)};
 }
 
 // The sampled pixels of a first step that was cut short. That step is one line or one pixel, so
 // they form a lattice, too.
-PixelLattice BisectionPicture::sampled_of_first_step() const {
+PixelLattice sampled_of_first_step(const BisectionPicture& p) {
   PixelLattice lattice;
-  const PixelLattice& first = steps_.front().added;
+  const PixelLattice& first = p.steps.front().added;
   for (const int y : first.rows) {
     for (const int x : first.columns) {
-      if (!sampled(x, y)) continue;
+      if (!sampled(p.film, x, y)) continue;
       if (lattice.columns.empty() || lattice.columns.back() != x) lattice.columns.push_back(x);
       if (lattice.rows.empty() || lattice.rows.back() != y) lattice.rows.push_back(y);
     }
@@ -83,16 +84,16 @@ PixelLattice BisectionPicture::sampled_of_first_step() const {
 
 // Row states of the current step. Uses the schedule rather than the film, whose memory would
 // otherwise be touched too early.
-std::vector<BisectionPicture::RowState> BisectionPicture::row_states() const {
-  std::vector<RowState> states(size_t(film_.rect().height()), RowState::kComplete);
-  const std::vector<int>& rows = steps_[coverage_.complete_steps].added.rows;
-  const BisectionPass::Blocks& blocks = first_pass_.blocks(coverage_.complete_steps);
+std::vector<RowState> row_states(const BisectionPicture& p) {
+  std::vector<RowState> states(size_t(p.film.rect().height()), RowState::kComplete);
+  const std::vector<int>& rows = p.steps[p.coverage.complete_steps].added.rows;
+  const BisectionPass::Blocks& blocks = p.first_pass.blocks(p.coverage.complete_steps);
   for (size_t j = 0; j < rows.size(); ++j) {
     const size_t first = j / blocks.height * blocks.across, end = first + blocks.across;
     RowState& state = states[size_t(rows[j])];
-    if (first >= coverage_.begun_parts) {
+    if (first >= p.coverage.begun_parts) {
       state = RowState::kEmpty;
-    } else if (end > coverage_.complete_parts) {
+    } else if (end > p.coverage.complete_parts) {
       state = RowState::kMixed;
     }
   }
@@ -100,7 +101,7 @@ std::vector<BisectionPicture::RowState> BisectionPicture::row_states() const {
 }
 
 // Makes rows of the picture, one after the other, from rows of the film.
-class BisectionPicture::RowReader {
+class RowReader {
  public:
   RowReader(const FilmTile& film, const LightMix* mix)
       : film_(film), mix_(mix), width_(size_t(film.rect().width())) {}
@@ -186,31 +187,33 @@ class BisectionPicture::RowReader {
   Held held_[2];
 };
 
+}  // namespace
+
 void BisectionPicture::resolve(std::span<float> rgba, const LightMix* mix) const {
-  const auto width = size_t(film_.rect().width()), height = size_t(film_.rect().height());
+  const auto width = size_t(film.rect().width()), height = size_t(film.rect().height());
   assert(rgba.size() == kChannels * width * height);
-  const size_t done = coverage_.complete_steps;
-  if (mix && done == steps_.size()) return relight(film_, *mix, rgba);
+  const size_t done = coverage.complete_steps;
+  if (mix && done == steps.size()) return relight(film, *mix, rgba);
   const PixelLattice coarse_lattice =
-      done > 0 ? steps_[done - 1].complete : sampled_of_first_step();
+      done > 0 ? steps[done - 1].complete : sampled_of_first_step(*this);
   if (coarse_lattice.pixels() == 0) {
     std::ranges::fill(rgba, 0.0f);
     return;
   }
-  const View coarse = view(coarse_lattice);
-  const bool under_way = done > 0 && done < steps_.size() && coverage_.begun_parts > 0;
-  const View fine = under_way ? view(steps_[done].complete) : View{};
-  const std::vector<RowState> states = under_way ? row_states() : std::vector<RowState>{};
+  const View coarse = view_of(*this, coarse_lattice);
+  const bool under_way = done > 0 && done < steps.size() && coverage.begun_parts > 0;
+  const View fine = under_way ? view_of(*this, steps[done].complete) : View{};
+  const std::vector<RowState> states = under_way ? row_states(*this) : std::vector<RowState>{};
   const auto pixel_sampled = [&](size_t x, const LineBlend& rows) {
     const LineBlend& columns = fine.columns[x];
-    return sampled(columns.lower, rows.lower) && sampled(columns.upper, rows.lower) &&
-           sampled(columns.lower, rows.upper) && sampled(columns.upper, rows.upper);
+    return sampled(film, columns.lower, rows.lower) && sampled(film, columns.upper, rows.lower) &&
+           sampled(film, columns.lower, rows.upper) && sampled(film, columns.upper, rows.upper);
   };
 
   // Rows enough that the one above is there to be copied, few enough for every thread to get some.
   constexpr size_t kGrain = 16;
   parallel_ranges(height, kGrain, [&](size_t begin, size_t end) {
-    RowReader from_coarse(film_, mix), from_fine(film_, mix);
+    RowReader from_coarse(film, mix), from_fine(film, mix);
     std::vector<float> fine_row;
     for (size_t y = begin; y < end; ++y) {
       float* out = &rgba[kChannels * width * y];
@@ -226,7 +229,7 @@ void BisectionPicture::resolve(std::span<float> rgba, const LightMix* mix) const
       from_coarse.row(coarse, int(y), out);
       if (state == RowState::kEmpty) continue;
       fine_row.resize(kChannels * width);
-      RowReader(film_, mix).row(fine, int(y), fine_row.data());
+      RowReader(film, mix).row(fine, int(y), fine_row.data());
       from_coarse.forget();
       for (size_t x = 0; x < width; ++x) {
         if (!pixel_sampled(x, fine.rows[y])) continue;

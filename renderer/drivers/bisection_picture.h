@@ -35,37 +35,17 @@ std::vector<LineBlend> blend_lines(std::span<const int> lines, int size,
                                    Reconstruction reconstruction);
 
 // Looks at a film that stands still while resolve() runs. Everything it refers to must outlive it.
-class BisectionPicture {
- public:
-  // `first_pass` says how the steps are cut into parts.
-  BisectionPicture(std::span<const BisectionStep> steps, const BisectionPass& first_pass,
-                   const FilmTile& film, Reconstruction reconstruction,
-                   const BisectionCoverage& coverage);
+struct BisectionPicture {
+  std::span<const BisectionStep> steps;
+  const BisectionPass& first_pass;  // says how the steps are cut into parts
+  const FilmTile& film;
+  Reconstruction reconstruction;
+  BisectionCoverage coverage;
 
   // A pixel is shown from the lattice of the step under way where that has the samples it needs,
   // else from the lattice of the last complete step. Black if there is no sample at all. Uses the
   // calling thread's TBB arena.
   void resolve(std::span<float> rgba, const LightMix* mix = nullptr) const;
-
- private:
-  // How the rows and columns of the picture come from a lattice.
-  struct View {
-    std::vector<LineBlend> columns, rows;
-  };
-  // How much of a pixel row of the step under way has samples.
-  enum class RowState : uint8_t { kComplete, kMixed, kEmpty };
-  class RowReader;
-
-  View view(const PixelLattice& lattice) const;
-  PixelLattice sampled_of_first_step() const;
-  std::vector<RowState> row_states() const;
-  bool sampled(int x, int y) const;
-
-  std::span<const BisectionStep> steps_;
-  const BisectionPass& first_pass_;
-  const FilmTile& film_;
-  const Reconstruction reconstruction_;
-  const BisectionCoverage coverage_;
 };
 
 }  // namespace emberline

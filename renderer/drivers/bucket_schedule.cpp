@@ -128,21 +128,11 @@ std::vector<Rect> bucket_schedule(const Rect& crop, int bucket_size, BucketOrder
   }
   const int columns = (crop.width() + bucket_size - 1) / bucket_size;
   const int rows = (crop.height() + bucket_size - 1) / bucket_size;
-  std::vector<Cell> cells;
-  switch (order) {
-    case BucketOrder::kHilbert:
-      cells = hilbert_cells(columns, rows);
-      break;
-    case BucketOrder::kSpiral:
-      cells = spiral_cells(columns, rows);
-      break;
-    case BucketOrder::kScanline:
-      cells = scanline_cells(columns, rows);
-      break;
-    case BucketOrder::kRandom:
-      cells = random_cells(columns, rows, seed);
-      break;
-  }
+  const std::vector<Cell> cells = order == BucketOrder::kHilbert  ? hilbert_cells(columns, rows)
+                                  : order == BucketOrder::kSpiral ? spiral_cells(columns, rows)
+                                  : order == BucketOrder::kScanline
+                                      ? scanline_cells(columns, rows)
+                                      : random_cells(columns, rows, seed);
   buckets.reserve(cells.size());
   for (const Cell& cell : cells) {
     const int x = crop.x0 + cell.x * bucket_size;

@@ -22,7 +22,7 @@ inline constexpr std::string_view kDefaultEstimator = "nested";
 // How pixels without samples are shown: by their neighbour, or blended.
 enum class Reconstruction { kDuplicate, kLinear };
 
-// In what units an error counts (drivers/adaptive/error_metric.h).
+// In what units an error counts (drivers/adaptive/error_estimator.h).
 enum class ErrorMetric { kMse, kRelMse, kDisplay, kDenoised };
 
 // Every `count`-th tile of the driver's order, from the `index`-th on, 1 the first.

@@ -18,37 +18,21 @@ bool has_threshold(const DriverSettings& settings) { return settings.adaptive.th
 constexpr DriverEntry kDrivers[] = {
     {"bucket", "bucket after bucket, each finished, streamed out and released",
      Sharing::kEvenWithoutThreshold, true,
-     [](const Frame& frame, const Rect& pixels,
-        const DriverSettings& settings) -> std::unique_ptr<FrameDriver> {
-       if (has_threshold(settings)) {
-         return std::make_unique<AdaptiveDriver>(frame, pixels, settings, FirstPicture::kNotShown);
-       }
-       return std::make_unique<UniformDriver>(frame, pixels);
+     [](const Frame& frame, const Rect& pixels, const DriverSettings& settings) {
+       return has_threshold(settings) ? adaptive_tile_driver(frame, pixels, settings)
+                                      : uniform_driver(frame, pixels);
      },
      [](const DriverSettings& settings) {
-       return has_threshold(settings) ? AdaptiveDriver::film_extras(settings.adaptive)
-                                      : FilmExtras{};
+       return has_threshold(settings) ? adaptive_film_extras(settings) : FilmExtras{};
      },
      [](const DriverSettings& settings) {
-       return has_threshold(settings) ? AdaptiveDriver::bytes_per_pixel(settings.adaptive) : 0;
+       return has_threshold(settings) ? adaptive_bytes_per_pixel(settings) : 0;
      }},
     {"bisection", "the whole frame at once, refined line between lines and pass after pass",
-     Sharing::kEven, false,
-     [](const Frame& frame, const Rect& pixels,
-        const DriverSettings& settings) -> std::unique_ptr<FrameDriver> {
-       return std::make_unique<BisectionDriver>(frame, pixels, settings);
-     },
-     [](const DriverSettings&) { return FilmExtras{}; },
+     Sharing::kEven, false, bisection_driver, [](const DriverSettings&) { return FilmExtras{}; },
      [](const DriverSettings&) { return uint64_t(0); }},
     {"adaptive", "the whole frame, samples going where the error is", Sharing::kByError, false,
-     [](const Frame& frame, const Rect& pixels,
-        const DriverSettings& settings) -> std::unique_ptr<FrameDriver> {
-       return std::make_unique<AdaptiveDriver>(frame, pixels, settings, FirstPicture::kShown);
-     },
-     [](const DriverSettings& settings) { return AdaptiveDriver::film_extras(settings.adaptive); },
-     [](const DriverSettings& settings) {
-       return AdaptiveDriver::bytes_per_pixel(settings.adaptive);
-     }},
+     adaptive_driver, adaptive_film_extras, adaptive_bytes_per_pixel},
 };
 
 }  // namespace

@@ -21,7 +21,6 @@
 #include "renderer/core/shortened.h"
 #include "renderer/description/scene_edits.h"
 #include "renderer/drivers/adaptive/error_estimator.h"
-#include "renderer/drivers/adaptive/error_metric.h"
 #include "renderer/drivers/bisection_picture.h"
 #include "renderer/drivers/bisection_schedule.h"
 #include "renderer/drivers/bucket_schedule.h"

@@ -14,7 +14,6 @@
 #include "renderer/core/rect.h"
 #include "renderer/output/render_options.h"
 #include "renderer/statistics/heatmap_quantity.h"
-#include "renderer/statistics/quantity_plane.h"
 
 namespace emberline {
 

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "renderer/film/film.h"
-#include "renderer/statistics/quantity_plane.h"
+#include "renderer/statistics/heatmap_quantity.h"
 
 namespace emberline {
 

@@ -204,17 +204,15 @@ Choice choose_shares(const Halves& h, const Terms& own, const Terms& own_dark) {
   Choice choice;
   choice.shares.fill(BorderedPlane(h.width, h.height));
   choice.in_the_dark = BorderedPlane(h.width, h.height);
-  for_each_row(h.height, [&](int y) {
-    for (int x = 0; x < h.width; ++x) {
-      const Shares a = least_error(wide, x, y);
-      const Change change = change_at(near, a, x, y);
-      const bool doubtful = change.square > kDoubt * change.gain;
-      const float scale = doubtful ? std::max(kDoubt * change.gain / change.square, 0.0f) : 1.0f;
-      for (size_t k = 0; k < kBandwidths; ++k) choice.shares[k].row(y)[x] = scale * a[k];
-      const Change lit = change_at(dark, a, x, y);
-      choice.in_the_dark.row(y)[x] =
-          lit.square > 0 ? std::clamp(kDarkDoubt * lit.gain / lit.square, 0.0f, 1.0f) : 1.0f;
-    }
+  for_each_pixel(h.width, h.height, [&](int x, int y) {
+    const Shares a = least_error(wide, x, y);
+    const Change change = change_at(near, a, x, y);
+    const bool doubtful = change.square > kDoubt * change.gain;
+    const float scale = doubtful ? std::max(kDoubt * change.gain / change.square, 0.0f) : 1.0f;
+    for (size_t k = 0; k < kBandwidths; ++k) choice.shares[k].row(y)[x] = scale * a[k];
+    const Change lit = change_at(dark, a, x, y);
+    choice.in_the_dark.row(y)[x] =
+        lit.square > 0 ? std::clamp(kDarkDoubt * lit.gain / lit.square, 0.0f, 1.0f) : 1.0f;
   });
   for (BorderedPlane& plane : choice.shares) plane = box_mean(plane, kSmoothRadius);
   choice.in_the_dark = box_mean(choice.in_the_dark, kSmoothRadius);
@@ -223,18 +221,16 @@ Choice choose_shares(const Halves& h, const Terms& own, const Terms& own_dark) {
 
 // A pixel counts as dark in full at half of kDark.
 void keep_dark(const Halves& h, const Candidates& candidates, Choice& choice) {
-  for_each_row(h.height, [&](int y) {
-    for (int x = 0; x < h.width; ++x) {
-      float raw = 0.0f, filtered = 0.0f;
-      for (size_t c = 0; c < 3; ++c) {
-        raw += h.raw[c].row(y)[x];
-        filtered += candidates.back().colour[c].row(y)[x];
-      }
-      if (!(raw < kDark * filtered)) continue;
-      const float dark = std::min(2 - 2 / kDark * (raw / std::max(filtered, kDivisor)), 1.0f);
-      const float taken = 1 - dark * (1 - choice.in_the_dark.row(y)[x]);
-      for (BorderedPlane& plane : choice.shares) plane.row(y)[x] *= taken;
+  for_each_pixel(h.width, h.height, [&](int x, int y) {
+    float raw = 0.0f, filtered = 0.0f;
+    for (size_t c = 0; c < 3; ++c) {
+      raw += h.raw[c].row(y)[x];
+      filtered += candidates.back().colour[c].row(y)[x];
     }
+    if (!(raw < kDark * filtered)) return;
+    const float dark = std::min(2 - 2 / kDark * (raw / std::max(filtered, kDivisor)), 1.0f);
+    const float taken = 1 - dark * (1 - choice.in_the_dark.row(y)[x]);
+    for (BorderedPlane& plane : choice.shares) plane.row(y)[x] *= taken;
   });
 }
 
@@ -290,16 +286,14 @@ constexpr float pixel_weight() {
 // How rare a pixel's light is: 1 where one half saw all of it, 0 where both saw the same.
 BorderedPlane rarity(const Halves& h) {
   BorderedPlane rare(h.width, h.height);
-  for_each_row(h.height, [&](int y) {
-    for (int x = 0; x < h.width; ++x) {
-      float a = 0.0f, b = 0.0f;
-      for (size_t c = 0; c < 3; ++c) {
-        a += h.half[0].colour[c].row(y)[x];
-        b += h.half[1].colour[c].row(y)[x];
-      }
-      const float ratio = (a - b) / std::max(std::abs(a + b), kDivisor);
-      rare.row(y)[x] = std::min(ratio * ratio, 1.0f) * h.told.row(y)[x];
+  for_each_pixel(h.width, h.height, [&](int x, int y) {
+    float a = 0.0f, b = 0.0f;
+    for (size_t c = 0; c < 3; ++c) {
+      a += h.half[0].colour[c].row(y)[x];
+      b += h.half[1].colour[c].row(y)[x];
     }
+    const float ratio = (a - b) / std::max(std::abs(a + b), kDivisor);
+    rare.row(y)[x] = std::min(ratio * ratio, 1.0f) * h.told.row(y)[x];
   });
   return rare;
 }
@@ -310,20 +304,16 @@ BorderedPlane rarity(const Halves& h) {
 void add_unseen(const BorderedPlane& own, const BorderedPlane& rare, BorderedPlane& pool) {
   constexpr float kMost = 1.0f;  // of a displayed pixel
   BorderedPlane errors = own, squares = own;
-  for_each_row(own.height(), [&](int y) {
-    for (int x = 0; x < own.width(); ++x) {
-      const float e = std::min(std::abs(own.row(y)[x]), kMost);
-      errors.row(y)[x] = e;
-      squares.row(y)[x] = rare.row(y)[x] * e * e;
-    }
+  for_each_pixel(own.width(), own.height(), [&](int x, int y) {
+    const float e = std::min(std::abs(own.row(y)[x]), kMost);
+    errors.row(y)[x] = e;
+    squares.row(y)[x] = rare.row(y)[x] * e * e;
   });
   errors = pool_smoothly(errors);
   squares = pool_smoothly(squares);
-  for_each_row(own.height(), [&](int y) {
-    for (int x = 0; x < own.width(); ++x) {
-      const float all = std::max(errors.row(y)[x], kDivisor);
-      pool.row(y)[x] += pixel_weight() * squares.row(y)[x] / all;
-    }
+  for_each_pixel(own.width(), own.height(), [&](int x, int y) {
+    const float all = std::max(errors.row(y)[x], kDivisor);
+    pool.row(y)[x] += pixel_weight() * squares.row(y)[x] / all;
   });
 }
 
@@ -332,13 +322,11 @@ BorderedPlane pooled_error(const Halves& h, const BorderedPlane& own, const Bord
   BorderedPlane error = pool_smoothly(own);
   if (rare != nullptr) add_unseen(own, *rare, error);
   const BorderedPlane told = pool_smoothly(h.told);
-  for_each_row(h.height, [&](int y) {
-    for (int x = 0; x < h.width; ++x) {
-      float& e = error.row(y)[x];
-      const float n = told.row(y)[x];
-      // The order of the arguments matters: an error that is no number is taken for the largest.
-      e = n > 0 ? std::max(std::min(kMostError, e / n), 0.0f) : kMostError;
-    }
+  for_each_pixel(h.width, h.height, [&](int x, int y) {
+    float& e = error.row(y)[x];
+    const float n = told.row(y)[x];
+    // The order of the arguments matters: an error that is no number is taken for the largest.
+    e = n > 0 ? std::max(std::min(kMostError, e / n), 0.0f) : kMostError;
   });
   return error;
 }
@@ -361,49 +349,45 @@ float light_error_weight(float mean, float deviation) {
 // the blended halves differ by still tells its variance.
 void estimate_errors(const Halves& h, const Candidates& candidates, const Terms& own, Blend& out) {
   BorderedPlane before(h.width, h.height), after(h.width, h.height), variance(h.width, h.height);
-  for_each_row(h.height, [&](int y) {
-    for (int x = 0; x < h.width; ++x) {
-      Shares a;
-      for (size_t k = 0; k < kBandwidths; ++k) a[k] = out.shares[k].row(y)[x];
-      const float kept = 1.0f - out.lost_light->own_share().row(y)[x];
-      float value = 0.0f, square = 0.0f, spread = 0.0f;
-      for (size_t c = 0; c < 3; ++c) {
-        const float raw = h.half[0].colour[c].row(y)[x] - h.half[1].colour[c].row(y)[x];
-        float d = raw;
-        for (size_t k = 0; k < kBandwidths; ++k) {
-          d += kept * a[k] * (candidates[k].difference[c].row(y)[x] - raw);
-        }
-        spread += d * d * (1.0f / 3);
-        const float v = out.colour[c].row(y)[x], change = v - h.raw[c].row(y)[x];
-        value += v * (1.0f / 3);
-        square += change * change * (1.0f / 3);
+  for_each_pixel(h.width, h.height, [&](int x, int y) {
+    Shares a;
+    for (size_t k = 0; k < kBandwidths; ++k) a[k] = out.shares[k].row(y)[x];
+    const float kept = 1.0f - out.lost_light->own_share().row(y)[x];
+    float value = 0.0f, square = 0.0f, spread = 0.0f;
+    for (size_t c = 0; c < 3; ++c) {
+      const float raw = h.half[0].colour[c].row(y)[x] - h.half[1].colour[c].row(y)[x];
+      float d = raw;
+      for (size_t k = 0; k < kBandwidths; ++k) {
+        d += kept * a[k] * (candidates[k].difference[c].row(y)[x] - raw);
       }
-      const float gain = kept * change_at(own, a, x, y).gain / own.unit.row(y)[x] * (1.0f / 3);
-      const float noise = h.own_noise.row(y)[x] * (1.0f / 3);
-      const float weight = light_error_weight(value, std::sqrt(noise)) * h.told.row(y)[x];
-      float excess = 0.0f;  // of which two halves tell the variance as of all else
-      for (const BorderedPlane& plane : h.excess) {
-        const float light = std::max(plane.row(y)[x], 0.0f);  // below black there is none
-        excess += light * light * (1.0f / 3);
-      }
-      excess *= light_error_weight(value, std::sqrt(excess));
-      for (size_t c = 0; c < 3; ++c) {
-        const float came = h.raw_noise[c].row(y)[x];
-        const float slope = light_error_weight(out.colour[c].row(y)[x], std::sqrt(came));
-        before.row(y)[x] += came * slope * h.told.row(y)[x] * (1.0f / 3);
-      }
-      after.row(y)[x] = (noise - 2 * gain + square) * weight + excess;
-      variance.row(y)[x] = spread * h.share[0].row(y)[x] * h.share[1].row(y)[x] * weight + excess;
+      spread += d * d * (1.0f / 3);
+      const float v = out.colour[c].row(y)[x], change = v - h.raw[c].row(y)[x];
+      value += v * (1.0f / 3);
+      square += change * change * (1.0f / 3);
     }
+    const float gain = kept * change_at(own, a, x, y).gain / own.unit.row(y)[x] * (1.0f / 3);
+    const float noise = h.own_noise.row(y)[x] * (1.0f / 3);
+    const float weight = light_error_weight(value, std::sqrt(noise)) * h.told.row(y)[x];
+    float excess = 0.0f;  // of which two halves tell the variance as of all else
+    for (const BorderedPlane& plane : h.excess) {
+      const float light = std::max(plane.row(y)[x], 0.0f);  // below black there is none
+      excess += light * light * (1.0f / 3);
+    }
+    excess *= light_error_weight(value, std::sqrt(excess));
+    for (size_t c = 0; c < 3; ++c) {
+      const float came = h.raw_noise[c].row(y)[x];
+      const float slope = light_error_weight(out.colour[c].row(y)[x], std::sqrt(came));
+      before.row(y)[x] += came * slope * h.told.row(y)[x] * (1.0f / 3);
+    }
+    after.row(y)[x] = (noise - 2 * gain + square) * weight + excess;
+    variance.row(y)[x] = spread * h.share[0].row(y)[x] * h.share[1].row(y)[x] * weight + excess;
   });
   const BorderedPlane rare = rarity(h);
   out.error_before = pooled_error(h, before, nullptr);
   out.error = pooled_error(h, after, &rare);
   variance = pooled_error(h, variance, &rare);
-  for_each_row(h.height, [&](int y) {
-    for (int x = 0; x < h.width; ++x) {
-      out.error.row(y)[x] = std::max(out.error.row(y)[x], variance.row(y)[x]);
-    }
+  for_each_pixel(h.width, h.height, [&](int x, int y) {
+    out.error.row(y)[x] = std::max(out.error.row(y)[x], variance.row(y)[x]);
   });
 }
 

@@ -57,4 +57,12 @@ void for_each_row(int height, const Body& body) {
   parallel_each(size_t(height), [&](size_t y) { body(int(y)); });
 }
 
+// Calls body(x, y) for each pixel of a picture, rows in parallel.
+template <typename Body>
+void for_each_pixel(int width, int height, const Body& body) {
+  for_each_row(height, [&](int y) {
+    for (int x = 0; x < width; ++x) body(x, y);
+  });
+}
+
 }  // namespace emberline

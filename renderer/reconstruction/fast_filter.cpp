@@ -147,260 +147,249 @@ void scale_noise(int width, const float* __restrict variance, const float* __res
   }
 }
 
+// Roots of the shares of a pixel's neighbours, 1/8 and 1/16; its own is 1/4.
+constexpr float kSide = 0.353553391f, kCorner = 0.25f;
+
 }  // namespace
 
 class FastFilter::Planes {
  public:
   void filter(int width, int height, std::span<const float> rgba, const ReadRow& read, int levels,
-              std::span<float> filtered);
+              std::span<float> filtered) {
+    resize(width, height);
+    const auto each_row = [&](const auto& body) {
+      parallel_each(size_t(height), kRows, [&](size_t y) { body(int(y)); });
+    };
+    prepare(rgba, read);
+    each_row([&](int y) {
+      find_slope(y);
+      find_noise(y);
+    });
+    size_t from = 0;
+    for (int level = 0; level < levels; ++level) {
+      each_row([&](int y) { smooth(y, 1 << level, layers_[from], layers_[1 - from]); });
+      from = 1 - from;
+    }
+    const size_t row = 4 * size_t(width);
+    each_row([&](int y) {
+      compose(y, layers_[from], &rgba[size_t(y) * row], &filtered[size_t(y) * row]);
+    });
+  }
 
  private:
   // Luminance, how far red and blue are from it, variance of the luminance.
   struct Layer {
     BorderedPlane luminance, red, blue, variance;
   };
-  struct TapRow;
-  struct Taps;
 
-  void resize(int width, int height);
-  void prepare(std::span<const float> rgba, const ReadRow& read);
-  void prepare_row(int y, const float* rgba, const FeatureRow& row);
-  void find_noise(int y);
-  void find_slope(int y);
-  void smooth(int y, int stride, const Layer& from, Layer& to) const;
-  void compose(int y, const Layer& from, const float* rgba, float* filtered) const;
+  // One row of all that a tap reads.
+  struct TapRow {
+    const float *luminance, *red, *blue, *variance, *normal[3], *nearness;
+
+    TapRow(const Planes& filter, const Layer& from, int y)
+        : luminance(from.luminance.near(y)),
+          red(from.red.near(y)),
+          blue(from.blue.near(y)),
+          variance(from.variance.near(y)),
+          normal{filter.normal_[0].near(y), filter.normal_[1].near(y), filter.normal_[2].near(y)},
+          nearness(filter.nearness_.near(y)) {}
+  };
+
+  // Eight pixels of a row, and the weighted sums over what is around them.
+  struct Taps {
+    Eight luminance, normal[3], nearness, variance, per_nearness;
+    Eight weight, noise, sum[3];
+
+    [[gnu::always_inline]] Taps(const TapRow& row, const float* slope, float stride, int x) {
+      load(row.luminance + x, luminance);
+      for (size_t k = 0; k < 3; ++k) load(row.normal[k] + x, normal[k]);
+      load(row.nearness + x, nearness);
+      load(row.variance + x, variance);
+      load(slope + x, per_nearness);
+      per_nearness =
+          reciprocal(kSlopes * stride * per_nearness + kLeastSlope * nearness + kLeastDivisor);
+      variance += kLeastDivisor;
+      weight = Eight{} + 0.25f;  // its own
+      noise = 0.0625f * variance;
+      sum[0] = 0.25f * luminance;
+      load(row.red + x, sum[1]);
+      load(row.blue + x, sum[2]);
+      sum[1] = 0.25f * sum[1];
+      sum[2] = 0.25f * sum[2];
+    }
+
+    // root: of the tap's share.
+    [[gnu::always_inline]] void add(float root, const TapRow& row, int x) {
+      Eight l, v, u, red, blue;
+      load(row.luminance + x, l);
+      load(row.variance + x, v);
+      load(row.nearness + x, u);
+      const Eight dl = l - luminance, du = (u - nearness) * per_nearness;
+      const Eight limit = kMostNoisier * variance;
+      Eight d = fused(dl * dl, reciprocal(variance + (v < limit ? v : limit)), du * du);
+      for (size_t k = 0; k < 3; ++k) {
+        load(row.normal[k] + x, u);
+        u -= normal[k];
+        d = fused(u, u, d);
+      }
+      const Eight roots = Eight{} + root;
+      Eight t = fused(-roots, d, roots);
+      t = t > 0.0f ? t : Eight{};
+      const Eight w = t * t;
+      load(row.red + x, red);
+      load(row.blue + x, blue);
+      weight += w;
+      noise = fused(w * w, v, noise);
+      sum[0] = fused(w, l, sum[0]);
+      sum[1] = fused(w, red, sum[1]);
+      sum[2] = fused(w, blue, sum[2]);
+    }
+  };
+
+  void resize(int width, int height) {
+    int place = 0;
+    const auto fit = [&](auto&... planes) { (planes.resize(width, height, place++), ...); };
+    for (Layer& layer : layers_) fit(layer.luminance, layer.red, layer.blue, layer.variance);
+    fit(normal_[0], normal_[1], normal_[2], nearness_, slope_, noise_);
+    fit(albedo_[0], albedo_[1], albedo_[2]);
+    width_ = width;
+    height_ = height;
+  }
+
+  void prepare(std::span<const float> rgba, const ReadRow& read) {
+    const size_t width = size_t(width_);
+    parallel_ranges(size_t(height_), kRows, [&](size_t begin, size_t end) {
+      thread_local std::vector<float> values;  // no row is read amid another
+      values.resize(13 * width);
+      float* const colour = &values[9 * width];
+      const auto column = [&](size_t i) { return &values[i * width]; };
+      const FeatureRow row = {{column(0), column(1), column(2)},
+                              {column(3), column(4), column(5)},
+                              column(6),
+                              column(7),
+                              column(8)};
+      for (size_t y = begin; y < end; ++y) {
+        read(int(y), row);
+        std::copy_n(&rgba[4 * width * y], 4 * width, colour);
+        if (!all_known(width_, colour, row)) fill_unknown(width_, colour, row);
+        prepare_row(int(y), colour, row);
+      }
+    });
+  }
+
+  void prepare_row(int y, const float* __restrict rgba, const FeatureRow& row) {
+    Layer& layer = layers_[0];
+    float* const planes[] = {layer.red.row(y), layer.luminance.row(y), layer.blue.row(y)};
+    for (size_t k = 0; k < 3; ++k) {
+      const float* __restrict n = row.normal[k];
+      float* __restrict to = normal_[k].row(y);
+      for (int x = 0; x < width_; ++x) to[x] = kNormalScale * n[x];
+    }
+    for (size_t k = 0; k < 3; ++k) {
+      untexture(width_, int(k), rgba, row, albedo_[k].row(y), planes[k]);
+    }
+    to_luminance(width_, planes[0], planes[1], planes[2]);
+    scale_noise(width_, row.variance, albedo_[0].row(y), albedo_[1].row(y), albedo_[2].row(y),
+                noise_.row(y));
+    std::copy_n(row.nearness, width_, nearness_.row(y));
+    for (BorderedPlane* plane : {&layer.luminance, &layer.red, &layer.blue, &nearness_, &noise_,
+                                 &normal_[0], &normal_[1], &normal_[2]})
+      plane->extend_row(y);
+  }
+
+  // A pixel is as noisy as it says itself, or as its neighbours say: means of their deviations, so
+  // that the few that are far noisier do not count for all. One sample says nothing: then the
+  // colours around it do, and how far its own is from theirs.
+  void find_noise(int y) {
+    Layer& layer = layers_[0];
+    thread_local std::vector<float> sums;
+    const size_t stride = size_t(width_ + 2 * kPad);
+    sums.assign(3 * stride, 0.0f);
+    float* const __restrict sum = &sums[kPad];
+    float* const __restrict squares = sum + stride;
+    float* const __restrict told = squares + stride;
+    for (int j = -kNoiseReach; j <= kNoiseReach; ++j) {
+      const float *l = layer.luminance.near(y + j), *v = noise_.near(y + j);
+      for (int x = -kNoiseReach; x < width_ + kNoiseReach; ++x) {
+        sum[x] += l[x];
+        squares[x] += l[x] * l[x];
+        told[x] += std::sqrt(std::max(v[x], 0.0f));
+      }
+    }
+    float* __restrict out = layer.variance.row(y);
+    const float *own = noise_.row(y), *l = layer.luminance.row(y);
+    constexpr float kShare = 1.0f / (2 * kNoiseReach + 1) / (2 * kNoiseReach + 1);
+    for (int x = 0; x < width_; ++x) {
+      float a = 0, b = 0, c = 0;
+      for (int i = -kNoiseReach; i <= kNoiseReach; ++i) {
+        a += sum[x + i];
+        b += squares[x + i];
+        c += told[x + i];
+      }
+      const float spread = std::max(b * kShare - a * kShare * (a * kShare), 0.0f);
+      const float off = l[x] - a * kShare;
+      out[x] = own[x] < 0.0f ? kNoiseScale * std::max(spread, off * off)
+                             : std::max(c * kShare * (c * kShare), own[x]);
+    }
+    layer.variance.extend_row(y);
+  }
+
+  void find_slope(int y) {
+    const float *here = nearness_.row(y), *above = nearness_.near(y - 1),
+                *below = nearness_.near(y + 1);
+    float* __restrict slope = slope_.row(y);
+    for (int x = 0; x < width_; ++x) {
+      const float across =
+          std::min(std::abs(here[x + 1] - here[x]), std::abs(here[x] - here[x - 1]));
+      const float down = std::min(std::abs(below[x] - here[x]), std::abs(here[x] - above[x]));
+      slope[x] = std::max(across, down);
+    }
+  }
+
+  void smooth(int y, int stride, const Layer& from, Layer& to) const {
+    const TapRow above(*this, from, y - stride), row(*this, from, y),
+        below(*this, from, y + stride);
+    const float* slope = slope_.row(y);
+    float *l = to.luminance.row(y), *red = to.red.row(y), *blue = to.blue.row(y),
+          *variance = to.variance.row(y);
+    for (int x = 0; x < width_; x += kAtOnce) {
+      Taps taps(row, slope, float(stride), x);
+      taps.add(kCorner, above, x - stride);
+      taps.add(kSide, above, x);
+      taps.add(kCorner, above, x + stride);
+      taps.add(kSide, row, x - stride);
+      taps.add(kSide, row, x + stride);
+      taps.add(kCorner, below, x - stride);
+      taps.add(kSide, below, x);
+      taps.add(kCorner, below, x + stride);
+      const Eight per = 1.0f / taps.weight;
+      store(taps.sum[0] * per, l + x);
+      store(taps.sum[1] * per, red + x);
+      store(taps.sum[2] * per, blue + x);
+      store(taps.noise * per * per, variance + x);
+    }
+    for (BorderedPlane* plane : {&to.luminance, &to.red, &to.blue, &to.variance})
+      plane->extend_row(y);
+  }
+
+  void compose(int y, const Layer& from, const float* __restrict rgba,
+               float* __restrict filtered) const {
+    const float *l = from.luminance.row(y), *red = from.red.row(y), *blue = from.blue.row(y);
+    const float *fr = albedo_[0].row(y), *fg = albedo_[1].row(y), *fb = albedo_[2].row(y);
+    for (int x = 0; x < width_; ++x) {
+      const float green = l[x] - (kRed * red[x] + kBlue * blue[x]) / kGreen;
+      filtered[4 * x] = std::max((l[x] + red[x]) * fr[x], 0.0f);
+      filtered[4 * x + 1] = std::max(green * fg[x], 0.0f);
+      filtered[4 * x + 2] = std::max((l[x] + blue[x]) * fb[x], 0.0f);
+      filtered[4 * x + 3] = rgba[4 * x + 3];
+    }
+  }
 
   int width_ = 0, height_ = 0;
   std::array<Layer, 2> layers_;
   std::array<BorderedPlane, 3> albedo_, normal_;
   BorderedPlane nearness_, slope_, noise_;
 };
-
-void FastFilter::Planes::filter(int width, int height, std::span<const float> rgba,
-                                const ReadRow& read, int levels, std::span<float> filtered) {
-  resize(width, height);
-  const auto each_row = [&](const auto& body) {
-    parallel_each(size_t(height), kRows, [&](size_t y) { body(int(y)); });
-  };
-  prepare(rgba, read);
-  each_row([&](int y) {
-    find_slope(y);
-    find_noise(y);
-  });
-  size_t from = 0;
-  for (int level = 0; level < levels; ++level) {
-    each_row([&](int y) { smooth(y, 1 << level, layers_[from], layers_[1 - from]); });
-    from = 1 - from;
-  }
-  const size_t row = 4 * size_t(width);
-  each_row([&](int y) {
-    compose(y, layers_[from], &rgba[size_t(y) * row], &filtered[size_t(y) * row]);
-  });
-}
-
-void FastFilter::Planes::resize(int width, int height) {
-  int place = 0;
-  const auto fit = [&](auto&... planes) { (planes.resize(width, height, place++), ...); };
-  for (Layer& layer : layers_) fit(layer.luminance, layer.red, layer.blue, layer.variance);
-  fit(normal_[0], normal_[1], normal_[2], nearness_, slope_, noise_);
-  fit(albedo_[0], albedo_[1], albedo_[2]);
-  width_ = width;
-  height_ = height;
-}
-
-void FastFilter::Planes::prepare(std::span<const float> rgba, const ReadRow& read) {
-  const size_t width = size_t(width_);
-  parallel_ranges(size_t(height_), kRows, [&](size_t begin, size_t end) {
-    thread_local std::vector<float> values;  // no row is read amid another
-    values.resize(13 * width);
-    float* const colour = &values[9 * width];
-    const auto column = [&](size_t i) { return &values[i * width]; };
-    const FeatureRow row = {{column(0), column(1), column(2)},
-                            {column(3), column(4), column(5)},
-                            column(6),
-                            column(7),
-                            column(8)};
-    for (size_t y = begin; y < end; ++y) {
-      read(int(y), row);
-      std::copy_n(&rgba[4 * width * y], 4 * width, colour);
-      if (!all_known(width_, colour, row)) fill_unknown(width_, colour, row);
-      prepare_row(int(y), colour, row);
-    }
-  });
-}
-
-void FastFilter::Planes::prepare_row(int y, const float* __restrict rgba, const FeatureRow& row) {
-  Layer& layer = layers_[0];
-  float* const planes[] = {layer.red.row(y), layer.luminance.row(y), layer.blue.row(y)};
-  for (size_t k = 0; k < 3; ++k) {
-    const float* __restrict n = row.normal[k];
-    float* __restrict to = normal_[k].row(y);
-    for (int x = 0; x < width_; ++x) to[x] = kNormalScale * n[x];
-  }
-  for (size_t k = 0; k < 3; ++k) {
-    untexture(width_, int(k), rgba, row, albedo_[k].row(y), planes[k]);
-  }
-  to_luminance(width_, planes[0], planes[1], planes[2]);
-  scale_noise(width_, row.variance, albedo_[0].row(y), albedo_[1].row(y), albedo_[2].row(y),
-              noise_.row(y));
-  std::copy_n(row.nearness, width_, nearness_.row(y));
-  for (BorderedPlane* plane : {&layer.luminance, &layer.red, &layer.blue, &nearness_, &noise_,
-                               &normal_[0], &normal_[1], &normal_[2]})
-    plane->extend_row(y);
-}
-
-void FastFilter::Planes::find_slope(int y) {
-  const float *here = nearness_.row(y), *above = nearness_.near(y - 1),
-              *below = nearness_.near(y + 1);
-  float* __restrict slope = slope_.row(y);
-  for (int x = 0; x < width_; ++x) {
-    const float across = std::min(std::abs(here[x + 1] - here[x]), std::abs(here[x] - here[x - 1]));
-    const float down = std::min(std::abs(below[x] - here[x]), std::abs(here[x] - above[x]));
-    slope[x] = std::max(across, down);
-  }
-}
-
-// A pixel is as noisy as it says itself, or as its neighbours say: means of their deviations, so
-// that the few that are far noisier do not count for all. One sample says nothing: then the colours
-// around it do, and how far its own is from theirs.
-void FastFilter::Planes::find_noise(int y) {
-  Layer& layer = layers_[0];
-  thread_local std::vector<float> sums;
-  const size_t stride = size_t(width_ + 2 * kPad);
-  sums.assign(3 * stride, 0.0f);
-  float* const __restrict sum = &sums[kPad];
-  float* const __restrict squares = sum + stride;
-  float* const __restrict told = squares + stride;
-  for (int j = -kNoiseReach; j <= kNoiseReach; ++j) {
-    const float *l = layer.luminance.near(y + j), *v = noise_.near(y + j);
-    for (int x = -kNoiseReach; x < width_ + kNoiseReach; ++x) {
-      sum[x] += l[x];
-      squares[x] += l[x] * l[x];
-      told[x] += std::sqrt(std::max(v[x], 0.0f));
-    }
-  }
-  float* __restrict out = layer.variance.row(y);
-  const float *own = noise_.row(y), *l = layer.luminance.row(y);
-  constexpr float kShare = 1.0f / (2 * kNoiseReach + 1) / (2 * kNoiseReach + 1);
-  for (int x = 0; x < width_; ++x) {
-    float a = 0, b = 0, c = 0;
-    for (int i = -kNoiseReach; i <= kNoiseReach; ++i) {
-      a += sum[x + i];
-      b += squares[x + i];
-      c += told[x + i];
-    }
-    const float spread = std::max(b * kShare - a * kShare * (a * kShare), 0.0f);
-    const float off = l[x] - a * kShare;
-    out[x] = own[x] < 0.0f ? kNoiseScale * std::max(spread, off * off)
-                           : std::max(c * kShare * (c * kShare), own[x]);
-  }
-  layer.variance.extend_row(y);
-}
-
-// One row of all that a tap reads.
-struct FastFilter::Planes::TapRow {
-  const float *luminance, *red, *blue, *variance, *normal[3], *nearness;
-
-  TapRow(const Planes& filter, const Layer& from, int y)
-      : luminance(from.luminance.near(y)),
-        red(from.red.near(y)),
-        blue(from.blue.near(y)),
-        variance(from.variance.near(y)),
-        normal{filter.normal_[0].near(y), filter.normal_[1].near(y), filter.normal_[2].near(y)},
-        nearness(filter.nearness_.near(y)) {}
-};
-
-// Eight pixels of a row, and the weighted sums over what is around them.
-struct FastFilter::Planes::Taps {
-  Eight luminance, normal[3], nearness, variance, per_nearness;
-  Eight weight, noise, sum[3];
-
-  [[gnu::always_inline]] Taps(const TapRow& row, const float* slope, float stride, int x) {
-    load(row.luminance + x, luminance);
-    for (size_t k = 0; k < 3; ++k) load(row.normal[k] + x, normal[k]);
-    load(row.nearness + x, nearness);
-    load(row.variance + x, variance);
-    load(slope + x, per_nearness);
-    per_nearness =
-        reciprocal(kSlopes * stride * per_nearness + kLeastSlope * nearness + kLeastDivisor);
-    variance += kLeastDivisor;
-    weight = Eight{} + 0.25f;  // its own
-    noise = 0.0625f * variance;
-    sum[0] = 0.25f * luminance;
-    load(row.red + x, sum[1]);
-    load(row.blue + x, sum[2]);
-    sum[1] = 0.25f * sum[1];
-    sum[2] = 0.25f * sum[2];
-  }
-
-  // root: of the tap's share.
-  [[gnu::always_inline]] void add(float root, const TapRow& row, int x) {
-    Eight l, v, u, red, blue;
-    load(row.luminance + x, l);
-    load(row.variance + x, v);
-    load(row.nearness + x, u);
-    const Eight dl = l - luminance, du = (u - nearness) * per_nearness;
-    const Eight limit = kMostNoisier * variance;
-    Eight d = fused(dl * dl, reciprocal(variance + (v < limit ? v : limit)), du * du);
-    for (size_t k = 0; k < 3; ++k) {
-      load(row.normal[k] + x, u);
-      u -= normal[k];
-      d = fused(u, u, d);
-    }
-    const Eight roots = Eight{} + root;
-    Eight t = fused(-roots, d, roots);
-    t = t > 0.0f ? t : Eight{};
-    const Eight w = t * t;
-    load(row.red + x, red);
-    load(row.blue + x, blue);
-    weight += w;
-    noise = fused(w * w, v, noise);
-    sum[0] = fused(w, l, sum[0]);
-    sum[1] = fused(w, red, sum[1]);
-    sum[2] = fused(w, blue, sum[2]);
-  }
-};
-
-// Roots of the shares of a pixel's neighbours, 1/8 and 1/16; its own is 1/4.
-constexpr float kSide = 0.353553391f, kCorner = 0.25f;
-
-void FastFilter::Planes::smooth(int y, int stride, const Layer& from, Layer& to) const {
-  const TapRow above(*this, from, y - stride), row(*this, from, y), below(*this, from, y + stride);
-  const float* slope = slope_.row(y);
-  float *l = to.luminance.row(y), *red = to.red.row(y), *blue = to.blue.row(y),
-        *variance = to.variance.row(y);
-  for (int x = 0; x < width_; x += kAtOnce) {
-    Taps taps(row, slope, float(stride), x);
-    taps.add(kCorner, above, x - stride);
-    taps.add(kSide, above, x);
-    taps.add(kCorner, above, x + stride);
-    taps.add(kSide, row, x - stride);
-    taps.add(kSide, row, x + stride);
-    taps.add(kCorner, below, x - stride);
-    taps.add(kSide, below, x);
-    taps.add(kCorner, below, x + stride);
-    const Eight per = 1.0f / taps.weight;
-    store(taps.sum[0] * per, l + x);
-    store(taps.sum[1] * per, red + x);
-    store(taps.sum[2] * per, blue + x);
-    store(taps.noise * per * per, variance + x);
-  }
-  for (BorderedPlane* plane : {&to.luminance, &to.red, &to.blue, &to.variance})
-    plane->extend_row(y);
-}
-
-void FastFilter::Planes::compose(int y, const Layer& from, const float* __restrict rgba,
-                                 float* __restrict filtered) const {
-  const float *l = from.luminance.row(y), *red = from.red.row(y), *blue = from.blue.row(y);
-  const float *fr = albedo_[0].row(y), *fg = albedo_[1].row(y), *fb = albedo_[2].row(y);
-  for (int x = 0; x < width_; ++x) {
-    const float green = l[x] - (kRed * red[x] + kBlue * blue[x]) / kGreen;
-    filtered[4 * x] = std::max((l[x] + red[x]) * fr[x], 0.0f);
-    filtered[4 * x + 1] = std::max(green * fg[x], 0.0f);
-    filtered[4 * x + 2] = std::max((l[x] + blue[x]) * fb[x], 0.0f);
-    filtered[4 * x + 3] = rgba[4 * x + 3];
-  }
-}
 
 FastFilter::FastFilter() : planes_(std::make_unique<Planes>()) {}
 FastFilter::~FastFilter() = default;

@@ -38,11 +38,8 @@ template <typename Difference>
 BorderedPlane pooled_variance(const Halves& h, const BorderedPlane& told,
                               const Difference& difference) {
   BorderedPlane single(h.width, h.height);
-  for_each_row(h.height, [&](int y) {
-    const float *n_a = h.half[0].count.row(y), *n_b = h.half[1].count.row(y);
-    for (int x = 0; x < h.width; ++x) {
-      single.row(y)[x] = difference(x, y, n_a[x], n_b[x]);
-    }
+  for_each_pixel(h.width, h.height, [&](int x, int y) {
+    single.row(y)[x] = difference(x, y, h.half[0].count.row(y)[x], h.half[1].count.row(y)[x]);
   });
   BorderedPlane pooled = box_sum(single, kNoiseRadius);
   for_each_row(h.height, [&](int y) {

@@ -21,11 +21,29 @@ class BucketPicture {
   std::unique_lock<std::mutex> lock() { return std::unique_lock(mutex_); }
 
   void begin(const Rect& pixels) { in_progress_.push_back(pixels); }
-  void finish(const FilmTile& bucket, const std::shared_ptr<const Grading>& grading);
+
+  void finish(const FilmTile& bucket, const std::shared_ptr<const Grading>& grading) {
+    const Rect pixels = picture_.add(bucket);
+    std::erase(in_progress_, pixels);
+    if (!grading || grading != grading_) return;
+    const size_t row = 4 * size_t(pixels.width());
+    for (int y = pixels.y0; y < pixels.y1; ++y) {
+      const size_t first = 4 * picture_.rect().index_of(pixels.x0, y);
+      grading->grade_run(picture_.rgba().subspan(first, row), {&rgba8_[first], row});
+    }
+  }
+
   const std::vector<Rect>& in_progress() const { return in_progress_; }
   const TilePicture& picture() const { return picture_; }
   // As displayed. Each bucket is graded once, when it comes, unless the grading changes.
-  std::span<const uint8_t> rgba8(const std::shared_ptr<const Grading>& grading);
+  std::span<const uint8_t> rgba8(const std::shared_ptr<const Grading>& grading) {
+    if (grading != grading_) {
+      // On this thread alone: it must not begin another bucket while it waits for help.
+      grading->grade_run(picture_.rgba(), rgba8_);
+      grading_ = grading;
+    }
+    return rgba8_;
+  }
 
  private:
   std::mutex mutex_;

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <deque>
 #include <string>
+#include <utility>
 
 #include "renderer/description/scene_edits.h"
 
@@ -13,20 +14,43 @@ namespace emberline {
 class EditHistory {
  public:
   // The first entry, to which undo goes back: the edits that a scene was opened with.
-  explicit EditHistory(SceneEdits edits = {});
+  explicit EditHistory(SceneEdits edits = {}) { steps_.push_back(std::move(edits)); }
 
   // A new step; what was undone is lost. Edits equal to the current ones are none. Steps in a row
   // with the same `gesture`, not empty, become one: what a drag does from its beginning to its end,
   // or a slider that is moved again.
-  void record(const SceneEdits& edits, const std::string& gesture = {});
+  void record(const SceneEdits& edits, const std::string& gesture = {}) {
+    if (edits == current()) return;
+    const bool goes_on = !gesture.empty() && gesture == gesture_;
+    steps_.resize(current_ + 1);
+    gesture_ = gesture;
+    if (goes_on) {
+      steps_.back() = edits;
+      return;
+    }
+    steps_.push_back(edits);
+    if (steps_.size() > kMostSteps) steps_.pop_front();
+    current_ = steps_.size() - 1;
+  }
+
   // The mouse is let go: the next step with the same gesture is one of its own.
   void end_gesture() { gesture_.clear(); }
 
   bool can_undo() const { return current_ > 0; }
   bool can_redo() const { return current_ + 1 < steps_.size(); }
   // Return what is to be set; without anything to undo or redo, the current edits.
-  const SceneEdits& undo();
-  const SceneEdits& redo();
+  const SceneEdits& undo() {
+    gesture_.clear();
+    if (can_undo()) --current_;
+    return current();
+  }
+
+  const SceneEdits& redo() {
+    gesture_.clear();
+    if (can_redo()) ++current_;
+    return current();
+  }
+
   const SceneEdits& current() const { return steps_[current_]; }
 
   // The oldest steps beyond this are forgotten.

@@ -1,9 +1,12 @@
 #include "renderer/session/grading.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cassert>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <vector>
 
 #include "io/image/output.h"
@@ -27,7 +30,91 @@ bool same_colour(const float* a, const float* b) {
   return std::memcmp(a, b, 3 * sizeof(float)) == 0;
 }
 
+using Bytes = std::array<uint8_t, 3>;
+
+// Transforms grey values by the transform itself.
+std::vector<Bytes> transformed(const DisplayTransform& transform, const std::vector<float>& grey) {
+  std::vector<float> rgb;
+  for (const float x : grey) rgb.insert(rgb.end(), 3, x);
+  transform.apply(rgb.data(), grey.size());
+  std::vector<Bytes> bytes(grey.size());
+  for (size_t i = 0; i < rgb.size(); ++i) bytes[i / 3][i % 3] = to_byte(rgb[i]);
+  return bytes;
+}
+
+float middle(float low, float high) {
+  return std::bit_cast<float>(
+      uint32_t((uint64_t(std::bit_cast<uint32_t>(low)) + std::bit_cast<uint32_t>(high)) / 2));
+}
+
 }  // namespace
+
+// A display transform as a table of bytes, where it treats each channel by itself:
+// byte(c, x) is what to_byte() makes of the transform's channel c for the linear value x. A byte is
+// how many thresholds x has reached; a table by the float's upper 16 bits says how many of them its
+// cell begins with, and the few in the cell are compared with.
+//
+// The curve must rise, but for differences of rounding: at a threshold the table may then be a few
+// units in the last place of x away from where the transform changes.
+class DisplayTable {
+ public:
+  // Null for a transform that mixes channels, as film looks do, or whose curve does not rise.
+  static std::unique_ptr<const DisplayTable> make(const DisplayTransform& transform) {
+    if (transform.mixes_channels()) return nullptr;
+    std::vector<float> begins;
+    for (uint32_t i = 0; i < kCells; ++i) begins.push_back(std::bit_cast<float>(i << 16));
+    const std::vector<Bytes> cells = transformed(transform, begins);
+    const std::vector<Bytes> ends = transformed(transform, {-kLargest, -1e-3f, kLargest});
+    std::unique_ptr<DisplayTable> table(new DisplayTable);
+    for (size_t c = 0; c < 3; ++c) {
+      Curve& curve = table->curves_[c];
+      for (const Bytes& bytes : cells) curve.cells.push_back(bytes[c]);
+      const bool dark_below = ends[0][c] == curve.cells[0] && ends[1][c] == curve.cells[0];
+      if (!dark_below || !std::ranges::is_sorted(curve.cells)) return nullptr;
+    }
+    // All thresholds of a channel at once: halve the floats between 0, which is below each of them,
+    // and the largest, which is not.
+    for (size_t c = 0; c < 3; ++c) {
+      Curve& curve = table->curves_[c];
+      curve.thresholds.fill(std::numeric_limits<float>::infinity());
+      const size_t first = curve.cells[0], last = ends[2][c];
+      std::fill_n(curve.thresholds.begin(), first, 0.0f);
+      std::vector<float> low(last - first, 0.0f), high(last - first, kLargest), tried(last - first);
+      for (int bit = 0; bit < 32; ++bit) {
+        for (size_t k = 0; k < tried.size(); ++k) tried[k] = middle(low[k], high[k]);
+        const std::vector<Bytes> bytes = transformed(transform, tried);
+        for (size_t k = 0; k < tried.size(); ++k) {
+          (bytes[k][c] > first + k ? high[k] : low[k]) = tried[k];
+        }
+      }
+      std::ranges::copy(high, curve.thresholds.begin() + std::ptrdiff_t(first));
+    }
+    return table;
+  }
+
+  uint8_t byte(size_t channel, float x) const {
+    const Curve& curve = curves_[channel];
+    if (!(x > 0.0f)) return curve.cells[0];  // NaN counts as 0
+    if (x > kLargest) x = kLargest;
+    uint32_t reached = curve.cells[std::bit_cast<uint32_t>(x) >> 16];
+    while (x >= curve.thresholds[reached]) ++reached;
+    return uint8_t(reached);
+  }
+
+ private:
+  static constexpr float kLargest = 65504.0f;  // as DisplayTransform::apply
+  static constexpr size_t kCells = (std::bit_cast<uint32_t>(kLargest) >> 16) + 1;
+
+  struct Curve {
+    // thresholds[k]: the least x whose byte is k + 1 or more; infinity if there is none.
+    std::array<float, 256> thresholds;
+    std::vector<uint8_t> cells;  // of the least value with these upper bits
+  };
+
+  DisplayTable() = default;
+
+  std::array<Curve, 3> curves_;
+};
 
 Grading::Grading(const DisplaySettings& settings)
     : settings_(at_exposure(settings, settings.exposure)),

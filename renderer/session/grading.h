@@ -5,9 +5,11 @@
 #include <memory>
 #include <span>
 
-#include "renderer/session/display_table.h"
+#include "io/display/display.h"
 
 namespace emberline {
+
+class DisplayTable;
 
 // Immutable; thread-safe. Gives the bytes that DisplayTransform and to_byte() give.
 class Grading {

@@ -9,7 +9,7 @@
 #include "renderer/core/readable.h"
 #include "renderer/engine/live_picture.h"
 #include "renderer/output/refinement_output.h"
-#include "renderer/statistics/quantity_plane.h"
+#include "renderer/statistics/heatmap_quantity.h"
 
 namespace emberline {
 namespace {

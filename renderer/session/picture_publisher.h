@@ -18,8 +18,6 @@ namespace emberline {
 class PicturePublisher {
  public:
   PicturePublisher();
-  PicturePublisher(const PicturePublisher&) = delete;
-  PicturePublisher& operator=(const PicturePublisher&) = delete;
 
   // Grades the newest picture again, and later ones, by these settings; in the background, without
   // new samples. Pictures with an overlay are not graded. Impossible settings are a problem(); the

@@ -35,8 +35,6 @@ class RenderSession {
   explicit RenderSession(ViewSettings settings);
   // Stops all work and waits for its end, also for files that are being written.
   ~RenderSession();
-  RenderSession(const RenderSession&) = delete;
-  RenderSession& operator=(const RenderSession&) = delete;
 
   // Loads in the background, with environment and camera of the settings' options. The previous
   // scene stays until the new one has loaded. Cancels a scene that is still loading.

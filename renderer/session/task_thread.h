@@ -1,32 +1,37 @@
 // A thread that does one thing after another for a session: loading, grading, writing.
 #pragma once
 
-#include <condition_variable>
-#include <deque>
+#include <tbb/concurrent_queue.h>
+
 #include <functional>
-#include <mutex>
 #include <thread>
+#include <utility>
 
 namespace emberline {
 
 class TaskThread {
  public:
-  TaskThread();
+  TaskThread() : thread_([this] { work(); }) {}
   // Does what has been posted, and ends.
-  ~TaskThread();
-  TaskThread(const TaskThread&) = delete;
-  TaskThread& operator=(const TaskThread&) = delete;
+  ~TaskThread() {
+    tasks_.push(nullptr);
+    thread_.join();
+  }
 
   // Any thread. The task must not throw.
-  void post(std::function<void()> task);
+  void post(std::function<void()> task) { tasks_.push(std::move(task)); }
 
  private:
-  void work();
+  void work() {
+    while (true) {
+      std::function<void()> task;
+      tasks_.pop(task);
+      if (!task) return;
+      task();
+    }
+  }
 
-  std::mutex mutex_;
-  std::condition_variable posted_;
-  std::deque<std::function<void()>> tasks_;
-  bool ending_ = false;
+  tbb::concurrent_bounded_queue<std::function<void()>> tasks_;  // one without a function ends it
   std::thread thread_;
 };
 

@@ -57,13 +57,21 @@ class ViewRenderer::LowPriorityWorkers final : public tbb::task_scheduler_observ
 ViewRenderer::ViewRenderer(PicturePublisher& publisher)
     : publisher_(publisher), thread_([this] { work(); }) {}
 
-ViewRenderer::~ViewRenderer() {
+// Changes what the thread looks at, and wakes it up.
+template <class Change>
+void ViewRenderer::change(const Change& change_it) {
   {
     const std::lock_guard lock(mutex_);
-    ending_ = true;
-    if (stop_) stop_->request(PixelStop::kUser);
+    change_it();
   }
   news_.notify_all();
+}
+
+ViewRenderer::~ViewRenderer() {
+  change([&] {
+    ending_ = true;
+    if (stop_) stop_->request(PixelStop::kUser);
+  });
   thread_.join();
   for (std::promise<FilmCopy>& copy : copies_) copy.set_exception(nothing_to_copy());
 }
@@ -71,8 +79,7 @@ ViewRenderer::~ViewRenderer() {
 void ViewRenderer::post(RenderRequest request, bool only_edits) {
   std::optional<LightMix> mix;
   if (only_edits) mix = mix_of(request);
-  {
-    const std::lock_guard lock(mutex_);
+  change([&] {
     if (mix && !request_) {
       relighting_ = Relighting{request.edit, request.posted, std::move(*mix)};
       pause_wanted_ = true;
@@ -83,8 +90,7 @@ void ViewRenderer::post(RenderRequest request, bool only_edits) {
       request_ = std::move(request);
       if (stop_ && (!let_first_picture_finish_ || frame_shown_)) stop_->request(PixelStop::kUser);
     }
-  }
-  news_.notify_all();
+  });
 }
 
 // How the frame that there is becomes that of the request, if it can.
@@ -101,12 +107,10 @@ std::optional<LightMix> ViewRenderer::mix_of(const RenderRequest& request) const
 }
 
 void ViewRenderer::set_paused(bool paused) {
-  {
-    const std::lock_guard lock(mutex_);
+  change([&] {
     paused_ = paused;
     pause_wanted_ = true;
-  }
-  news_.notify_all();
+  });
 }
 
 void ViewRenderer::show_as(const ShownAs& shown_as) {
@@ -115,22 +119,15 @@ void ViewRenderer::show_as(const ShownAs& shown_as) {
 }
 
 void ViewRenderer::show_again() {
-  {
-    const std::lock_guard lock(mutex_);
-    show_again_ = true;
-    pause_wanted_ = true;
-  }
-  news_.notify_all();
+  change([&] { show_again_ = pause_wanted_ = true; });
 }
 
 std::future<FilmCopy> ViewRenderer::copy() {
   std::future<FilmCopy> result;
-  {
-    const std::lock_guard lock(mutex_);
+  change([&] {
     result = copies_.emplace_back().get_future();
     pause_wanted_ = true;
-  }
-  news_.notify_all();
+  });
   return result;
 }
 

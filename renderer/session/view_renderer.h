@@ -25,8 +25,6 @@ class ViewRenderer {
   explicit ViewRenderer(PicturePublisher& publisher);
   // Stops the frame and waits for its end. Pending copies get a RenderError.
   ~ViewRenderer();
-  ViewRenderer(const ViewRenderer&) = delete;
-  ViewRenderer& operator=(const ViewRenderer&) = delete;
 
   // All functions below may be called from any thread, and wait only for a lock.
 
@@ -55,6 +53,8 @@ class ViewRenderer {
     std::optional<PixelInspection> found;
   };
 
+  template <class Change>
+  void change(const Change& change_it);
   void work();
   std::optional<RenderRequest> next_request();
   void render(RenderRequest request);

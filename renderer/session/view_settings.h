@@ -22,26 +22,23 @@ inline constexpr uint32_t kViewSamples = 4096;
 // How the picture shows a frame's film.
 struct alignas(4) ShownAs {
   ViewOverlay overlay = ViewOverlay::kNone;
-  bool denoise =
-      false;  // filtered (renderer/reconstruction/fast_filter.h), where nothing lies over it
-  bool raw_beside = false;  // ShownPicture::raw8 as well
+  // Filtered (renderer/reconstruction/fast_filter.h), where nothing lies over it, which adds
+  // channels to the film; files and values of pixels stay unfiltered.
+  bool denoise = false;
+  bool raw_beside = false;  // each filtered picture with the one that it was made of, raw8
   bool filtered() const {
     return denoise && (overlay == ViewOverlay::kNone || overlay == ViewOverlay::kTree);
   }
   bool operator==(const ShownAs&) const = default;
 };
 
-struct ViewSettings {
+struct ViewSettings : ShownAs {
   // Driver, integrator, sampler, filter, estimator, limits, threads, seed, size, environment: as
   // for `render`. Outputs, reports, snapshots, `scene`, `edits` and `display` are ignored: open()
   // has the scene and its edits, the next member the display.
   RenderOptions render;
   DisplaySettings display;
-  ViewOverlay overlay = ViewOverlay::kNone;
-  // Filters pictures, and adds the channels for that; files and values of pixels stay unfiltered.
-  bool denoise = false;
-  bool raw_beside = false;  // each filtered picture comes with the one that it was made of
-  ShownAs shown_as() const { return {overlay, denoise, raw_beside}; }
+  const ShownAs& shown_as() const { return *this; }
   // Keeps every light's contribution apart, so that edits of its intensity or colour, its switch
   // and solo need no new samples. Not for buckets, nor for integrators that cannot separate lights.
   // Lights that are off are sampled too, so the noise differs from that of `render`.

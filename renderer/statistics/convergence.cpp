@@ -97,17 +97,9 @@ double fitted_order(const ConvergenceCurve& curve) {
 }
 
 std::optional<double> expected_order(ConvergenceRate rate, const ConvergenceIntegrand& integrand) {
-  switch (rate) {
-    case ConvergenceRate::kSobol:
-      return integrand.integrand.order;
-    case ConvergenceRate::kJittered:
-      return integrand.stratified_order;
-    case ConvergenceRate::kIndependent:
-      return 1.0;
-    case ConvergenceRate::kUnknown:
-      break;
-  }
-  return std::nullopt;
+  if (rate == ConvergenceRate::kSobol) return integrand.integrand.order;
+  if (rate == ConvergenceRate::kJittered) return integrand.stratified_order;
+  return rate == ConvergenceRate::kIndependent ? std::optional(1.0) : std::nullopt;
 }
 
 }  // namespace

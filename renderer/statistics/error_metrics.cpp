@@ -8,6 +8,7 @@
 #include <limits>
 #include <numeric>
 
+#include "renderer/core/parallel.h"
 #include "renderer/statistics/flip.h"
 #include "renderer/statistics/row_sums.h"
 #include "renderer/statistics/ssim.h"
@@ -67,17 +68,12 @@ PlainSums plain_sums_of_row(const Pictures& p, int y) {
 // (x - r)^2 / (r^2 + eps) averaged over the channels, for the finite pixels in order.
 std::vector<double> relative_errors(const Pictures& p, double epsilon) {
   std::vector<double> errors(p.masked.size());
-  for_each_row(p.image.height, [&](int y) {
-    const size_t width = size_t(p.image.width);
-    for (size_t i = size_t(y) * width; i < size_t(y + 1) * width; ++i) {
-      double error = 0;
-      for (size_t c = 0; c < 3; ++c) {
-        const double r = double(p.reference.rgb[3 * i + c]);
-        const double difference = double(p.image.rgb[3 * i + c]) - r;
-        error += difference * difference / (r * r + epsilon);
-      }
-      errors[i] = error / 3;
+  parallel_each(errors.size(), [&](size_t i) {
+    for (size_t c = 3 * i; c < 3 * i + 3; ++c) {
+      const double r = double(p.reference.rgb[c]), difference = double(p.image.rgb[c]) - r;
+      errors[i] += difference * difference / (r * r + epsilon);
     }
+    errors[i] /= 3;
   });
   size_t kept = 0;
   for (size_t i = 0; i < errors.size(); ++i) {
@@ -150,14 +146,8 @@ RgbImage to_display(const RgbImage& image, float exposure, const std::vector<uin
   assert(masked.size() * 3 == image.rgb.size());
   const double scale = std::exp2(double(exposure));
   RgbImage shown{image.width, image.height, std::vector<float>(image.rgb.size(), 0.0f)};
-  for_each_row(image.height, [&](int y) {
-    const size_t width = size_t(image.width);
-    for (size_t i = size_t(y) * width; i < size_t(y + 1) * width; ++i) {
-      if (masked[i]) continue;
-      for (size_t c = 3 * i; c < 3 * i + 3; ++c) {
-        shown.rgb[c] = float(encode_srgb(double(image.rgb[c]) * scale));
-      }
-    }
+  parallel_each(shown.rgb.size(), [&](size_t c) {
+    if (!masked[c / 3]) shown.rgb[c] = float(encode_srgb(double(image.rgb[c]) * scale));
   });
   return shown;
 }

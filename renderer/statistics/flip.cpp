@@ -11,6 +11,7 @@
 #include <numeric>
 
 #include "renderer/core/vector.h"
+#include "renderer/statistics/plane.h"
 #include "renderer/statistics/row_sums.h"
 
 namespace emberline {
@@ -174,15 +175,9 @@ Kernels make_kernels(double pixels_per_degree) {
   return k;
 }
 
-// One channel of the picture.
-struct Channel {
-  int width, height;
-  std::vector<float> values;
-};
-
 // A row of the channel, summed with the taps down the columns and then with those along the row.
 // Beyond the border is the border's value.
-std::vector<double> filter(const Channel& plane, int y, const Taps& down, const Taps& along) {
+std::vector<double> filter(const Plane& plane, int y, const Taps& down, const Taps& along) {
   const size_t width = size_t(plane.width), margin = along.size() / 2;
   const int radius = int(down.size() / 2);
   std::vector<double> padded(width + 2 * margin), out(width);
@@ -201,21 +196,18 @@ std::vector<double> filter(const Channel& plane, int y, const Taps& down, const 
   return out;
 }
 
-using Opponent = std::array<Channel, 3>;  // Y, Cx, Cz
+using Opponent = std::array<Plane, 3>;  // Y, Cx, Cz
 
 Opponent to_opponent(const RgbImage& picture) {
   Opponent planes;
-  for (Channel& plane : planes) {
+  for (Plane& plane : planes) {
     plane = {picture.width, picture.height, std::vector<float>(picture.rgb.size() / 3)};
   }
-  for_each_row(picture.height, [&](int y) {
-    for (size_t i = size_t(y) * size_t(picture.width); i < size_t(y + 1) * size_t(picture.width);
-         ++i) {
-      Vec3d rgb;
-      for (int c = 0; c < 3; ++c) rgb[c] = srgb_to_linear(double(picture.rgb[3 * i + size_t(c)]));
-      const Vec3d opponent = xyz_to_ycxcz(rgb * kRgbToXyz);
-      for (int c = 0; c < 3; ++c) planes[size_t(c)].values[i] = float(opponent[c]);
-    }
+  parallel_each(planes[0].values.size(), [&](size_t i) {
+    Vec3d rgb;
+    for (int c = 0; c < 3; ++c) rgb[c] = srgb_to_linear(double(picture.rgb[3 * i + size_t(c)]));
+    const Vec3d opponent = xyz_to_ycxcz(rgb * kRgbToXyz);
+    for (int c = 0; c < 3; ++c) planes[size_t(c)].values[i] = float(opponent[c]);
   });
   return planes;
 }
@@ -241,7 +233,7 @@ struct Features {
 };
 
 // Section 4.2: strength of edges and points in luminance, in [0, sqrt 2].
-std::vector<Features> feature_row(const Channel& luminance, int y, const Kernels& k) {
+std::vector<Features> feature_row(const Plane& luminance, int y, const Kernels& k) {
   const std::vector<double> edge_x = filter(luminance, y, k.smooth, k.edge);
   const std::vector<double> edge_y = filter(luminance, y, k.edge, k.smooth);
   const std::vector<double> point_x = filter(luminance, y, k.smooth, k.point);

@@ -109,7 +109,7 @@ void draw_histogram(BytePicture& picture, const LegendBar& bar, const Rect& area
 
 void draw_ticks(BytePicture& picture, const LegendBar& bar, const Rect& area, int scale) {
   int free_from = area.x0;
-  for (const ScaleTick& tick :
+  for (const AxisTick& tick :
        bar.scale.ticks(std::max(2, area.width() / (kTickRoom * scale)), bar.factor)) {
     const double place = std::clamp(bar.scale.position(tick.value), 0.0, 1.0);
     const int x = area.x0 + int(std::lround(place * (area.width() - scale)));

@@ -1,5 +1,8 @@
 #include "renderer/statistics/heatmap_quantity.h"
 
+#include <algorithm>
+#include <array>
+#include <cassert>
 #include <cmath>
 
 #include "renderer/core/display_error.h"
@@ -9,7 +12,7 @@
 namespace emberline {
 namespace {
 
-float first_channel(const float* channels) { return channels[0]; }
+constexpr size_t kMostChannels = 8;
 
 // samples, R G B, and their variances.
 float display_error(const float* channels) {
@@ -25,12 +28,7 @@ float display_error(const float* channels) {
 // Of one of the channels of rays.
 HeatmapQuantity ray_quantity(std::string_view name, std::string_view summary,
                              std::string_view title) {
-  return {.name = name,
-          .summary = summary,
-          .title = title,
-          .aov = Aov::kRays,
-          .channels = {name},
-          .value = first_channel};
+  return {.name = name, .summary = summary, .title = title, .aov = Aov::kRays, .channels = {name}};
 }
 
 }  // namespace
@@ -43,8 +41,7 @@ std::span<const HeatmapQuantity> heatmap_quantity_table() {
       {.name = "samples",
        .summary = "samples per pixel: bright where many are",
        .title = "samples per pixel",
-       .channels = {"samples"},
-       .value = first_channel},
+       .channels = {"samples"}},
       {.name = "error",
        .summary = "estimated RMS error of the pixel as displayed (sRGB, 0 to 1)",
        .title = "estimated error, RMS as displayed (0 to 1)",
@@ -56,7 +53,6 @@ std::span<const HeatmapQuantity> heatmap_quantity_table() {
        .summary = "the same of the denoised picture, of a finished .exr",
        .title = "estimated error when denoised, RMS as displayed (0 to 1)",
        .channels = {"denoised.error"},
-       .value = first_channel,
        .of_denoised = true,
        .rms = true},
       {.name = "stop",
@@ -64,7 +60,6 @@ std::span<const HeatmapQuantity> heatmap_quantity_table() {
        .title = "what ended the pixel",
        .aov = Aov::kStop,
        .channels = {"stop"},
-       .value = first_channel,
        .reasons = true},
       {.name = "time",
        .summary = "time spent on each pixel",
@@ -72,20 +67,17 @@ std::span<const HeatmapQuantity> heatmap_quantity_table() {
        .unit = "s",
        .aov = Aov::kTime,
        .channels = {"time"},
-       .value = first_channel,
        .bright = kTimeBright},
       {.name = "non_finite",
        .summary = "samples that were NaN or infinite",
        .title = "NaN or infinite samples per pixel",
        .aov = Aov::kNonFinite,
-       .channels = {"non_finite"},
-       .value = first_channel},
+       .channels = {"non_finite"}},
       {.name = "part",
        .summary = "which part of a merged frame brought each pixel",
        .title = "part of the frame",
        .aov = Aov::kPart,
-       .channels = {"part"},
-       .value = first_channel},
+       .channels = {"part"}},
       {.name = "rays",
        .summary = "rays traced for each pixel, of all kinds",
        .title = "rays per pixel",
@@ -126,6 +118,46 @@ BytePicture draw_quantity(const HeatmapQuantity& quantity, const Plane& plane,
                                  quantity.bright, quantity.rms};
   return quantity.reasons ? draw_category_map(plane, stop_categories(), settings)
                           : draw_heatmap(plane, settings);
+}
+
+std::string QuantityPlane::missing_channel(const HeatmapQuantity& quantity,
+                                           std::span<const std::string> channels) {
+  for (const std::string_view needed : quantity.channels) {
+    if (std::ranges::find(channels, needed) == channels.end()) return std::string(needed);
+  }
+  return "";
+}
+
+std::optional<std::vector<size_t>> QuantityPlane::find_channels(
+    const HeatmapQuantity& quantity, std::span<const std::string> channels) {
+  std::vector<size_t> places;
+  for (const std::string_view needed : quantity.channels) {
+    const auto found = std::ranges::find(channels, needed);
+    if (found == channels.end()) return std::nullopt;
+    places.push_back(size_t(found - channels.begin()));
+  }
+  return places;
+}
+
+QuantityPlane::QuantityPlane(const HeatmapQuantity& quantity, std::span<const std::string> channels,
+                             const Rect& crop)
+    : quantity_(&quantity), channel_count_(channels.size()), crop_(crop) {
+  assert(missing_channel(quantity, channels).empty() && quantity.channels.size() <= kMostChannels);
+  sources_ = find_channels(quantity, channels).value();
+  plane_.width = crop.width();
+  plane_.height = crop.height();
+  constexpr std::array<float, kMostChannels> kNoSamples{};
+  plane_.values.assign(size_t(crop.area()), quantity.value(kNoSamples.data()));
+}
+
+void QuantityPlane::write_tile(const Rect& rect, std::span<const float> pixels) {
+  assert(rect == rect.intersect(crop_) && pixels.size() >= size_t(rect.area()) * channel_count_);
+  std::array<float, kMostChannels> values{};
+  for (size_t i = 0; i < size_t(rect.area()); ++i) {
+    for (size_t c = 0; c < sources_.size(); ++c)
+      values[c] = pixels[i * channel_count_ + sources_[c]];
+    plane_.values[crop_.index_of(rect.x_of(i), rect.y_of(i))] = quantity_->value(values.data());
+  }
 }
 
 }  // namespace emberline

@@ -1,13 +1,18 @@
 // What heatmaps can show: from channels of the film to one number per pixel, and how it is drawn.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
+#include "renderer/core/rect.h"
 #include "renderer/film/channels.h"
 #include "renderer/statistics/heatmap.h"
+#include "renderer/statistics/plane.h"
 
 namespace emberline {
 
@@ -18,11 +23,13 @@ struct HeatmapQuantity {
   std::string_view unit = {};
   std::optional<Aov> aov = {};             // that must be rendered for it
   std::vector<std::string_view> channels;  // that it is computed from
-  float (*value)(const float* channels);   // of a pixel, in that order; NaN: it has none
-  bool reasons = false;                    // PixelStop values, no amounts
-  bool of_denoised = false;                // of what `denoise` has made, when the frame is done
-  double bright = kBrightQuantile;         // of an automatic range, value_scale.h
-  bool rms = false;                        // its root of the mean square says more than its mean
+  // Of a pixel, from the channels in that order: the only one, if nothing else is said. NaN: it has
+  // none.
+  float (*value)(const float* channels) = [](const float* all) { return all[0]; };
+  bool reasons = false;             // PixelStop values, no amounts
+  bool of_denoised = false;         // of what `denoise` has made, when the frame is done
+  double bright = kBrightQuantile;  // of an automatic range, value_scale.h
+  bool rms = false;                 // its root of the mean square says more than its mean
 };
 // The table behind --heatmap-of, its --help and its error message. The first is the default.
 //
@@ -47,5 +54,38 @@ std::span<const Category> stop_categories();
 
 BytePicture draw_quantity(const HeatmapQuantity& quantity, const Plane& plane,
                           const HeatmapStyle& style);
+
+// Gathers one quantity of a frame, tile by tile, from the film's channels.
+class QuantityPlane {
+ public:
+  // `channels` are the names of what write_tile() will bring; missing_channel() must be empty.
+  // Pixels that never come are as those of a film without samples: all channels 0.
+  QuantityPlane(const HeatmapQuantity& quantity, std::span<const std::string> channels,
+                const Rect& crop);
+
+  // The first channel that the quantity needs and that is not among `channels`; empty if none.
+  static std::string missing_channel(const HeatmapQuantity& quantity,
+                                     std::span<const std::string> channels);
+
+  // Where the channels that the quantity needs are among `channels`, in its own order; nothing if
+  // one is missing.
+  static std::optional<std::vector<size_t>> find_channels(const HeatmapQuantity& quantity,
+                                                          std::span<const std::string> channels);
+
+  // `pixels` holds rect.area() x channels floats, interleaved, rows from rect.y0; `rect` lies in
+  // the crop. Thread-safe for disjoint rectangles.
+  void write_tile(const Rect& rect, std::span<const float> pixels);
+
+  const HeatmapQuantity& quantity() const { return *quantity_; }
+  const Plane& plane() const { return plane_; }
+  uint64_t bytes() const { return plane_.values.capacity() * sizeof(float); }
+
+ private:
+  const HeatmapQuantity* quantity_;
+  size_t channel_count_;
+  std::vector<size_t> sources_;  // of quantity_->channels
+  Rect crop_;
+  Plane plane_;
+};
 
 }  // namespace emberline

@@ -12,6 +12,22 @@
 namespace emberline {
 namespace {
 
+constexpr StudyMetricEntry kMetrics[] = {
+    {"mse", "mean squared error of radiance", StudyMetric::kMse, &StudyError::mse, true},
+    {"relmse", "squared error over squared radiance", StudyMetric::kRelMse, &StudyError::rel_mse,
+     true},
+    {"relmse_trimmed", "relmse without the worst 0.1 % of pixels", StudyMetric::kRelMseTrimmed,
+     &StudyError::rel_mse_trimmed, true},
+    {"display_mse", "mean squared error of display values", StudyMetric::kDisplay,
+     &StudyError::display_mse, true},
+    {"flip", "mean FLIP, the difference that an observer sees", StudyMetric::kFlip,
+     &StudyError::flip, false},
+    {"p95_absolute", "95th percentile of the pixels' errors of radiance", StudyMetric::kP95Absolute,
+     &StudyError::p95_absolute, false},
+    {"p95_display", "95th percentile of the pixels' errors of display values",
+     StudyMetric::kP95Display, &StudyError::p95_display, false},
+};
+
 // The probability that |t| is below sqrt(degrees) tan(angle): the finite sums of Abramowitz &
 // Stegun 1964, equations 26.7.3 (odd) and 26.7.4 (even).
 double student_t_central(int degrees, double angle) {
@@ -139,21 +155,26 @@ std::optional<Estimate> of_logarithms(std::span<const double> logarithms) {
 
 // The mean of ratio(point, baseline), a logarithm, over such pairs: the checkpoint's logarithms,
 // where they are finite, and the curve of the baseline's run.
-std::optional<Estimate> mean_ratio(
+std::optional<Speedup> mean_ratio(
     const StudyResults& results, size_t method, const StudyMetricEntry& metric, StudyAxis axis,
     size_t budget,
-    const std::function<std::optional<double>(const LogPoint&, const LogCurve& baseline)>& ratio) {
+    const std::function<std::optional<Crossing>(const LogPoint&, const LogCurve& baseline)>&
+        ratio) {
   std::vector<double> logarithms;
+  size_t extrapolated = 0;
   for_each_pair(results, method, budget,
                 [&](const StudyCheckpoint& checkpoint, const StudyRun& baseline) {
                   const double error = checkpoint.error.*metric.value;
                   const double at = position(checkpoint, axis);
                   if (!(error > 0 && at > 0)) return;
-                  const std::optional<double> value =
+                  const std::optional<Crossing> value =
                       ratio({std::log(at), std::log(error)}, log_curve(baseline, metric, axis));
-                  if (value) logarithms.push_back(*value);
+                  if (!value) return;
+                  logarithms.push_back(value->value);
+                  extrapolated += value->extrapolated;
                 });
-  return of_logarithms(logarithms);
+  const std::optional<Estimate> mean = of_logarithms(logarithms);
+  return mean ? std::optional(Speedup{*mean, extrapolated}) : std::nullopt;
 }
 
 double geometric_mean(std::span<const double> values) {
@@ -162,6 +183,10 @@ double geometric_mean(std::span<const double> values) {
 }
 
 }  // namespace
+
+std::span<const StudyMetricEntry> study_metric_table() { return kMetrics; }
+
+const StudyMetricEntry& study_metric_entry(StudyMetric metric) { return kMetrics[size_t(metric)]; }
 
 double student_t_975(int degrees) {
   assert(degrees >= 1);
@@ -256,29 +281,25 @@ std::optional<Estimate> error_slope(const StudyResults& results, size_t method, 
 std::optional<Speedup> equal_error_speedup(const StudyResults& results, size_t method,
                                            StudyMetric metric, StudyAxis axis, size_t budget) {
   const StudyMetricEntry& entry = study_metric_entry(metric);
-  size_t extrapolated = 0;
-  const std::optional<Estimate> ratio = mean_ratio(
-      results, method, entry, axis, budget,
-      [&](const LogPoint& point, const LogCurve& baseline) -> std::optional<double> {
-        const std::optional<Crossing> crossing = position_at(baseline, point.error, entry);
-        if (!crossing) return std::nullopt;
-        extrapolated += crossing->extrapolated;
-        return crossing->value - point.position;
-      });
-  if (!ratio) return std::nullopt;
-  return Speedup{*ratio, extrapolated};
+  return mean_ratio(results, method, entry, axis, budget,
+                    [&](const LogPoint& point, const LogCurve& baseline) {
+                      std::optional<Crossing> crossing = position_at(baseline, point.error, entry);
+                      if (crossing) crossing->value -= point.position;
+                      return crossing;
+                    });
 }
 
 std::optional<Estimate> equal_position_error_ratio(const StudyResults& results, size_t method,
                                                    StudyMetric metric, StudyAxis axis,
                                                    size_t budget) {
   const StudyMetricEntry& entry = study_metric_entry(metric);
-  return mean_ratio(results, method, entry, axis, budget,
-                    [&](const LogPoint& point, const LogCurve& baseline) -> std::optional<double> {
-                      const auto other = error_at(baseline, point.position, entry);
-                      if (!other) return std::nullopt;
-                      return point.error - other->value;
-                    });
+  const std::optional<Speedup> ratio = mean_ratio(
+      results, method, entry, axis, budget, [&](const LogPoint& point, const LogCurve& baseline) {
+        std::optional<Crossing> other = error_at(baseline, point.position, entry);
+        if (other) other->value = point.error - other->value;
+        return other;
+      });
+  return ratio ? std::optional(ratio->ratio) : std::nullopt;
 }
 
 std::vector<CalibrationGroup> calibration(const StudyResults& results, size_t method) {

@@ -6,7 +6,6 @@
 #include <cassert>
 #include <cmath>
 
-#include "renderer/statistics/chart_axis.h"
 #include "renderer/statistics/value_list.h"
 
 namespace emberline {
@@ -76,11 +75,11 @@ double ValueScale::position(double value) const {
   return std::log(value / range_.least) / std::log(range_.most / range_.least);
 }
 
-std::vector<ScaleTick> ValueScale::linear_ticks(int most, double factor) const {
+std::vector<AxisTick> ValueScale::linear_ticks(int most, double factor) const {
   const double least = range_.least * factor, greatest = range_.most * factor;
   const double step = tick_step(least, greatest, most);
   const int decimals = std::max(0, -int(std::floor(std::log10(step) + kRounding)));
-  std::vector<ScaleTick> ticks;
+  std::vector<AxisTick> ticks;
   for (double i = std::ceil(least / step - kRounding); i <= greatest / step + kRounding; ++i) {
     const double value = i * step + 0.0;  // no "-0"
     const bool plain = value == 0.0 || (std::abs(value) < 1e6 && decimals < 6);
@@ -110,8 +109,8 @@ std::vector<double> ValueScale::decade_ticks(int most, double factor) const {
   return ticks;
 }
 
-std::vector<ScaleTick> ValueScale::ticks(int most, double factor) const {
-  std::vector<ScaleTick> ticks;
+std::vector<AxisTick> ValueScale::ticks(int most, double factor) const {
+  std::vector<AxisTick> ticks;
   if (logarithmic_) {
     for (const double value : decade_ticks(most, factor)) {
       ticks.push_back({value / factor, number_text(value)});

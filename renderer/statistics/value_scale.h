@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "renderer/statistics/chart_axis.h"
 #include "renderer/statistics/plane.h"
 
 namespace emberline {
@@ -22,11 +23,6 @@ inline constexpr double kBrightQuantile = 0.98;
 // with `logarithmic` above 0.
 ValueRange automatic_range(const Plane& plane, bool logarithmic, double bright = kBrightQuantile);
 
-struct ScaleTick {
-  double value = 0;
-  std::string label;  // printable ASCII
-};
-
 class ValueScale {
  public:
   // range.least < range.most, with `logarithmic` 0 < range.least (asserted).
@@ -40,11 +36,11 @@ class ValueScale {
 
   // Inside the range, ascending, at most `most` (>= 2): multiples of 1, 2 or 5 times a power of
   // ten; on a logarithmic scale powers of ten, and where they are few 2 and 5 times those. Labels
-  // show value x `factor`.
-  std::vector<ScaleTick> ticks(int most, double factor = 1.0) const;
+  // show value x `factor`, in printable ASCII.
+  std::vector<AxisTick> ticks(int most, double factor = 1.0) const;
 
  private:
-  std::vector<ScaleTick> linear_ticks(int most, double factor) const;
+  std::vector<AxisTick> linear_ticks(int most, double factor) const;
   // Empty where there are not two such numbers.
   std::vector<double> decade_ticks(int most, double factor) const;
 

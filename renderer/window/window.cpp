@@ -40,31 +40,277 @@ constexpr int kFramesAfterInput = 3;
 class Window {
  public:
   // Throws RenderError where there is no display or no OpenGL 3.0.
-  explicit Window(const ViewOptions& options);
-  Window(const Window&) = delete;
-  Window& operator=(const Window&) = delete;
+  explicit Window(const ViewOptions& options)
+      : options_(options),
+        state_file_(options.forget ? std::string() : window_state_file()),
+        state_(read_window_state(state_file_)),
+        scale_(options.interface_scale.value_or(screen_scale())),
+        window_(open_window(options, state_, scale_)),
+        imgui_(window_.get()),
+        bench_(
+            options, state_, [] { glfwPostEmptyEvent(); },
+            [this](const std::string& text) {
+              glfwSetClipboardString(window_.get(), text.c_str());
+            }),
+        drawn_journal_(bench_.journal),
+        input_(
+            bench_, [this](const Vec2f& point) { return interface_.covers(point); },
+            [this] { return ImGui::GetIO().WantTextInput || interface_.popup_open(); }) {
+    if (!options.measure.empty()) measurement_.emplace(options, bench_);
+    listen();
+    set_theme();
+  }
 
   // Until it is closed, by its user or by what the options asked for.
-  void run();
+  void run() {
+    const auto stopped = [this] { return options_.stopped && options_.stopped(); };
+    while (!glfwWindowShouldClose(window_.get()) && !bench_.interface.quit && !closing_ &&
+           !stopped()) {
+      glfwWaitEventsTimeout(pause());
+      const double began = window_time_s();
+      if (input_.flying()) input_.fly(std::min(began - flown_s_, 0.1));
+      flown_s_ = began;
+      const uint64_t shown = picture_.drawn() ? picture_.drawn()->edit : 0;
+      news_ |= bench_.update();
+      // The first picture of an edit does not wait for its turn.
+      urgent_ |= bench_.picture() && bench_.picture()->filled && bench_.picture()->edit > shown;
+      if (measurement_) measurement_->step(began);
+      finish_screenshot();
+      if (due(window_time_s())) draw(window_time_s());
+      follow_options(window_time_s());
+      if (measurement_) {
+        measurement_->blocked(window_time_s() - began);
+        closing_ |= measurement_->finished();
+      }
+    }
+    remember();
+    if (measurement_) measurement_->write();
+  }
 
  private:
   static Window& of(GLFWwindow* window) {
     return *static_cast<Window*>(glfwGetWindowUserPointer(window));
   }
-  void listen();
-  void listen_to_input();
-  void listen_to_window();
-  void set_theme();
-  double pause() const;
-  bool due(double now) const;
-  void draw(double now);
-  void note_drawn();
-  std::string screenshot_file();
-  void finish_screenshot();
-  void follow_options(double now);
-  void set_title();
-  void remember();
-  void set_full_screen();
+
+  void listen() {
+    glfwSetWindowUserPointer(window_.get(), this);
+    listen_to_input();
+    listen_to_window();
+  }
+
+  // GLFW's events go to the picture's input, and on to ImGui's back end.
+  void listen_to_input() {
+    GLFWwindow* const window = window_.get();
+    // Instead of those that ImGui's back end has set: it is called from ours.
+    glfwSetMouseButtonCallback(window, [](GLFWwindow* w, int button, int action, int modifiers) {
+      Window& self = of(w);
+      ImGui_ImplGlfw_MouseButtonCallback(w, button, action, modifiers);
+      self.input_.button(button, action == GLFW_PRESS, modifiers);
+      self.frames_owed_ = kFramesAfterInput;
+    });
+    imgui_moved_ = glfwSetCursorPosCallback(window, [](GLFWwindow* w, double x, double y) {
+      Window& self = of(w);
+      if (self.imgui_moved_) self.imgui_moved_(w, x, y);
+      self.input_.moved(Vec2f(float(x), float(y)));
+      self.frames_owed_ = std::max(self.frames_owed_, 2);
+    });
+    glfwSetCursorEnterCallback(window, [](GLFWwindow* w, int entered) {
+      Window& self = of(w);
+      ImGui_ImplGlfw_CursorEnterCallback(w, entered);
+      if (!entered) self.input_.left_window();
+      self.frames_owed_ = kFramesAfterInput;
+    });
+    glfwSetScrollCallback(window, [](GLFWwindow* w, double x, double y) {
+      Window& self = of(w);
+      ImGui_ImplGlfw_ScrollCallback(w, x, y);
+      const bool control = glfwGetKey(w, GLFW_KEY_LEFT_CONTROL) == GLFW_PRESS ||
+                           glfwGetKey(w, GLFW_KEY_RIGHT_CONTROL) == GLFW_PRESS;
+      self.input_.wheel(y, control ? GLFW_MOD_CONTROL : 0);
+      self.frames_owed_ = kFramesAfterInput;
+    });
+    glfwSetKeyCallback(window, [](GLFWwindow* w, int key, int scancode, int action, int modifiers) {
+      Window& self = of(w);
+      self.imgui_input_.key(w, key, scancode, action, modifiers);
+      if (key == GLFW_KEY_ESCAPE && action == GLFW_PRESS) self.interface_.cancel_dialogs();
+      self.input_.key(key, action != GLFW_RELEASE, action == GLFW_REPEAT, modifiers);
+      self.frames_owed_ = kFramesAfterInput;
+    });
+    glfwSetWindowFocusCallback(window, [](GLFWwindow* w, int focused) {
+      Window& self = of(w);
+      ImGui_ImplGlfw_WindowFocusCallback(w, focused);
+      if (!focused) self.input_.lost_focus();
+      self.frames_owed_ = kFramesAfterInput;
+    });
+  }
+
+  void listen_to_window() {
+    GLFWwindow* const window = window_.get();
+    glfwSetDropCallback(window, [](GLFWwindow* w, int count, const char** paths) {
+      Window& self = of(w);
+      for (int i = 0; i < count; ++i) self.bench_.files.open_dropped(paths[i]);
+    });
+    glfwSetFramebufferSizeCallback(
+        window, [](GLFWwindow* w, int, int) { of(w).frames_owed_ = kFramesAfterInput; });
+    glfwSetWindowRefreshCallback(window,
+                                 [](GLFWwindow* w) { of(w).frames_owed_ = kFramesAfterInput; });
+    glfwSetWindowContentScaleCallback(window, [](GLFWwindow* w, float x, float y) {
+      Window& self = of(w);
+      if (self.options_.interface_scale) return;
+      self.scale_ = std::max(x, y);
+      self.set_theme();
+      ImGui_ImplOpenGL3_DestroyDeviceObjects();  // the next frame makes them anew, with the fonts
+      self.frames_owed_ = kFramesAfterInput;
+    });
+  }
+
+  void set_theme() {
+    int window_width = 1, pixels = 1, unused = 0;
+    glfwGetWindowSize(window_.get(), &window_width, &unused);
+    glfwGetFramebufferSize(window_.get(), &pixels, &unused);
+    const float per_unit = float(std::max(pixels, 1)) / float(std::max(window_width, 1));
+    apply_theme(scale_ / per_unit, per_unit);
+  }
+
+  double pause() const {
+    const double now = window_time_s();
+    double until = drawn_s_ + kIdlePause_s;
+    const bool renders =
+        bench_.picture() && !bench_.picture()->finished && !bench_.session.settings().paused;
+    if (renders || bench_.load_status().state == LoadStatus::State::kLoading ||
+        !bench_.messages.messages().empty()) {
+      until = drawn_s_ + kStatusPause_s;
+    }
+    if (frames_owed_ > 0 || input_.flying()) until = drawn_s_ + kInputPause_s;
+    if (news_) until = std::min(until, drawn_s_ + kPicturePause_s);
+    until = std::min(until, bench_.player.next_frame_s());
+    if (measurement_) until = std::min(until, measurement_->next_s());
+    return std::max(until - now, 1e-4);
+  }
+
+  bool due(double now) const {
+    if (urgent_) return true;
+    if (frames_owed_ > 0 || input_.flying()) return now >= drawn_s_ + kInputPause_s;
+    if (news_) return now >= drawn_s_ + kPicturePause_s;
+    return now >= drawn_s_ + kStatusPause_s;
+  }
+
+  void draw(double now) {
+    if (bench_.interface.full_screen != full_screen_) set_full_screen();
+    int width = 0, height = 0, pixels_x = 0, pixels_y = 0;
+    glfwGetWindowSize(window_.get(), &width, &height);
+    glfwGetFramebufferSize(window_.get(), &pixels_x, &pixels_y);
+    drawn_s_ = now;
+    news_ = urgent_ = false;
+    frames_owed_ = std::max(0, frames_owed_ - 1);
+    if (width < 1 || height < 1) return;  // an icon
+
+    ImGui_ImplOpenGL3_NewFrame();
+    ImGui_ImplGlfw_NewFrame();
+    ImGui::NewFrame();
+    interface_.draw(bench_, float(width), float(height));
+    drawn_journal_.note_dialog(interface_.asks());
+    picture_.draw(bench_, input_.dragged_region());
+    draw_inspector(bench_);
+    ImGui::Render();
+    if (imgui_input_.end_frame()) frames_owed_ = kFramesAfterInput;
+    bench_.gesture_goes_on(ImGui::IsAnyItemActive() || input_.dragging() || input_.flying());
+
+    glViewport(0, 0, pixels_x, pixels_y);
+    const ImVec4& ground = ImGui::GetStyleColorVec4(ImGuiCol_WindowBg);  // of the side panel
+    glClearColor(ground.x, ground.y, ground.z, 1.0f);
+    glClear(GL_COLOR_BUFFER_BIT);
+    ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+    if (std::exchange(bench_.interface.want_screenshot, false)) {
+      screenshot_.take(window_.get(), screenshot_file());
+    }
+    if (std::exchange(wanted_screenshot_, false)) {
+      bench_.files.check_output("`screenshot`", options_.screenshot);
+      screenshot_.take(window_.get(), options_.screenshot);
+    }
+    glfwSwapBuffers(window_.get());
+
+    note_drawn();
+    set_title();
+  }
+
+  void note_drawn() {
+    if (!picture_.drawn()) return;
+    bench_.latency.shown(*picture_.drawn(), window_time_s());
+    drawn_journal_.note(picture_.drawn(), bench_.placement);
+  }
+
+  std::string screenshot_file() {
+    const std::string stem = bench_.session.scene()
+                                 ? std::filesystem::path(bench_.load_status().path).stem().string()
+                                 : "window";
+    return free_file(stem + "-window", ".png");
+  }
+
+  void finish_screenshot() {
+    std::string path;
+    try {
+      if (!screenshot_.finish(&path)) return;
+      bench_.messages.note("picture of the window saved: " + path);
+    } catch (const EmberlineError& error) {
+      if (path == options_.screenshot) throw;
+      bench_.messages.error(error.what());
+    }
+    closing_ |= path == options_.screenshot;
+  }
+
+  // --screenshot: once the picture is as old, or as finished, as was asked for.
+  void follow_options(double now) {
+    if (options_.screenshot.empty() || screenshot_.under_way() || closing_) return;
+    const auto& picture = picture_.drawn();
+    const bool failed = bench_.load_status().state == LoadStatus::State::kFailed;
+    if (!failed && (!picture || !picture->complete)) return;
+    if (ready_s_ < 0.0) ready_s_ = now;
+    const bool wanted =
+        failed || (options_.screenshot_after_s > 0.0 ? now >= ready_s_ + options_.screenshot_after_s
+                                                     : picture->finished);
+    if (!wanted) return;
+    wanted_screenshot_ = true;
+    draw(now);
+  }
+
+  void set_title() {
+    std::string title = "Emberline";
+    if (bench_.session.scene()) {
+      title = std::filesystem::path(bench_.load_status().path).filename().string() +
+              (bench_.edits.unsaved() ? " * – " : " – ") + title;
+    }
+    if (title == title_) return;
+    title_ = title;
+    glfwSetWindowTitle(window_.get(), title.c_str());
+  }
+
+  void remember() {
+    if (state_file_.empty()) return;
+    state_.maximized = glfwGetWindowAttrib(window_.get(), GLFW_MAXIMIZED) != 0;
+    if (!state_.maximized && !full_screen_) {
+      int width = 0, height = 0;
+      glfwGetWindowSize(window_.get(), &width, &height);
+      state_.width = int(float(width) / scale_);
+      state_.height = int(float(height) / scale_);
+    }
+    write_window_state(state_file_, state_);
+  }
+
+  void set_full_screen() {
+    full_screen_ = bench_.interface.full_screen;
+    GLFWmonitor* const monitor = glfwGetPrimaryMonitor();
+    if (full_screen_ && monitor) {
+      glfwGetWindowPos(window_.get(), &windowed_[0], &windowed_[1]);
+      glfwGetWindowSize(window_.get(), &windowed_[2], &windowed_[3]);
+      const GLFWvidmode* const mode = glfwGetVideoMode(monitor);
+      glfwSetWindowMonitor(window_.get(), monitor, 0, 0, mode->width, mode->height,
+                           mode->refreshRate);
+    } else if (windowed_[2] > 0) {
+      glfwSetWindowMonitor(window_.get(), nullptr, windowed_[0], windowed_[1], windowed_[2],
+                           windowed_[3], 0);
+    }
+    frames_owed_ = kFramesAfterInput;
+  }
 
   const ViewOptions options_;
   std::string state_file_;
@@ -91,270 +337,6 @@ class Window {
   Screenshot screenshot_;
   bool closing_ = false, wanted_screenshot_ = false;
 };
-
-Window::Window(const ViewOptions& options)
-    : options_(options),
-      state_file_(options.forget ? std::string() : window_state_file()),
-      state_(read_window_state(state_file_)),
-      scale_(options.interface_scale.value_or(screen_scale())),
-      window_(open_window(options, state_, scale_)),
-      imgui_(window_.get()),
-      bench_(
-          options, state_, [] { glfwPostEmptyEvent(); },
-          [this](const std::string& text) { glfwSetClipboardString(window_.get(), text.c_str()); }),
-      drawn_journal_(bench_.journal),
-      input_(
-          bench_, [this](const Vec2f& point) { return interface_.covers(point); },
-          [this] { return ImGui::GetIO().WantTextInput || interface_.popup_open(); }) {
-  if (!options.measure.empty()) measurement_.emplace(options, bench_);
-  listen();
-  set_theme();
-}
-
-void Window::set_theme() {
-  int window_width = 1, pixels = 1, unused = 0;
-  glfwGetWindowSize(window_.get(), &window_width, &unused);
-  glfwGetFramebufferSize(window_.get(), &pixels, &unused);
-  const float per_unit = float(std::max(pixels, 1)) / float(std::max(window_width, 1));
-  apply_theme(scale_ / per_unit, per_unit);
-}
-
-void Window::listen() {
-  glfwSetWindowUserPointer(window_.get(), this);
-  listen_to_input();
-  listen_to_window();
-}
-
-// GLFW's events go to the picture's input, and on to ImGui's back end.
-void Window::listen_to_input() {
-  GLFWwindow* const window = window_.get();
-  // Instead of those that ImGui's back end has set: it is called from ours.
-  glfwSetMouseButtonCallback(window, [](GLFWwindow* w, int button, int action, int modifiers) {
-    Window& self = of(w);
-    ImGui_ImplGlfw_MouseButtonCallback(w, button, action, modifiers);
-    self.input_.button(button, action == GLFW_PRESS, modifiers);
-    self.frames_owed_ = kFramesAfterInput;
-  });
-  imgui_moved_ = glfwSetCursorPosCallback(window, [](GLFWwindow* w, double x, double y) {
-    Window& self = of(w);
-    if (self.imgui_moved_) self.imgui_moved_(w, x, y);
-    self.input_.moved(Vec2f(float(x), float(y)));
-    self.frames_owed_ = std::max(self.frames_owed_, 2);
-  });
-  glfwSetCursorEnterCallback(window, [](GLFWwindow* w, int entered) {
-    Window& self = of(w);
-    ImGui_ImplGlfw_CursorEnterCallback(w, entered);
-    if (!entered) self.input_.left_window();
-    self.frames_owed_ = kFramesAfterInput;
-  });
-  glfwSetScrollCallback(window, [](GLFWwindow* w, double x, double y) {
-    Window& self = of(w);
-    ImGui_ImplGlfw_ScrollCallback(w, x, y);
-    const bool control = glfwGetKey(w, GLFW_KEY_LEFT_CONTROL) == GLFW_PRESS ||
-                         glfwGetKey(w, GLFW_KEY_RIGHT_CONTROL) == GLFW_PRESS;
-    self.input_.wheel(y, control ? GLFW_MOD_CONTROL : 0);
-    self.frames_owed_ = kFramesAfterInput;
-  });
-  glfwSetKeyCallback(window, [](GLFWwindow* w, int key, int scancode, int action, int modifiers) {
-    Window& self = of(w);
-    self.imgui_input_.key(w, key, scancode, action, modifiers);
-    if (key == GLFW_KEY_ESCAPE && action == GLFW_PRESS) self.interface_.cancel_dialogs();
-    self.input_.key(key, action != GLFW_RELEASE, action == GLFW_REPEAT, modifiers);
-    self.frames_owed_ = kFramesAfterInput;
-  });
-  glfwSetWindowFocusCallback(window, [](GLFWwindow* w, int focused) {
-    Window& self = of(w);
-    ImGui_ImplGlfw_WindowFocusCallback(w, focused);
-    if (!focused) self.input_.lost_focus();
-    self.frames_owed_ = kFramesAfterInput;
-  });
-}
-
-void Window::listen_to_window() {
-  GLFWwindow* const window = window_.get();
-  glfwSetDropCallback(window, [](GLFWwindow* w, int count, const char** paths) {
-    Window& self = of(w);
-    for (int i = 0; i < count; ++i) self.bench_.files.open_dropped(paths[i]);
-  });
-  glfwSetFramebufferSizeCallback(
-      window, [](GLFWwindow* w, int, int) { of(w).frames_owed_ = kFramesAfterInput; });
-  glfwSetWindowRefreshCallback(window,
-                               [](GLFWwindow* w) { of(w).frames_owed_ = kFramesAfterInput; });
-  glfwSetWindowContentScaleCallback(window, [](GLFWwindow* w, float x, float y) {
-    Window& self = of(w);
-    if (self.options_.interface_scale) return;
-    self.scale_ = std::max(x, y);
-    self.set_theme();
-    ImGui_ImplOpenGL3_DestroyDeviceObjects();  // the next frame makes them anew, with the fonts
-    self.frames_owed_ = kFramesAfterInput;
-  });
-}
-
-void Window::run() {
-  const auto stopped = [this] { return options_.stopped && options_.stopped(); };
-  while (!glfwWindowShouldClose(window_.get()) && !bench_.interface.quit && !closing_ &&
-         !stopped()) {
-    glfwWaitEventsTimeout(pause());
-    const double began = window_time_s();
-    if (input_.flying()) input_.fly(std::min(began - flown_s_, 0.1));
-    flown_s_ = began;
-    const uint64_t shown = picture_.drawn() ? picture_.drawn()->edit : 0;
-    news_ |= bench_.update();
-    // The first picture of an edit does not wait for its turn.
-    urgent_ |= bench_.picture() && bench_.picture()->filled && bench_.picture()->edit > shown;
-    if (measurement_) measurement_->step(began);
-    finish_screenshot();
-    if (due(window_time_s())) draw(window_time_s());
-    follow_options(window_time_s());
-    if (measurement_) {
-      measurement_->blocked(window_time_s() - began);
-      closing_ |= measurement_->finished();
-    }
-  }
-  remember();
-  if (measurement_) measurement_->write();
-}
-
-double Window::pause() const {
-  const double now = window_time_s();
-  double until = drawn_s_ + kIdlePause_s;
-  const bool renders =
-      bench_.picture() && !bench_.picture()->finished && !bench_.session.settings().paused;
-  if (renders || bench_.load_status().state == LoadStatus::State::kLoading ||
-      !bench_.messages.messages().empty()) {
-    until = drawn_s_ + kStatusPause_s;
-  }
-  if (frames_owed_ > 0 || input_.flying()) until = drawn_s_ + kInputPause_s;
-  if (news_) until = std::min(until, drawn_s_ + kPicturePause_s);
-  until = std::min(until, bench_.player.next_frame_s());
-  if (measurement_) until = std::min(until, measurement_->next_s());
-  return std::max(until - now, 1e-4);
-}
-
-bool Window::due(double now) const {
-  if (urgent_) return true;
-  if (frames_owed_ > 0 || input_.flying()) return now >= drawn_s_ + kInputPause_s;
-  if (news_) return now >= drawn_s_ + kPicturePause_s;
-  return now >= drawn_s_ + kStatusPause_s;
-}
-
-void Window::draw(double now) {
-  if (bench_.interface.full_screen != full_screen_) set_full_screen();
-  int width = 0, height = 0, pixels_x = 0, pixels_y = 0;
-  glfwGetWindowSize(window_.get(), &width, &height);
-  glfwGetFramebufferSize(window_.get(), &pixels_x, &pixels_y);
-  drawn_s_ = now;
-  news_ = urgent_ = false;
-  frames_owed_ = std::max(0, frames_owed_ - 1);
-  if (width < 1 || height < 1) return;  // an icon
-
-  ImGui_ImplOpenGL3_NewFrame();
-  ImGui_ImplGlfw_NewFrame();
-  ImGui::NewFrame();
-  interface_.draw(bench_, float(width), float(height));
-  drawn_journal_.note_dialog(interface_.asks());
-  picture_.draw(bench_, input_.dragged_region());
-  draw_inspector(bench_);
-  ImGui::Render();
-  if (imgui_input_.end_frame()) frames_owed_ = kFramesAfterInput;
-  bench_.gesture_goes_on(ImGui::IsAnyItemActive() || input_.dragging() || input_.flying());
-
-  glViewport(0, 0, pixels_x, pixels_y);
-  const ImVec4& ground = ImGui::GetStyleColorVec4(ImGuiCol_WindowBg);  // of the side panel
-  glClearColor(ground.x, ground.y, ground.z, 1.0f);
-  glClear(GL_COLOR_BUFFER_BIT);
-  ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
-  if (std::exchange(bench_.interface.want_screenshot, false)) {
-    screenshot_.take(window_.get(), screenshot_file());
-  }
-  if (std::exchange(wanted_screenshot_, false)) {
-    bench_.files.check_output("`screenshot`", options_.screenshot);
-    screenshot_.take(window_.get(), options_.screenshot);
-  }
-  glfwSwapBuffers(window_.get());
-
-  note_drawn();
-  set_title();
-}
-
-void Window::note_drawn() {
-  if (!picture_.drawn()) return;
-  bench_.latency.shown(*picture_.drawn(), window_time_s());
-  drawn_journal_.note(picture_.drawn(), bench_.placement);
-}
-
-std::string Window::screenshot_file() {
-  const std::string stem = bench_.session.scene()
-                               ? std::filesystem::path(bench_.load_status().path).stem().string()
-                               : "window";
-  return free_file(stem + "-window", ".png");
-}
-
-void Window::finish_screenshot() {
-  std::string path;
-  try {
-    if (!screenshot_.finish(&path)) return;
-    bench_.messages.note("picture of the window saved: " + path);
-  } catch (const EmberlineError& error) {
-    if (path == options_.screenshot) throw;
-    bench_.messages.error(error.what());
-  }
-  closing_ |= path == options_.screenshot;
-}
-
-// --screenshot: once the picture is as old, or as finished, as was asked for.
-void Window::follow_options(double now) {
-  if (options_.screenshot.empty() || screenshot_.under_way() || closing_) return;
-  const auto& picture = picture_.drawn();
-  const bool failed = bench_.load_status().state == LoadStatus::State::kFailed;
-  if (!failed && (!picture || !picture->complete)) return;
-  if (ready_s_ < 0.0) ready_s_ = now;
-  const bool wanted =
-      failed || (options_.screenshot_after_s > 0.0 ? now >= ready_s_ + options_.screenshot_after_s
-                                                   : picture->finished);
-  if (!wanted) return;
-  wanted_screenshot_ = true;
-  draw(now);
-}
-
-void Window::set_title() {
-  std::string title = "Emberline";
-  if (bench_.session.scene()) {
-    title = std::filesystem::path(bench_.load_status().path).filename().string() +
-            (bench_.edits.unsaved() ? " * – " : " – ") + title;
-  }
-  if (title == title_) return;
-  title_ = title;
-  glfwSetWindowTitle(window_.get(), title.c_str());
-}
-
-void Window::set_full_screen() {
-  full_screen_ = bench_.interface.full_screen;
-  GLFWmonitor* const monitor = glfwGetPrimaryMonitor();
-  if (full_screen_ && monitor) {
-    glfwGetWindowPos(window_.get(), &windowed_[0], &windowed_[1]);
-    glfwGetWindowSize(window_.get(), &windowed_[2], &windowed_[3]);
-    const GLFWvidmode* const mode = glfwGetVideoMode(monitor);
-    glfwSetWindowMonitor(window_.get(), monitor, 0, 0, mode->width, mode->height,
-                         mode->refreshRate);
-  } else if (windowed_[2] > 0) {
-    glfwSetWindowMonitor(window_.get(), nullptr, windowed_[0], windowed_[1], windowed_[2],
-                         windowed_[3], 0);
-  }
-  frames_owed_ = kFramesAfterInput;
-}
-
-void Window::remember() {
-  if (state_file_.empty()) return;
-  state_.maximized = glfwGetWindowAttrib(window_.get(), GLFW_MAXIMIZED) != 0;
-  if (!state_.maximized && !full_screen_) {
-    int width = 0, height = 0;
-    glfwGetWindowSize(window_.get(), &width, &height);
-    state_.width = int(float(width) / scale_);
-    state_.height = int(float(height) / scale_);
-  }
-  write_window_state(state_file_, state_);
-}
 
 }  // namespace
 

@@ -6,7 +6,7 @@
 
 #include "renderer/core/errors.h"
 #include "renderer/core/moments.h"
-#include "renderer/drivers/adaptive/error_metric.h"
+#include "renderer/drivers/adaptive/error_estimator.h"
 #include "renderer/statistics/neyman_limit.h"
 
 namespace emberline::bench {

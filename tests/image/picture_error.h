@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "renderer/drivers/adaptive/error_metric.h"
+#include "renderer/drivers/adaptive/error_estimator.h"
 #include "support/render.h"
 
 namespace emberline::test {

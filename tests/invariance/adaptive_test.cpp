@@ -8,7 +8,7 @@
 #include <bit>
 #include <limits>
 
-#include "renderer/drivers/adaptive_driver.h"
+#include "renderer/drivers/adaptive/error_estimator.h"
 #include "renderer/drivers/bucket_schedule.h"
 #include "renderer/drivers/driver_table.h"
 #include "renderer/engine/render_job.h"

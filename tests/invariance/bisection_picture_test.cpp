@@ -53,7 +53,7 @@ class Unfinished {
 
   std::vector<float> resolve() const {
     std::vector<float> rgba(4 * size_t(crop_.area()), std::numeric_limits<float>::quiet_NaN());
-    BisectionPicture(steps_, pass_, film_, reconstruction_, coverage_).resolve(rgba);
+    BisectionPicture{steps_, pass_, film_, reconstruction_, coverage_}.resolve(rgba);
     return rgba;
   }
   float shown(const std::vector<float>& rgba, int x, int y) const {

@@ -13,7 +13,8 @@
 #include "renderer/core/archive.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/hash.h"
-#include "renderer/drivers/adaptive_driver.h"
+#include "renderer/drivers/adaptive/error_estimator.h"
+#include "renderer/drivers/adaptive/round_parts.h"
 #include "renderer/drivers/bucket_schedule.h"
 #include "renderer/film/film.h"
 #include "support/busy_scene.h"
@@ -206,9 +207,7 @@ FilmTile carried_out(const DriverEntry& entry, const Frame& frame, const Rect& p
   listed.driver().end(listed.film(), PixelStop::kUser);
   Archive saving(*state);
   listed.driver().archive(saving, listed.film());
-  if (const auto* adaptive = dynamic_cast<const AdaptiveDriver*>(&listed.driver())) {
-    *explanation = adaptive->explain(listed.film(), 5, 3);
-  }
+  *explanation = listed.driver().explain(listed.film(), 5, 3);
   return std::move(listed.film());
 }
 

@@ -161,10 +161,10 @@ float find_step_scale(std::span<const float> rates, std::span<const SampleBounds
   return float(low);
 }
 
-// Sets counts[i] to share_of(rate, least, most, k) of pixel i.
-template <typename ShareOf>
+// Sets counts[i] to kShareOf(rate, least, most, k) of pixel i.
+template <float (*kShareOf)(float rate, float least, float most, float k)>
 void set_counts(std::span<const float> rates, std::span<const SampleBounds> bounds, float k,
-                const ShareOf& share_of, std::vector<float>* counts) {
+                std::vector<float>* counts) {
   counts->resize(rates.size());
   constexpr size_t kGrain = 8192;
   parallel_ranges(rates.size(), kGrain, [&](size_t begin, size_t end) {
@@ -172,7 +172,7 @@ void set_counts(std::span<const float> rates, std::span<const SampleBounds> boun
     const float* rate = rates.data();
     const SampleBounds* bound = bounds.data();
     for (size_t i = begin; i < end; ++i) {
-      out[i] = share_of(rate[i], bound[i].least, bound[i].most, k);
+      out[i] = kShareOf(rate[i], bound[i].least, bound[i].most, k);
     }
   });
 }
@@ -181,18 +181,12 @@ void set_counts(std::span<const float> rates, std::span<const SampleBounds> boun
 
 void share_samples(std::span<const float> rates, std::span<const SampleBounds> bounds, double total,
                    std::vector<float>* counts) {
-  const auto share_of = [](float rate, float least, float most, float k) {
-    return share(rate, least, most, k);
-  };
-  set_counts(rates, bounds, find_scale(rates, bounds, total), share_of, counts);
+  set_counts<share>(rates, bounds, find_scale(rates, bounds, total), counts);
 }
 
 void share_steps(std::span<const float> rates, std::span<const SampleBounds> bounds, double total,
                  std::vector<float>* counts) {
-  const auto share_of = [](float rate, float least, float most, float k) {
-    return stepped_share(rate, least, most, k);
-  };
-  set_counts(rates, bounds, find_step_scale(rates, bounds, total), share_of, counts);
+  set_counts<stepped_share>(rates, bounds, find_step_scale(rates, bounds, total), counts);
 }
 
 }  // namespace emberline

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "renderer/core/rect.h"
+#include "renderer/core/summed_areas.h"
 #include "renderer/drivers/adaptive/pixel_errors.h"
 
 namespace emberline {
@@ -38,42 +39,8 @@ uint64_t pixel_error(const PixelStatistics& pixels, size_t i) {
   return std::isfinite(e) ? uint64_t(std::min(e, kMostPixelError) * kUnits) : 0;
 }
 
-// The sum of the pixel errors of any rectangle in four reads (Crow 1984, "Summed-Area Tables for
-// Texture Mapping"). Entry (x, y) holds the sum over [0, x) x [0, y).
-class ErrorSums {
- public:
-  explicit ErrorSums(const PixelStatistics& pixels)
-      : pitch_(size_t(pixels.width) + 1), sums_(pitch_ * (size_t(pixels.height) + 1)) {
-    const auto width = size_t(pixels.width), height = size_t(pixels.height);
-    parallel_ranges(height, kRows, [&](size_t begin, size_t end) {
-      for (size_t y = begin; y < end; ++y) {
-        uint64_t* row = &sums_[(y + 1) * pitch_];
-        for (size_t x = 0; x < width; ++x) row[x + 1] = row[x] + pixel_error(pixels, y * width + x);
-      }
-    });
-    parallel_ranges(pitch_, kColumns, [&](size_t begin, size_t end) {
-      for (size_t y = 1; y <= height; ++y) {
-        const uint64_t* above = &sums_[(y - 1) * pitch_];
-        uint64_t* row = &sums_[y * pitch_];
-        for (size_t x = begin; x < end; ++x) row[x] += above[x];
-      }
-    });
-  }
-
-  uint64_t operator()(const Rect& r) const {
-    return at(r.x1, r.y1) - at(r.x0, r.y1) - at(r.x1, r.y0) + at(r.x0, r.y0);
-  }
-
- private:
-  static constexpr size_t kRows = 8, kColumns = 256;
-  uint64_t at(int x, int y) const { return sums_[size_t(y) * pitch_ + size_t(x)]; }
-
-  size_t pitch_;
-  std::vector<uint64_t> sums_;
-};
-
 // e_b in the threshold's units.
-float block_error(const ErrorSums& sums, const Rect& block) {
+float block_error(const SummedAreas& sums, const Rect& block) {
   const auto area = float(block.area());
   const float mean = float(double(sums(block)) / double(kUnits)) / area;
   return mean * std::sqrt(area / float(kDammertzLeafPixels)) / kErrorPerDeviation;
@@ -86,7 +53,7 @@ Rect first_part(const Rect& block, int cut) {
 }
 
 // The first cut that leaves half of the error, or more, before it; and something behind it.
-int median_cut(const ErrorSums& sums, const Rect& block) {
+int median_cut(const SummedAreas& sums, const Rect& block) {
   const bool across = block.width() >= block.height();
   int low = (across ? block.x0 : block.y0) + 1, high = (across ? block.x1 : block.y1) - 1;
   const uint64_t total = sums(block);
@@ -104,7 +71,10 @@ int median_cut(const ErrorSums& sums, const Rect& block) {
 class BlockTree {
  public:
   BlockTree(const PixelStatistics& pixels, float threshold, std::vector<float>* error)
-      : sums_(pixels), threshold_(threshold), width_(size_t(pixels.width)), error_(error) {}
+      : sums_(pixels.width, pixels.height, [&](size_t i) { return pixel_error(pixels, i); }),
+        threshold_(threshold),
+        width_(size_t(pixels.width)),
+        error_(error) {}
 
   void judge(const Rect& block) {
     const float error = block_error(sums_, block);
@@ -129,7 +99,7 @@ class BlockTree {
     }
   }
 
-  ErrorSums sums_;
+  SummedAreas sums_;
   float threshold_;
   size_t width_;
   std::vector<float>* error_;

@@ -11,6 +11,14 @@
 namespace emberline {
 namespace {
 
+constexpr NamedValue<ErrorMetric> kMetrics[] = {
+    {"display", "squared error of the picture as it is looked at (sRGB)", ErrorMetric::kDisplay},
+    {"mse", "squared error of linear radiance", ErrorMetric::kMse},
+    {"relmse", "squared error over squared radiance", ErrorMetric::kRelMse},
+    {"denoised", "as display, of the denoised picture: with `denoise`, which comes with it",
+     ErrorMetric::kDenoised},
+};
+
 // The first row is the default.
 constexpr EstimatorEntry kEstimators[] = {
     {.name = "nested",
@@ -18,7 +26,6 @@ constexpr EstimatorEntry kEstimators[] = {
          "variance from what the last doubling of one sample stream has brought, pooled over "
          "neighbours; counts are powers of two and half again, as well stratified as uniform ones",
      .estimate = estimate_two_stream,
-     .streams = StreamCount::kOne,
      .first_samples = 16,
      .rms_error = true,
      .halves = true},
@@ -32,20 +39,17 @@ constexpr EstimatorEntry kEstimators[] = {
     {.name = "contrast",
      .summary = "contrast between neighbouring pixels (Mitchell 1987)",
      .estimate = estimate_contrast,
-     .streams = StreamCount::kOne,
      .first_samples = kContrastBatch,
      .batch = kContrastBatch},
     {.name = "painter-sloan",
      .summary = "confidence interval of the pixel's mean (Painter & Sloan 1989)",
      .estimate = estimate_painter_sloan,
-     .streams = StreamCount::kOne,
      .first_samples = kPainterSloanBatch,
      .batch = kPainterSloanBatch,
      .whole_tree = true},
     {.name = "chi-square",
      .summary = "upper bound on the variance of the pixel's mean (Lee et al. 1985)",
      .estimate = estimate_chi_square,
-     .streams = StreamCount::kOne,
      .first_samples = kChiSquareBatch,
      .batch = kChiSquareBatch},
     {.name = "kajiya",
@@ -64,6 +68,8 @@ constexpr EstimatorEntry kEstimators[] = {
 };
 
 }  // namespace
+
+std::span<const NamedValue<ErrorMetric>> error_metric_table() { return kMetrics; }
 
 std::span<const EstimatorEntry> estimator_table() { return kEstimators; }
 

@@ -6,8 +6,10 @@
 #include <string_view>
 #include <vector>
 
-#include "renderer/drivers/adaptive/error_metric.h"
+#include "renderer/core/display_error.h"
+#include "renderer/core/names.h"
 #include "renderer/drivers/adaptive/pixel_statistics.h"
+#include "renderer/drivers/driver_choices.h"
 #include "samplers/sampler.h"
 
 namespace emberline {
@@ -27,6 +29,13 @@ struct ErrorMap {
   double missed = 0.0;
 };
 
+// In what units an error counts: the table behind --allocation, its --help and its error message.
+// Each metric weighs a channel's squared error by a function of the channel's value; expected
+// errors are sums of weight x variance. The weight is 1 for mse, 1 / (mean^2 + epsilon) for relmse
+// (rel_mse_epsilon()), display_error_weight() for display, and for denoised, where the errors are
+// those that a filter leaves (denoised_error.h).
+std::span<const NamedValue<ErrorMetric>> error_metric_table();
+
 struct EstimatorSettings {
   float threshold = 0.0f;  // --noise-threshold; 0: none
   ErrorMetric allocation = ErrorMetric::kDisplay;
@@ -39,8 +48,8 @@ struct EstimatorEntry {
   // Fills `out` completely; no value is NaN or negative, whatever the statistics hold. A pure
   // function: neither threads nor time enter.
   void (*estimate)(const PixelStatistics& pixels, const EstimatorSettings& settings, ErrorMap* out);
-  StreamCount streams;     // what its estimate needs
-  uint32_t first_samples;  // of every pixel, before it is asked; its paper's figure
+  StreamCount streams = StreamCount::kOne;  // what its estimate needs
+  uint32_t first_samples = 0;  // of every pixel, before it is asked; its paper's figure
   uint32_t batch = 0;  // samples that an unfinished pixel gets at a time; 0: shared by deviation
   bool rms_error = false;   // its error is the pixel's expected RMS error as displayed
   bool halves = false;      // the statistics hold halves (SampleHalves) in the place of streams

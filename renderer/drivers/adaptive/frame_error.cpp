@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "renderer/drivers/adaptive/error_metric.h"
+#include "renderer/drivers/adaptive/error_estimator.h"
 #include "renderer/drivers/adaptive/ordered_sum.h"
 
 namespace emberline {

@@ -30,7 +30,7 @@ void fill_errors(const PixelStatistics& pixels, const PixelError& pixel_error, E
 }
 
 // Fills the map with finish(i, e) for each pixel and no deviations, in parallel; e is the standard
-// error of the pixel's mean in display units (error_metric.h), root of the mean over the channels,
+// error of the pixel's mean in display units (display_error.h), root of the mean over the channels,
 // and variance_of_mean(c, i) channel c's, in linear radiance squared. That is asked of every pixel,
 // those without samples too, in a loop that vectorises if it has no branch.
 template <typename VarianceOfMean, typename Finish>

@@ -11,7 +11,6 @@
 
 #include "renderer/core/readable.h"
 #include "renderer/statistics/html_page.h"
-#include "renderer/statistics/study/page_pictures.h"
 #include "renderer/statistics/study_summary.h"
 #include "renderer/statistics/svg_chart.h"
 

@@ -1,4 +1,4 @@
-#include "renderer/statistics/study/page_pictures.h"
+#include "renderer/statistics/study/page.h"
 
 #include <fmt/format.h>
 
@@ -11,6 +11,7 @@
 #include "io/image/input.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/readable.h"
+#include "renderer/core/summed_areas.h"
 #include "renderer/engine/run_limits.h"
 #include "renderer/statistics/heatmap_quantity.h"
 #include "renderer/statistics/study_summary.h"
@@ -202,37 +203,24 @@ void add_heatmaps(HtmlPage& page, const std::vector<MethodPictures>& methods, in
   page.figures(figures, in_a_row(width));
 }
 
-// Running sums over rows and columns: the sum of any rectangle from four of them (Crow 1984,
-// "Summed-Area Tables for Texture Mapping").
-struct SquaredDifferences {
-  SquaredDifferences(const ByteImage& a, const ByteImage& b) : stride(size_t(a.width) + 1) {
-    sums.resize(stride * (size_t(a.height) + 1));
-    for (size_t i = 0; i < a.values.size(); i += 3) {
-      uint64_t square = 0;
-      for (size_t c = i; c < i + 3; ++c) {
-        const int d = int(a.values[c]) - int(b.values[c]);
-        square += uint64_t(d * d);
-      }
-      const size_t pixel = i / 3,
-                   at = (pixel / (stride - 1) + 1) * stride + pixel % (stride - 1) + 1;
-      sums[at] = square + sums[at - stride] + sums[at - 1] - sums[at - stride - 1];
-    }
+// The squared difference of two pixels' bytes.
+uint64_t squared_difference(const ByteImage& a, const ByteImage& b, size_t pixel) {
+  uint64_t square = 0;
+  for (size_t c = 3 * pixel; c < 3 * pixel + 3; ++c) {
+    const int d = int(a.values[c]) - int(b.values[c]);
+    square += uint64_t(d * d);
   }
-  uint64_t at(int x, int y) const { return sums[size_t(y) * stride + size_t(x)]; }
-  uint64_t over(const Rect& r) const {
-    return at(r.x1, r.y1) - at(r.x0, r.y1) - at(r.x1, r.y0) + at(r.x0, r.y0);
-  }
-
-  size_t stride;
-  std::vector<uint64_t> sums;
-};
+  return square;
+}
 
 }  // namespace
 
 std::vector<Rect> most_different_squares(const ByteImage& picture, const ByteImage& reference,
                                          int side, size_t count) {
   assert(same_size(picture, reference) && picture.channels == 3 && reference.channels == 3);
-  const SquaredDifferences differences(picture, reference);
+  const SummedAreas differences(picture.width, picture.height, [&](size_t pixel) {
+    return squared_difference(picture, reference, pixel);
+  });
   struct Candidate {
     uint64_t difference;
     Rect square;
@@ -242,7 +230,7 @@ std::vector<Rect> most_different_squares(const ByteImage& picture, const ByteIma
   for (int y = 0; y + side <= picture.height; y += step) {
     for (int x = 0; x + side <= picture.width; x += step) {
       const Rect square{x, y, x + side, y + side};
-      candidates.push_back({differences.over(square), square});
+      candidates.push_back({differences(square), square});
     }
   }
   std::ranges::stable_sort(candidates, std::greater<>(), &Candidate::difference);

@@ -81,4 +81,9 @@ class StudyRenderer {
   std::function<void(uint64_t)> on_samples_;
 };
 
+// Filters a denoised method's frame, a whole one with the channels of `denoising`: leaves R G B A
+// samples of the denoised picture, and the error that the filter expects of it; adds the filter's
+// time. On the calling thread's arena.
+void denoise_picture(const Rect& crop, StudyPicture* picture);
+
 }  // namespace emberline

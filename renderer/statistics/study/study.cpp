@@ -4,8 +4,10 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
+#include <vector>
 
 #include "io/files/atomic_file.h"
 #include "renderer/core/errors.h"
@@ -16,9 +18,13 @@
 #include "renderer/output/outputs.h"
 #include "renderer/output/report.h"
 #include "renderer/output/rgb_file.h"
-#include "renderer/statistics/study/denoise.h"
 #include "renderer/statistics/study/files.h"
+#include "renderer/statistics/study/folder.h"
 #include "renderer/statistics/study/page.h"
+#include "renderer/statistics/study/pictures.h"
+#include "renderer/statistics/study/plan.h"
+#include "renderer/statistics/study/reference.h"
+#include "renderer/statistics/study/renderer.h"
 #include "renderer/statistics/study/settings.h"
 #include "renderer/statistics/study_summary.h"
 
@@ -57,365 +63,403 @@ std::optional<RgbImage> read_reference(const StudyOptions& options, const LoadLi
                           frame.height);
 }
 
-}  // namespace
-
-Study::Study(const StudyOptions& options, const StudyPlan& plan, FileRegister& files, int threads)
-    : options_(options),
-      plan_(plan),
-      seeds_(options.seeds.value_or(kDefaultSeeds)),
-      limits_(limits_of(options.frame.limits, options.frame.scene)),
-      given_reference_(read_reference(options, limits_)),
-      folder_(options.folder),
-      renderer_(options.frame, limits_, files),
-      pictures_(folder_, options.frame, renderer_.crop()),
-      frame_key_(frame_key(options.frame, limits_)),
-      memory_(limits_.memory, MemoryPart::kFilm) {
-  reserve_frames();
-  folder_.begin(study_key(frame_key_, options, plan, limits_), file_names(), options.restart);
-  if (!options.cache.empty()) {
-    std::error_code error;
-    std::filesystem::create_directories(options.cache, error);
-    check_writable((std::filesystem::path(options.cache) / "reference.json").string());
+// In this order: prepare(), render(), and with a reference write_results(); on one thread and in
+// its TBB arena.
+class Study {
+ public:
+  // Loads the scene, opens the folder. Throws UsageError, InputError, RenderError for whatever is
+  // wrong with the options; `threads` is for the records. Refers to all but that.
+  Study(const StudyOptions& options, const StudyPlan& plan, FileRegister& files, int threads)
+      : options_(options),
+        plan_(plan),
+        seeds_(options.seeds.value_or(kDefaultSeeds)),
+        limits_(limits_of(options.frame.limits, options.frame.scene)),
+        given_reference_(read_reference(options, limits_)),
+        folder_(options.folder),
+        renderer_(options.frame, limits_, files),
+        pictures_(folder_, options.frame, renderer_.crop()),
+        frame_key_(frame_key(options.frame, limits_)),
+        memory_(limits_.memory, MemoryPart::kFilm) {
+    reserve_frames();
+    folder_.begin(study_key(frame_key_, options, plan, limits_), file_names(), options.restart);
+    if (!options.cache.empty()) {
+      std::error_code error;
+      std::filesystem::create_directories(options.cache, error);
+      check_writable((std::filesystem::path(options.cache) / "reference.json").string());
+    }
+    describe_settings(threads);
   }
-  describe_settings(threads);
-}
 
-void Study::reserve_frames() {
-  uint64_t most = 0;
-  for (const PlannedMethod& method : plan_.methods) {
-    if (!method.impossible.empty()) continue;
-    most = std::max(most, renderer_.frame_bytes(frame_options(method, 1, options_.frame.seed),
-                                                plan_.budgets.size()));
+  // Warms up, which tells each method's pace, and looks for what an earlier start has finished.
+  void prepare() {
+    prepare_pace();
+    find_reference();
+    find_finished_runs();
+    if (reference_.picture || (reference_.halves[0] && reference_.halves[1])) return;
+    double pace = 1;
+    for (const auto& [id, value] : pace_.samples_per_s) pace = std::max(pace, value);
+    const uint32_t samples = results_.reference.samples_per_pixel;
+    log_info(fmt::format(
+        "rendering the reference: {} samples per pixel, about {} (`reference-spp` for fewer)",
+        samples, readable_seconds(double(renderer_.pixels()) * samples / pace)));
   }
-  // Halves, their pictures and the mean, linear and displayed.
-  const uint64_t reference =
-      2 * sizeof(float) * film_channels(study_reference_aovs()).size() + 6 * 3 * sizeof(float);
-  const uint64_t references = bytes_of(renderer_.pixels(), reference + kComparisonBytesPerPixel);
-  reserve_pixels(most + references, renderer_.crop(), memory_);
-}
 
-// The files that it will write, but for settings, pace and the halves of the reference.
-std::vector<std::string> Study::file_names() const {
-  std::vector<std::string> names = {"study.csv", "study.json", "study.html",
-                                    StudyPictures::kReferenceExr, StudyPictures::kReferencePng};
-  for (const PlannedMethod& method : plan_.methods) {
-    const StudyMethod::Pictures pictures = StudyPictures::names(method.id);
-    names.insert(names.end(), {pictures.exr, pictures.png, pictures.flip_png});
+  // How many render() will take; of runs that end by time a guess.
+  uint64_t samples_to_come() const {
+    double samples = 0;
+    for (const auto& half : reference_.halves) {
+      if (!half && !reference_.picture) samples += reference_.half_samples;
+    }
     for (uint32_t k = 0; k < seeds_; ++k) {
-      names.push_back(StudyFolder::run_name(method.id, options_.frame.seed + k));
-    }
-  }
-  return names;
-}
-
-void Study::describe_settings(int threads) {
-  StudySettings& s = results_.settings;
-  s.scene = options_.frame.scene;
-  s.command_line = options_.frame.command_line;
-  s.width = renderer_.crop().width();
-  s.height = renderer_.crop().height();
-  s.frame = frame_settings(options_.frame);
-  s.by_time = plan_.by_time;
-  s.budgets = plan_.budgets;
-  s.first_seed = options_.frame.seed;
-  s.seeds = seeds_;
-  s.threads = threads;
-  s.baseline = plan_.baseline;
-  s.versions = library_versions();
-  for (const PlannedMethod& planned : plan_.methods) results_.methods.push_back(planned.method);
-}
-
-// Renders frames of more and more samples until one has taken long enough; samples a second.
-double Study::warm_up(const PlannedMethod& method) const {
-  const double largest = plan_.budgets.back();
-  const double wanted =
-      plan_.by_time ? std::max(kWarmUpSeconds, kWarmUpShare * largest) : kWarmUpSeconds;
-  const uint32_t most =
-      plan_.by_time ? kMaxSamples : std::min(kMostWarmUpSamples, to_samples(largest));
-  for (uint32_t samples = 1;; samples *= 2) {
-    const RenderOptions frame = frame_options(method, samples, options_.frame.seed + kWarmUpSeed);
-    const std::optional<StudyPicture> picture = renderer_.render(frame, aovs_of(frame), {});
-    if (picture->wall_s >= wanted || 2 * samples > most) {
-      return double(picture->samples) / std::max(1e-6, picture->wall_s);
-    }
-  }
-}
-
-// Also warms up caches and threads: no run is the first.
-void Study::prepare_pace() {
-  StudyPace measured;
-  for (const PlannedMethod& method : plan_.methods) {
-    if (!method.impossible.empty()) continue;
-    try {
-      measured.samples_per_s[method.id] = warm_up(method);
-    } catch (const std::exception&) {
-      measured.samples_per_s[method.id] = 1;  // its runs will fail alike, and be shown
-    }
-  }
-  pace_ = folder_.read_pace().value_or(StudyPace());
-  pace_.samples_per_s.merge(measured.samples_per_s);  // of methods that are new
-  if (pace_.reference_spp == 0) pace_.reference_spp = reference_samples();
-  folder_.write_pace(pace_);
-}
-
-// Samples per pixel that the largest budget buys the method.
-double Study::largest_budget(const PlannedMethod& method) const {
-  if (!plan_.by_time) return plan_.budgets.back();
-  const auto pace = pace_.samples_per_s.find(method.id);
-  if (pace == pace_.samples_per_s.end()) return 0;
-  return pace->second * plan_.budgets.back() / double(renderer_.pixels());
-}
-
-uint32_t Study::samples_for(const PlannedMethod& method, double budget) const {
-  return to_samples(std::floor(largest_budget(method) * budget / plan_.budgets.back()));
-}
-
-// For both halves together.
-uint32_t Study::reference_samples() const {
-  double most = 1;
-  for (const PlannedMethod& method : plan_.methods) most = std::max(most, largest_budget(method));
-  const uint32_t enough = to_samples(kReferenceFactor * std::exp2(std::ceil(std::log2(most))));
-  const uint32_t wanted =
-      options_.reference_spp.value_or(plan_.by_time ? enough : to_samples(kReferenceFactor * most));
-  if (double(wanted) < kReferenceFactor * most) {
-    log_warning(fmt::format(
-        "the reference has {:.3g} times the samples of the largest budget; below {} its noise "
-        "shows in FLIP and in percentiles",
-        double(wanted) / most, kReferenceFactor));
-  }
-  return wanted;
-}
-
-// Looks for the halves where they are kept.
-void Study::find_reference() {
-  StudyReference& info = results_.reference;
-  if (given_reference_) {
-    info.file = options_.reference;
-    reference_.picture.emplace(*given_reference_);
-    return;
-  }
-  reference_.half_samples = (pace_.reference_spp + 1) / 2;
-  info.driver = "bucket";
-  info.sampler = plan_.reference_sampler;
-  info.two_halves = true;
-  info.samples_per_pixel = 2 * reference_.half_samples;
-  for (uint32_t half = 0; half < 2; ++half) {
-    ReferenceRequest& request = reference_.requests[half];
-    request.options = options_.frame;
-    request.options.driver = info.driver;
-    request.options.sampler = info.sampler;
-    request.options.spp = reference_.half_samples;
-    request.options.seed = info.seeds[half] = options_.frame.seed + kReferenceSeed + half;
-    request.folder = options_.cache.empty() ? folder_.path("reference") : options_.cache;
-    request.key = reference_key(frame_key_, request.options);
-    if (options_.cache.empty()) {
-      std::vector<std::string> files = reference_files(request);
-      for (std::string& file : files) file.insert(0, "reference/");
-      folder_.claim(files);
-    } else {
-      check_cached_files(request);
-    }
-    reference_.halves[half] = read_reference_half(request, renderer_.crop());
-  }
-}
-
-// False if stopped.
-bool Study::complete_reference() {
-  if (!reference_.picture) {
-    for (size_t i = 0; i < 2; ++i) {
-      std::optional<ReferenceHalf>& half = reference_.halves[i];
-      if (!half) half = render_reference_half(renderer_, reference_.requests[i], stop_);
-      if (!half) return false;
-    }
-    const std::array<ReferenceHalf, 2> halves = {*reference_.halves[0], *reference_.halves[1]};
-    reference_.picture.emplace(reference_picture(halves[0], renderer_.crop()),
-                               reference_picture(halves[1], renderer_.crop()));
-    results_.limits = reference_limits(halves, reference_.half_samples, *reference_.picture);
-  }
-  reference_.picture->describe(&results_.reference);
-  pictures_.write_reference(*reference_.picture, &results_.reference);
-  return true;
-}
-
-// Finds the runs of an earlier start, and those that are impossible and need no rendering.
-void Study::find_finished_runs() {
-  for (uint32_t k = 0; k < seeds_; ++k) {
-    const uint32_t seed = options_.frame.seed + k;
-    for (size_t m = 0; m < plan_.methods.size(); ++m) {
-      const PlannedMethod& method = plan_.methods[m];
-      std::optional<StudyRun> run;
-      if (!method.impossible.empty()) {
-        run = failed_run(method.impossible);
-        run->seed = seed;
-      } else if (k > 0 || pictures_.exist(method.id)) {
-        run = folder_.read_run(method.id, seed);
-      }
-      if (!run) continue;
-      run->method = m;
-      results_.runs.push_back(*run);
-    }
-  }
-}
-
-uint64_t Study::samples_to_come() const {
-  double samples = 0;
-  for (const auto& half : reference_.halves) {
-    if (!half && !reference_.picture) samples += reference_.half_samples;
-  }
-  for (uint32_t k = 0; k < seeds_; ++k) {
-    for (size_t m = 0; m < plan_.methods.size(); ++m) {
-      const PlannedMethod& method = plan_.methods[m];
-      if (!method.impossible.empty() || find_run(results_, m, options_.frame.seed + k)) continue;
-      for (const double budget : plan_.budgets) {
-        if (method.separate || budget == plan_.budgets.back()) {
-          samples += samples_for(method, budget);
+      for (size_t m = 0; m < plan_.methods.size(); ++m) {
+        const PlannedMethod& method = plan_.methods[m];
+        if (!method.impossible.empty() || find_run(results_, m, options_.frame.seed + k)) continue;
+        for (const double budget : plan_.budgets) {
+          if (method.separate || budget == plan_.budgets.back()) {
+            samples += samples_for(method, budget);
+          }
         }
       }
     }
+    return uint64_t(samples) * renderer_.pixels();
   }
-  return uint64_t(samples) * renderer_.pixels();
-}
 
-// Nothing if stopped.
-std::optional<ProgressiveFrame> Study::render_run(const PlannedMethod& method,
-                                                  uint32_t seed) const {
-  if (!method.separate) {
-    // An adaptive frame has to know what it may spend.
-    const bool ends_by_time = plan_.by_time && method.method.estimator.empty();
-    const double most = largest_budget(method) * (ends_by_time ? kPaceMargin : 1.0);
-    ProgressiveFrame frame =
-        renderer_.render_progressive(frame_options(method, to_samples(std::ceil(most)), seed),
-                                     plan_.budgets, plan_.by_time, stop_);
-    if (frame.stopped) return std::nullopt;
+  // The reference, then the runs. `on_samples` is called from any thread. A run that fails is kept
+  // as failed; what a stop cuts short is left for the next start.
+  void render(const std::function<void(uint64_t)>& on_samples, std::stop_token stop) {
+    stop_ = std::move(stop);
+    renderer_.on_samples(on_samples);
+    results_.complete = complete_reference() && make_runs();
+    renderer_.on_samples({});
+  }
+
+  // False if the stop came first: then there are no results.
+  bool has_reference() const { return reference_.picture.has_value(); }
+  // study.csv, study.json and study.html.
+  void write_results(WriteAttempts& attempts) {
+    std::ranges::sort(results_.runs, {},
+                      [](const StudyRun& run) { return std::pair(run.seed, run.method); });
+    for (size_t m = 0; m < plan_.methods.size(); ++m) {
+      const StudyRun* first = find_run(results_, m, options_.frame.seed);
+      if (!first) continue;
+      StudyMethod::Pictures& pictures = results_.methods[m].pictures;
+      pictures = StudyPictures::names(plan_.methods[m].id);
+      pictures.seed = first->seed;
+      pictures.mean_samples = first->checkpoints.back().mean_samples;
+      pictures.wall_s = first->checkpoints.back().wall_s;
+    }
+    const auto write = [&](const char* name, const auto& text) {
+      const std::string path = folder_.path(name);
+      attempts.attempt(path, [&] { write_file_atomically(path, text(results_)); });
+    };
+    write("study.csv", study_csv);
+    write("study.json", study_json);
+    write("study.html", [&](const StudyResults& r) { return study_page(r, options_.folder); });
+  }
+
+  const StudyResults& results() const { return results_; }
+
+ private:
+  struct Reference {
+    std::optional<ReferencePicture> picture;
+    std::array<std::optional<ReferenceHalf>, 2> halves;
+    std::array<ReferenceRequest, 2> requests;
+    uint32_t half_samples = 0;
+  };
+
+  void reserve_frames() {
+    uint64_t most = 0;
+    for (const PlannedMethod& method : plan_.methods) {
+      if (!method.impossible.empty()) continue;
+      most = std::max(most, renderer_.frame_bytes(frame_options(method, 1, options_.frame.seed),
+                                                  plan_.budgets.size()));
+    }
+    // Halves, their pictures and the mean, linear and displayed.
+    const uint64_t reference =
+        2 * sizeof(float) * film_channels(study_reference_aovs()).size() + 6 * 3 * sizeof(float);
+    const uint64_t references = bytes_of(renderer_.pixels(), reference + kComparisonBytesPerPixel);
+    reserve_pixels(most + references, renderer_.crop(), memory_);
+  }
+
+  // The files that it will write, but for settings, pace and the halves of the reference.
+  std::vector<std::string> file_names() const {
+    std::vector<std::string> names = {"study.csv", "study.json", "study.html",
+                                      StudyPictures::kReferenceExr, StudyPictures::kReferencePng};
+    for (const PlannedMethod& method : plan_.methods) {
+      const StudyMethod::Pictures pictures = StudyPictures::names(method.id);
+      names.insert(names.end(), {pictures.exr, pictures.png, pictures.flip_png});
+      for (uint32_t k = 0; k < seeds_; ++k) {
+        names.push_back(StudyFolder::run_name(method.id, options_.frame.seed + k));
+      }
+    }
+    return names;
+  }
+
+  void describe_settings(int threads) {
+    StudySettings& s = results_.settings;
+    s.scene = options_.frame.scene;
+    s.command_line = options_.frame.command_line;
+    s.width = renderer_.crop().width();
+    s.height = renderer_.crop().height();
+    s.frame = frame_settings(options_.frame);
+    s.by_time = plan_.by_time;
+    s.budgets = plan_.budgets;
+    s.first_seed = options_.frame.seed;
+    s.seeds = seeds_;
+    s.threads = threads;
+    s.baseline = plan_.baseline;
+    s.versions = library_versions();
+    for (const PlannedMethod& planned : plan_.methods) results_.methods.push_back(planned.method);
+  }
+
+  // Also warms up caches and threads: no run is the first.
+  void prepare_pace() {
+    StudyPace measured;
+    for (const PlannedMethod& method : plan_.methods) {
+      if (!method.impossible.empty()) continue;
+      try {
+        measured.samples_per_s[method.id] = warm_up(method);
+      } catch (const std::exception&) {
+        measured.samples_per_s[method.id] = 1;  // its runs will fail alike, and be shown
+      }
+    }
+    pace_ = folder_.read_pace().value_or(StudyPace());
+    pace_.samples_per_s.merge(measured.samples_per_s);  // of methods that are new
+    if (pace_.reference_spp == 0) pace_.reference_spp = reference_samples();
+    folder_.write_pace(pace_);
+  }
+
+  // Renders frames of more and more samples until one has taken long enough; samples a second.
+  double warm_up(const PlannedMethod& method) const {
+    const double largest = plan_.budgets.back();
+    const double wanted =
+        plan_.by_time ? std::max(kWarmUpSeconds, kWarmUpShare * largest) : kWarmUpSeconds;
+    const uint32_t most =
+        plan_.by_time ? kMaxSamples : std::min(kMostWarmUpSamples, to_samples(largest));
+    for (uint32_t samples = 1;; samples *= 2) {
+      const RenderOptions frame = frame_options(method, samples, options_.frame.seed + kWarmUpSeed);
+      const std::optional<StudyPicture> picture = renderer_.render(frame, aovs_of(frame), {});
+      if (picture->wall_s >= wanted || 2 * samples > most) {
+        return double(picture->samples) / std::max(1e-6, picture->wall_s);
+      }
+    }
+  }
+
+  // For both halves together.
+  uint32_t reference_samples() const {
+    double most = 1;
+    for (const PlannedMethod& method : plan_.methods) most = std::max(most, largest_budget(method));
+    const uint32_t enough = to_samples(kReferenceFactor * std::exp2(std::ceil(std::log2(most))));
+    const uint32_t wanted = options_.reference_spp.value_or(
+        plan_.by_time ? enough : to_samples(kReferenceFactor * most));
+    if (double(wanted) < kReferenceFactor * most) {
+      log_warning(fmt::format(
+          "the reference has {:.3g} times the samples of the largest budget; below {} its noise "
+          "shows in FLIP and in percentiles",
+          double(wanted) / most, kReferenceFactor));
+    }
+    return wanted;
+  }
+
+  // Looks for the halves where they are kept.
+  void find_reference() {
+    StudyReference& info = results_.reference;
+    if (given_reference_) {
+      info.file = options_.reference;
+      reference_.picture.emplace(*given_reference_);
+      return;
+    }
+    reference_.half_samples = (pace_.reference_spp + 1) / 2;
+    info.driver = "bucket";
+    info.sampler = plan_.reference_sampler;
+    info.two_halves = true;
+    info.samples_per_pixel = 2 * reference_.half_samples;
+    for (uint32_t half = 0; half < 2; ++half) {
+      ReferenceRequest& request = reference_.requests[half];
+      request.options = options_.frame;
+      request.options.driver = info.driver;
+      request.options.sampler = info.sampler;
+      request.options.spp = reference_.half_samples;
+      request.options.seed = info.seeds[half] = options_.frame.seed + kReferenceSeed + half;
+      request.folder = options_.cache.empty() ? folder_.path("reference") : options_.cache;
+      request.key = reference_key(frame_key_, request.options);
+      if (options_.cache.empty()) {
+        std::vector<std::string> files = reference_files(request);
+        for (std::string& file : files) file.insert(0, "reference/");
+        folder_.claim(files);
+      } else {
+        check_cached_files(request);
+      }
+      reference_.halves[half] = read_reference_half(request, renderer_.crop());
+    }
+  }
+
+  // False if stopped.
+  bool complete_reference() {
+    if (!reference_.picture) {
+      for (size_t i = 0; i < 2; ++i) {
+        std::optional<ReferenceHalf>& half = reference_.halves[i];
+        if (!half) half = render_reference_half(renderer_, reference_.requests[i], stop_);
+        if (!half) return false;
+      }
+      const std::array<ReferenceHalf, 2> halves = {*reference_.halves[0], *reference_.halves[1]};
+      reference_.picture.emplace(reference_picture(halves[0], renderer_.crop()),
+                                 reference_picture(halves[1], renderer_.crop()));
+      results_.limits = reference_limits(halves, reference_.half_samples, *reference_.picture);
+    }
+    reference_.picture->describe(&results_.reference);
+    pictures_.write_reference(*reference_.picture, &results_.reference);
+    return true;
+  }
+
+  // Samples per pixel that the largest budget buys the method.
+  double largest_budget(const PlannedMethod& method) const {
+    if (!plan_.by_time) return plan_.budgets.back();
+    const auto pace = pace_.samples_per_s.find(method.id);
+    if (pace == pace_.samples_per_s.end()) return 0;
+    return pace->second * plan_.budgets.back() / double(renderer_.pixels());
+  }
+
+  uint32_t samples_for(const PlannedMethod& method, double budget) const {
+    return to_samples(std::floor(largest_budget(method) * budget / plan_.budgets.back()));
+  }
+
+  // Finds the runs of an earlier start, and those that are impossible and need no rendering.
+  void find_finished_runs() {
+    for (uint32_t k = 0; k < seeds_; ++k) {
+      const uint32_t seed = options_.frame.seed + k;
+      for (size_t m = 0; m < plan_.methods.size(); ++m) {
+        const PlannedMethod& method = plan_.methods[m];
+        std::optional<StudyRun> run;
+        if (!method.impossible.empty()) {
+          run = failed_run(method.impossible);
+          run->seed = seed;
+        } else if (k > 0 || pictures_.exist(method.id)) {
+          run = folder_.read_run(method.id, seed);
+        }
+        if (!run) continue;
+        run->method = m;
+        results_.runs.push_back(*run);
+      }
+    }
+  }
+
+  // False if stopped.
+  bool make_runs() {
+    for (uint32_t k = 0; k < seeds_; ++k) {
+      const uint32_t seed = options_.frame.seed + k;
+      for (const size_t m : study_order(plan_.methods.size(), seed)) {
+        if (!plan_.methods[m].impossible.empty() || find_run(results_, m, seed)) continue;
+        const std::optional<StudyRun> run = make_run(m, seed);
+        if (!run) return false;
+        results_.runs.push_back(*run);
+        log_run(*run);
+      }
+    }
+    return true;
+  }
+
+  // Nothing if stopped. A run that throws counts as failed, and the study goes on.
+  std::optional<StudyRun> make_run(size_t m, uint32_t seed) {
+    const PlannedMethod& method = plan_.methods[m];
+    StudyRun run;
+    try {
+      const std::optional<ProgressiveFrame> frame = render_run(method, seed);
+      if (!frame) return std::nullopt;
+      run = measure(*frame);
+      if (seed == options_.frame.seed) {
+        pictures_.write(method.id, frame->pictures.back(), *reference_.picture);
+      }
+    } catch (const std::exception& error) {
+      run = failed_run(error.what());
+    }
+    run.method = m;
+    run.seed = seed;
+    // A failure is tried again by the next start.
+    if (run.status == StudyRunStatus::kDone) folder_.write_run(method.id, run);
+    return run;
+  }
+
+  // Nothing if stopped.
+  std::optional<ProgressiveFrame> render_run(const PlannedMethod& method, uint32_t seed) const {
+    if (!method.separate) {
+      // An adaptive frame has to know what it may spend.
+      const bool ends_by_time = plan_.by_time && method.method.estimator.empty();
+      const double most = largest_budget(method) * (ends_by_time ? kPaceMargin : 1.0);
+      ProgressiveFrame frame =
+          renderer_.render_progressive(frame_options(method, to_samples(std::ceil(most)), seed),
+                                       plan_.budgets, plan_.by_time, stop_);
+      if (frame.stopped) return std::nullopt;
+      return frame;
+    }
+    ProgressiveFrame frame;
+    for (const double budget : plan_.budgets) {
+      const RenderOptions options = frame_options(method, samples_for(method, budget), seed);
+      std::optional<StudyPicture> picture = renderer_.render(options, aovs_of(options), stop_);
+      if (!picture) return std::nullopt;
+      if (method.method.denoised) denoise_picture(renderer_.crop(), &*picture);
+      picture->budget = budget;
+      frame.non_finite_samples += picture->non_finite_samples;
+      if (picture->estimate) {
+        frame.claims.push_back(
+            {picture->samples, *picture->estimate,
+             to_rgb_image(picture->values, kStudyPictureChannels, renderer_.crop())});
+      }
+      frame.pictures.push_back(std::move(*picture));
+    }
     return frame;
   }
-  ProgressiveFrame frame;
-  for (const double budget : plan_.budgets) {
-    const RenderOptions options = frame_options(method, samples_for(method, budget), seed);
-    std::optional<StudyPicture> picture = renderer_.render(options, aovs_of(options), stop_);
-    if (!picture) return std::nullopt;
-    if (method.method.denoised) denoise_picture(renderer_.crop(), &*picture);
-    picture->budget = budget;
-    frame.non_finite_samples += picture->non_finite_samples;
-    if (picture->estimate) {
-      frame.claims.push_back(
-          {picture->samples, *picture->estimate,
-           to_rgb_image(picture->values, kStudyPictureChannels, renderer_.crop())});
+
+  StudyRun measure(const ProgressiveFrame& frame) const {
+    const auto pixels = double(renderer_.pixels());
+    StudyRun run;
+    run.non_finite_samples = frame.non_finite_samples;
+    for (const StudyPicture& picture : frame.pictures) {
+      run.checkpoints.push_back(picture);
+      run.checkpoints.back().error = reference_.picture->measure(
+          to_rgb_image(picture.values, kStudyPictureChannels, renderer_.crop()));
     }
-    frame.pictures.push_back(std::move(*picture));
-  }
-  return frame;
-}
-
-StudyRun Study::measure(const ProgressiveFrame& frame) const {
-  const auto pixels = double(renderer_.pixels());
-  StudyRun run;
-  run.non_finite_samples = frame.non_finite_samples;
-  for (const StudyPicture& picture : frame.pictures) {
-    run.checkpoints.push_back(picture);
-    run.checkpoints.back().error = reference_.picture->measure(
-        to_rgb_image(picture.values, kStudyPictureChannels, renderer_.crop()));
-  }
-  for (const ClaimedError& claim : frame.claims) {
-    const double square = reference_.picture->measure(claim.picture).display_mse;
-    run.calibration.push_back(
-        {double(claim.samples) / pixels, claim.estimate, square > 0 ? std::sqrt(square) : NAN});
-  }
-  return run;
-}
-
-// Nothing if stopped. A run that throws counts as failed, and the study goes on.
-std::optional<StudyRun> Study::make_run(size_t m, uint32_t seed) {
-  const PlannedMethod& method = plan_.methods[m];
-  StudyRun run;
-  try {
-    const std::optional<ProgressiveFrame> frame = render_run(method, seed);
-    if (!frame) return std::nullopt;
-    run = measure(*frame);
-    if (seed == options_.frame.seed) {
-      pictures_.write(method.id, frame->pictures.back(), *reference_.picture);
+    for (const ClaimedError& claim : frame.claims) {
+      const double square = reference_.picture->measure(claim.picture).display_mse;
+      run.calibration.push_back(
+          {double(claim.samples) / pixels, claim.estimate, square > 0 ? std::sqrt(square) : NAN});
     }
-  } catch (const std::exception& error) {
-    run = failed_run(error.what());
+    return run;
   }
-  run.method = m;
-  run.seed = seed;
-  // A failure is tried again by the next start.
-  if (run.status == StudyRunStatus::kDone) folder_.write_run(method.id, run);
-  return run;
-}
 
-void Study::log_run(const StudyRun& run) const {
-  const std::string what = fmt::format("{} of {} runs: {}, seed {}", results_.runs.size(),
-                                       size_t(seeds_) * plan_.methods.size(),
-                                       results_.methods[run.method].name, run.seed);
-  if (run.status == StudyRunStatus::kFailed) {
-    log_warning(what + " failed: " + run.reason);
-    return;
-  }
-  const StudyCheckpoint& last = run.checkpoints.back();
-  log_info(fmt::format("{}: {:.4g} samples per pixel in {:.3g} s, mse {:.4g}", what,
-                       last.mean_samples, last.wall_s, last.error.mse));
-}
-
-// False if stopped.
-bool Study::make_runs() {
-  for (uint32_t k = 0; k < seeds_; ++k) {
-    const uint32_t seed = options_.frame.seed + k;
-    for (const size_t m : study_order(plan_.methods.size(), seed)) {
-      if (!plan_.methods[m].impossible.empty() || find_run(results_, m, seed)) continue;
-      const std::optional<StudyRun> run = make_run(m, seed);
-      if (!run) return false;
-      results_.runs.push_back(*run);
-      log_run(*run);
+  void log_run(const StudyRun& run) const {
+    const std::string what = fmt::format("{} of {} runs: {}, seed {}", results_.runs.size(),
+                                         size_t(seeds_) * plan_.methods.size(),
+                                         results_.methods[run.method].name, run.seed);
+    if (run.status == StudyRunStatus::kFailed) {
+      log_warning(what + " failed: " + run.reason);
+      return;
     }
+    const StudyCheckpoint& last = run.checkpoints.back();
+    log_info(fmt::format("{}: {:.4g} samples per pixel in {:.3g} s, mse {:.4g}", what,
+                         last.mean_samples, last.wall_s, last.error.mse));
   }
-  return true;
-}
 
-void Study::prepare() {
-  prepare_pace();
-  find_reference();
-  find_finished_runs();
-  if (reference_.picture || (reference_.halves[0] && reference_.halves[1])) return;
-  double pace = 1;
-  for (const auto& [id, value] : pace_.samples_per_s) pace = std::max(pace, value);
-  const uint32_t samples = results_.reference.samples_per_pixel;
-  log_info(fmt::format(
-      "rendering the reference: {} samples per pixel, about {} (`reference-spp` for fewer)",
-      samples, readable_seconds(double(renderer_.pixels()) * samples / pace)));
-}
+  const StudyOptions& options_;
+  const StudyPlan& plan_;
+  const uint32_t seeds_;
+  const LoadLimits limits_;
+  std::optional<RgbImage> given_reference_;
+  StudyFolder folder_;
+  StudyRenderer renderer_;
+  StudyPictures pictures_;
+  std::string frame_key_;
+  MemoryReservation memory_;  // of the largest frame and the references
+  StudyPace pace_;
+  Reference reference_;
+  StudyResults results_;
+  std::stop_token stop_;
+};
 
-void Study::render(const std::function<void(uint64_t)>& on_samples, std::stop_token stop) {
-  stop_ = std::move(stop);
-  renderer_.on_samples(on_samples);
-  results_.complete = complete_reference() && make_runs();
-  renderer_.on_samples({});
-}
-
-void Study::write_results(WriteAttempts& attempts) {
-  std::ranges::sort(results_.runs, {},
-                    [](const StudyRun& run) { return std::pair(run.seed, run.method); });
-  for (size_t m = 0; m < plan_.methods.size(); ++m) {
-    const StudyRun* first = find_run(results_, m, options_.frame.seed);
-    if (!first) continue;
-    StudyMethod::Pictures& pictures = results_.methods[m].pictures;
-    pictures = StudyPictures::names(plan_.methods[m].id);
-    pictures.seed = first->seed;
-    pictures.mean_samples = first->checkpoints.back().mean_samples;
-    pictures.wall_s = first->checkpoints.back().wall_s;
-  }
-  const auto write = [&](const char* name, const auto& text) {
-    const std::string path = folder_.path(name);
-    attempts.attempt(path, [&] { write_file_atomically(path, text(results_)); });
-  };
-  write("study.csv", study_csv);
-  write("study.json", study_json);
-  write("study.html", [&](const StudyResults& r) { return study_page(r, options_.folder); });
-}
+}  // namespace
 
 StudyOutcome make_study(const StudyOptions& options, const std::string& folder,
-                        const std::function<void(Study&)>& render) {
+                        const StudyClient& client) {
   const StudyPlan plan = plan_study(options);
   FileRegister files;
   files.write_below(folder, options.folder);
@@ -426,7 +470,9 @@ StudyOutcome make_study(const StudyOptions& options, const std::string& folder,
   return tbb::task_arena(options.frame.threads).execute([&] {
     Study study(options, plan, files, options.frame.threads);
     study.prepare();
-    render(study);
+    client(study.samples_to_come(), [&](const auto& on_samples, std::stop_token stop) {
+      study.render(on_samples, std::move(stop));
+    });
     StudyOutcome outcome;
     if (!study.has_reference()) return outcome;
     study.write_results(outcome.attempts);

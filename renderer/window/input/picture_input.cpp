@@ -28,7 +28,7 @@ void PictureInput::button(int button, bool pressed, int modifiers) {
     if (button != drag_button_) return;
     const std::optional<Rect> region = dragged_region();
     if (region && !region->empty()) {
-      bench_.settings.set_region(region);
+      bench_.settings.change_with([&](ViewSettings& s) { s.region = region; });
     } else if (!moved_ && !wiping_ && drag_) {
       click(modifiers & kModifiers);
     }

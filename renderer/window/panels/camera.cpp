@@ -100,10 +100,8 @@ void draw_bookmarks(Workbench& bench) {
                           stored ? ImGui::GetStyleColorVec4(ImGuiCol_Text) : quiet_colour());
     const bool pressed = ImGui::Button(std::to_string(i).c_str(), {side, 0.0f});
     ImGui::PopStyleColor();
-    if (ImGui::IsItemHovered()) {
-      widgets::help(stored ? "go there; Ctrl+click stores the view in its place"
-                           : "empty; a click stores the view");
-    }
+    widgets::help(stored ? "go there; Ctrl+click stores the view in its place"
+                         : "empty; a click stores the view");
     if (pressed) {
       const bool store = !stored || ImGui::GetIO().KeyCtrl;
       bench.act(store ? Action::kStoreBookmark : Action::kRecallBookmark, i);

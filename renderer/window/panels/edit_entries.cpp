@@ -11,16 +11,9 @@ bool means(const EditTarget& target, const std::vector<Named>& list, int index) 
 }
 
 bool means(const LightEdit& edit, const SceneDescription& outline, EditedLight kind, int index) {
-  if (edit.kind != kind) return false;
-  switch (kind) {
-    case EditedLight::kPunctual:
-      return means(edit.target, outline.lights, index);
-    case EditedLight::kMaterial:
-      return means(edit.target, outline.materials, index);
-    case EditedLight::kEnvironment:
-      return true;
-  }
-  return false;
+  if (edit.kind != kind || kind == EditedLight::kEnvironment) return edit.kind == kind;
+  return kind == EditedLight::kPunctual ? means(edit.target, outline.lights, index)
+                                        : means(edit.target, outline.materials, index);
 }
 
 template <class Named>
@@ -43,17 +36,7 @@ void replace(std::vector<Edit>& list, const Edit& edit, bool changes, const Same
   }
 }
 
-const char* type_name(PunctualType type) {
-  switch (type) {
-    case PunctualType::kPoint:
-      return "point";
-    case PunctualType::kSpot:
-      return "spot";
-    case PunctualType::kDirectional:
-      return "sun";
-  }
-  return "";
-}
+constexpr const char* kTypeNames[] = {"point", "spot", "sun"};  // by PunctualType
 
 }  // namespace
 
@@ -65,8 +48,8 @@ std::vector<ListedLight> list_lights(const SceneDescription& outline, const Scen
   std::vector<ListedLight> lights;
   for (int i = 0; i < int(outline.lights.size()); ++i) {
     const PunctualLightDescription& light = outline.lights[size_t(i)];
-    lights.push_back(
-        {EditedLight::kPunctual, i, shown_name(light.name, "light", i), type_name(light.type)});
+    lights.push_back({EditedLight::kPunctual, i, shown_name(light.name, "light", i),
+                      kTypeNames[size_t(light.type)]});
   }
   for (int i = 0; i < int(outline.materials.size()); ++i) {
     const MaterialDescription& material = outline.materials[size_t(i)];

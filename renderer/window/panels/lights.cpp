@@ -50,7 +50,7 @@ void draw_name(const ListedLight& light, bool on) {
   ImGui::PopClipRect();
   if (ImGui::IsMouseHoveringRect(at, {at.x + room, at.y + ImGui::GetFrameHeight()}) &&
       ImGui::IsWindowHovered()) {
-    widgets::help(light.name);
+    widgets::tooltip(light.name);
   }
 }
 
@@ -59,7 +59,7 @@ void choose_solo(SceneEditor& edits, const LightEdit& light) {
   if (lit_button("Solo", solo)) {
     edits.set_solo(solo ? std::nullopt : std::optional<LightEdit>(light));
   }
-  if (ImGui::IsItemHovered()) widgets::help("only this light shines; Esc ends it. Not saved");
+  widgets::help("only this light shines; Esc ends it. Not saved");
 }
 
 bool choose_intensity_and_colour(LightEdit& edit) {
@@ -67,9 +67,7 @@ bool choose_intensity_and_colour(LightEdit& edit) {
   ImGui::SetNextItemWidth(-swatch - ImGui::GetStyle().ItemInnerSpacing.x);
   bool changed = ImGui::SliderFloat("##intensity", &edit.intensity, kLeastIntensity, kMostIntensity,
                                     "intensity × %.3g", ImGuiSliderFlags_Logarithmic);
-  if (ImGui::IsItemHovered()) {
-    widgets::help("times the file's own; Ctrl+click to type a number, right click for × 1");
-  }
+  widgets::help("times the file's own; Ctrl+click to type a number, right click for × 1");
   if (ImGui::IsItemClicked(ImGuiMouseButton_Right)) {
     edit.intensity = 1.0f;
     changed = true;
@@ -87,7 +85,7 @@ void draw_light(Workbench& bench, const ListedLight& light) {
       light_edit(bench.session.edits(), bench.session.scene()->outline, light.kind, light.index);
   ImGui::PushID(int(light.kind) * 100000 + light.index);
   bool changed = ImGui::Checkbox("##on", &edit.on);
-  if (ImGui::IsItemHovered()) widgets::help("on or off");
+  widgets::help("on or off");
   ImGui::SameLine();
   draw_name(light, edit.on);
   ImGui::SameLine(ImGui::GetContentRegionMax().x - solo_width());

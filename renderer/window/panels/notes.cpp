@@ -52,7 +52,7 @@ void Interface::draw_welcome(Workbench& bench) {
     if (ImGui::Selectable(std::filesystem::path(scene).filename().string().c_str())) {
       bench.files.open(scene);
     }
-    if (ImGui::IsItemHovered()) widgets::help(scene);
+    widgets::help(scene);
   }
   take_place();
   ImGui::End();

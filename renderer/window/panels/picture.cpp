@@ -114,7 +114,7 @@ void draw_actions(Workbench& bench) {
   }
   ImGui::SameLine();
   if (ImGui::Button("Restart", {half, 0.0f})) bench.act(Action::kRestart);
-  if (ImGui::IsItemHovered()) widgets::help("renders anew, with other noise (the next seed)");
+  widgets::help("renders anew, with other noise (the next seed)");
 }
 
 void draw_histogram(Workbench& bench) {

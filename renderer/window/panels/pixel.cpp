@@ -71,9 +71,7 @@ void Interface::draw_explanation(Workbench& bench) {
     ImGui::EndDisabled();
     ImGui::SameLine();
     if (ImGui::Button("Render anew")) bench.act(Action::kRestart);
-    if (ImGui::IsItemHovered()) {
-      widgets::help("with the history of this pixel from its first sample on (F5)");
-    }
+    widgets::help("with the history of this pixel from its first sample on (F5)");
   }
   take_place();
   ImGui::End();

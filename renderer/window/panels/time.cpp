@@ -20,9 +20,7 @@ constexpr double kHalfOpen = 0.5;  // frames: a shutter of 180 degrees
 
 void button(Workbench& bench, const char* label, Action action, const char* effect) {
   if (ImGui::Button(label)) bench.act(action);
-  if (ImGui::IsItemHovered()) {
-    widgets::help(fmt::format("{} ({})", effect, keys_of(action)));
-  }
+  widgets::help(fmt::format("{} ({})", effect, keys_of(action)));
   ImGui::SameLine();
 }
 
@@ -69,9 +67,7 @@ bool choose_fps(AnimationEdit& edit) {
 bool choose_shutter(AnimationEdit& edit) {
   bool open = edit.shutter_open.has_value();
   bool changed = ImGui::Checkbox("Shutter", &open);
-  if (ImGui::IsItemHovered()) {
-    widgets::help("what moves while it is open is blurred: when it opens and closes, in frames");
-  }
+  widgets::help("what moves while it is open is blurred: when it opens and closes, in frames");
   if (changed) {
     edit.shutter_open = open ? std::optional(0.0) : std::nullopt;
     edit.shutter_close = open ? std::optional(kHalfOpen) : std::nullopt;

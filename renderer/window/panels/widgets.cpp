@@ -20,9 +20,9 @@ std::string begin(const Row& row) {
   } else {
     ImGui::TextUnformatted(row.name);
   }
-  if (row.help && ImGui::IsItemHovered()) help(row.help);
+  if (row.help) help(row.help);
   if (row.edited && row.reset) {
-    if (ImGui::IsItemHovered()) help("changed; a right click brings back the file's value");
+    help("changed; a right click brings back the file's value");
     if (ImGui::IsItemClicked(ImGuiMouseButton_Right)) *row.reset = true;
   }
   const float room = ImGui::GetContentRegionAvail().x;
@@ -44,7 +44,7 @@ bool slide(const Row& row, float& value, float least, float most, const char* fo
   const std::string label = begin(row);
   const bool changed =
       ImGui::SliderFloat(label.c_str(), &value, least, most, format, slider_flags(logarithmic));
-  if (ImGui::IsItemHovered()) help("Ctrl+click to type a number");
+  help("Ctrl+click to type a number");
   return changed;
 }
 
@@ -93,7 +93,7 @@ bool choose_index(const Row& row, int& index, std::span<const Choice> choices,
   for (int i = 0; i < int(choices.size()); ++i) {
     const Choice& choice = choices[size_t(i)];
     offer(choice.name, i, i == before);
-    if (!choice.summary.empty() && ImGui::IsItemHovered()) help(std::string(choice.summary));
+    if (!choice.summary.empty()) help(std::string(choice.summary));
     if (i == before) ImGui::SetItemDefaultFocus();
   }
   ImGui::EndCombo();
@@ -126,6 +126,10 @@ void heading(const char* text) {
 }
 
 void help(const std::string& text) {
+  if (ImGui::IsItemHovered()) tooltip(text);
+}
+
+void tooltip(const std::string& text) {
   ImGui::BeginTooltip();
   ImGui::PushTextWrapPos(24.0f * ImGui::GetFontSize());
   ImGui::TextUnformatted(text.c_str());

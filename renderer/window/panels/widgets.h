@@ -66,8 +66,9 @@ float half_width();
 
 // A heading between groups of rows.
 void heading(const char* text);
-// Help over what was drawn last.
+// Help for what was drawn last, while the mouse is over it.
 void help(const std::string& text);
+void tooltip(const std::string& text);
 // A line of text, broken where the panel ends; what matters less than the rest is quiet.
 void paragraph(const std::string& text);
 void quiet_paragraph(const std::string& text);

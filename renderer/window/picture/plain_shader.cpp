@@ -1,5 +1,6 @@
 #include "renderer/window/picture/plain_shader.h"
 
+#define GL_GLEXT_PROTOTYPES
 #define GLFW_INCLUDE_GLEXT
 #include <GLFW/glfw3.h>
 
@@ -28,37 +29,6 @@ out vec4 colour;
 void main() { colour = texture(Texture, place); }
 )";
 
-// Looks up a function of OpenGL 2.0, which not every system's library exports.
-template <typename Function>
-Function find(const char* name) {
-  return reinterpret_cast<Function>(glfwGetProcAddress(name));
-}
-
-struct OpenGl {
-  PFNGLCREATESHADERPROC create_shader = find<PFNGLCREATESHADERPROC>("glCreateShader");
-  PFNGLSHADERSOURCEPROC shader_source = find<PFNGLSHADERSOURCEPROC>("glShaderSource");
-  PFNGLCOMPILESHADERPROC compile_shader = find<PFNGLCOMPILESHADERPROC>("glCompileShader");
-  PFNGLDELETESHADERPROC delete_shader = find<PFNGLDELETESHADERPROC>("glDeleteShader");
-  PFNGLCREATEPROGRAMPROC create_program = find<PFNGLCREATEPROGRAMPROC>("glCreateProgram");
-  PFNGLATTACHSHADERPROC attach_shader = find<PFNGLATTACHSHADERPROC>("glAttachShader");
-  PFNGLGETATTRIBLOCATIONPROC attribute = find<PFNGLGETATTRIBLOCATIONPROC>("glGetAttribLocation");
-  PFNGLBINDATTRIBLOCATIONPROC bind_attribute =
-      find<PFNGLBINDATTRIBLOCATIONPROC>("glBindAttribLocation");
-  PFNGLLINKPROGRAMPROC link_program = find<PFNGLLINKPROGRAMPROC>("glLinkProgram");
-  PFNGLGETPROGRAMIVPROC get_program = find<PFNGLGETPROGRAMIVPROC>("glGetProgramiv");
-  PFNGLDELETEPROGRAMPROC delete_program = find<PFNGLDELETEPROGRAMPROC>("glDeleteProgram");
-  PFNGLUSEPROGRAMPROC use_program = find<PFNGLUSEPROGRAMPROC>("glUseProgram");
-  PFNGLGETUNIFORMLOCATIONPROC uniform = find<PFNGLGETUNIFORMLOCATIONPROC>("glGetUniformLocation");
-  PFNGLGETUNIFORMFVPROC get_uniform = find<PFNGLGETUNIFORMFVPROC>("glGetUniformfv");
-  PFNGLUNIFORMMATRIX4FVPROC set_matrix = find<PFNGLUNIFORMMATRIX4FVPROC>("glUniformMatrix4fv");
-};
-
-// A context of OpenGL 3.0, which is what the window asks for, has them all.
-const OpenGl& opengl() {
-  static const OpenGl functions;
-  return functions;
-}
-
 }  // namespace
 
 void PlainShader::begin(ImDrawList& list) { list.AddCallback(use, this); }
@@ -70,45 +40,43 @@ void PlainShader::end(ImDrawList& list) {
 // Instead of ImGui's program, with its vertices and its projection.
 void PlainShader::use(const ImDrawList* /*list*/, const ImDrawCmd* command) {
   auto& self = *static_cast<PlainShader*>(command->UserCallbackData);
-  const OpenGl& gl = opengl();
   GLint imgui = 0;
   glGetIntegerv(GL_CURRENT_PROGRAM, &imgui);
   if (!std::exchange(self.built_, true)) self.build(unsigned(imgui));
   if (self.program_ == 0) return;
   std::array<float, 16> projection;
-  gl.get_uniform(unsigned(imgui), self.projection_of_imgui_, projection.data());
+  glGetUniformfv(unsigned(imgui), self.projection_of_imgui_, projection.data());
   glDisable(GL_BLEND);
-  gl.use_program(self.program_);
-  gl.set_matrix(self.projection_, 1, GL_FALSE, projection.data());
+  glUseProgram(self.program_);
+  glUniformMatrix4fv(self.projection_, 1, GL_FALSE, projection.data());
 }
 
 // Takes its vertices from where `like`, ImGui's program, takes them.
 void PlainShader::build(unsigned like) {
-  const OpenGl& gl = opengl();
-  const unsigned program = gl.create_program();
+  const unsigned program = glCreateProgram();
   for (const auto& [kind, source] :
        {std::pair{GL_VERTEX_SHADER, kVertices}, std::pair{GL_FRAGMENT_SHADER, kPixels}}) {
-    const unsigned shader = gl.create_shader(GLenum(kind));
-    gl.shader_source(shader, 1, &source, nullptr);
-    gl.compile_shader(shader);
-    gl.attach_shader(program, shader);
-    gl.delete_shader(shader);  // once the program is
+    const unsigned shader = glCreateShader(GLenum(kind));
+    glShaderSource(shader, 1, &source, nullptr);
+    glCompileShader(shader);
+    glAttachShader(program, shader);
+    glDeleteShader(shader);  // once the program is
   }
   bool alike = true;
   for (const char* name : {"Position", "UV"}) {
-    const int place = gl.attribute(like, name);
+    const int place = glGetAttribLocation(like, name);
     alike &= place >= 0;
-    if (place >= 0) gl.bind_attribute(program, unsigned(place), name);
+    if (place >= 0) glBindAttribLocation(program, unsigned(place), name);
   }
-  gl.link_program(program);
+  glLinkProgram(program);
   GLint linked = GL_FALSE;
-  gl.get_program(program, GL_LINK_STATUS, &linked);
-  projection_ = linked ? gl.uniform(program, "ProjMtx") : -1;
-  projection_of_imgui_ = gl.uniform(like, "ProjMtx");
+  glGetProgramiv(program, GL_LINK_STATUS, &linked);
+  projection_ = linked ? glGetUniformLocation(program, "ProjMtx") : -1;
+  projection_of_imgui_ = glGetUniformLocation(like, "ProjMtx");
   if (alike && projection_ >= 0 && projection_of_imgui_ >= 0) {
     program_ = program;
   } else {
-    gl.delete_program(program);
+    glDeleteProgram(program);
   }
 }
 

@@ -165,15 +165,9 @@ void row(const char* name, const std::string& value) {
 
 // Whether there is a picture for the right side of the wipe.
 bool has_other_side(const Workbench& bench) {
-  switch (bench.comparison.wipe()) {
-    case Wipe::kNone:
-      return false;
-    case Wipe::kKept:
-      return bench.comparison.picture_b() != nullptr;
-    case Wipe::kRaw:
-      return bench.picture() && !bench.picture()->raw8.empty();
-  }
-  return false;
+  const Wipe wipe = bench.comparison.wipe();
+  if (wipe == Wipe::kKept) return bench.comparison.picture_b() != nullptr;
+  return wipe == Wipe::kRaw && bench.picture() && !bench.picture()->raw8.empty();
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <array>
 #include <numbers>
 
+#include "renderer/session/overlay_picture.h"
 #include "renderer/window/workbench/workbench.h"
 
 namespace emberline {
@@ -29,7 +30,27 @@ void redo(Workbench& bench) {
 
 void clear_region(Workbench& bench) {
   bench.edits.set_solo(std::nullopt);
-  if (bench.session.settings().region) bench.settings.set_region(std::nullopt);
+  if (!bench.session.settings().region) return;
+  bench.settings.change_with([](ViewSettings& s) { s.region.reset(); });
+}
+
+void toggle_pause(Workbench& bench) {
+  bench.settings.change_with([](ViewSettings& s) { s.paused = !s.paused; });
+}
+
+// With the next seed.
+void restart(Workbench& bench) {
+  bench.settings.change_with([](ViewSettings& s) { s.render.seed += 1; });
+}
+
+void add_exposure(Workbench& bench, float stops) {
+  bench.settings.change_with([&](ViewSettings& s) { s.display.exposure += stops; });
+}
+
+void next_overlay(Workbench& bench) {
+  bench.settings.change_with([](ViewSettings& s) {
+    s.overlay = ViewOverlay((size_t(s.overlay) + 1) % overlay_table().size());
+  });
 }
 
 struct Effect {
@@ -49,8 +70,8 @@ constexpr std::array kEffects = {
     Effect{Action::kUndo, [](Workbench& b, int) { undo(b); }},
     Effect{Action::kRedo, [](Workbench& b, int) { redo(b); }},
     Effect{Action::kResetEdits, [](Workbench& b, int) { b.edits.change(SceneEdits(), "reset"); }},
-    Effect{Action::kPause, [](Workbench& b, int) { b.settings.toggle_pause(); }},
-    Effect{Action::kRestart, [](Workbench& b, int) { b.settings.restart(); }},
+    Effect{Action::kPause, [](Workbench& b, int) { toggle_pause(b); }},
+    Effect{Action::kRestart, [](Workbench& b, int) { restart(b); }},
     Effect{Action::kPlay, [](Workbench& b, int) { b.player.play_or_stop(); }},
     Effect{Action::kNextFrame, [](Workbench& b, int) { b.player.step(1); }},
     Effect{Action::kPreviousFrame, [](Workbench& b, int) { b.player.step(-1); }},
@@ -66,10 +87,9 @@ constexpr std::array kEffects = {
            [](Workbench& b, int) { b.placement.zoom_to(b.placement.zoom() * kZoomStep); }},
     Effect{Action::kZoomOut,
            [](Workbench& b, int) { b.placement.zoom_to(b.placement.zoom() / kZoomStep); }},
-    Effect{Action::kExposureUp, [](Workbench& b, int) { b.settings.add_exposure(kExposureStep); }},
-    Effect{Action::kExposureDown,
-           [](Workbench& b, int) { b.settings.add_exposure(-kExposureStep); }},
-    Effect{Action::kNextOverlay, [](Workbench& b, int) { b.settings.next_overlay(); }},
+    Effect{Action::kExposureUp, [](Workbench& b, int) { add_exposure(b, kExposureStep); }},
+    Effect{Action::kExposureDown, [](Workbench& b, int) { add_exposure(b, -kExposureStep); }},
+    Effect{Action::kNextOverlay, [](Workbench& b, int) { next_overlay(b); }},
     Effect{Action::kDenoise, [](Workbench& b, int) { b.comparison.toggle_denoise(); }},
     Effect{Action::kInspector, [](Workbench& b, int) { b.pixels.toggle(); }},
     Effect{Action::kExplain, [](Workbench& b, int) { b.pixels.toggle_explanation(); }},

@@ -1,9 +1,14 @@
 // The window's clock.
 #pragma once
 
+#include <chrono>
+
 namespace emberline {
 
 // Seconds since the first call; steady. Any thread.
-double window_time_s();
+inline double window_time_s() {
+  static const auto start = std::chrono::steady_clock::now();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
 
 }  // namespace emberline

@@ -5,54 +5,51 @@
 #include <utility>
 
 #include "renderer/window/workbench/clock.h"
+#include "renderer/window/workbench/workbench.h"
 
 namespace emberline {
 
-Comparison::Comparison(RenderSession& session, SettingsEditor& settings, MessageLog& messages,
-                       Journal& journal)
-    : session_(session), settings_(settings), messages_(messages), journal_(journal) {}
-
 bool Comparison::update() {
-  session_.compare_with(graded_as_a_ ? kept_.picture : nullptr);
-  std::shared_ptr<const ShownPicture> graded = graded_as_a_ ? session_.compared() : nullptr;
+  bench_.session.compare_with(graded_as_a_ ? kept_.picture : nullptr);
+  std::shared_ptr<const ShownPicture> graded = graded_as_a_ ? bench_.session.compared() : nullptr;
   std::shared_ptr<const ShownPicture> picture = graded ? std::move(graded) : kept_.picture;
   if (picture == picture_b_) return false;
   picture_b_ = std::move(picture);
-  if (journal_.is_open()) {
-    journal_.write("kept", {{"serial", picture_b_->serial}, {"graded_as_a", graded_as_a_}});
+  if (bench_.journal.is_open()) {
+    bench_.journal.write("kept", {{"serial", picture_b_->serial}, {"graded_as_a", graded_as_a_}});
   }
   return true;
 }
 
 void Comparison::keep(const std::shared_ptr<const ShownPicture>& picture) {
   if (!picture) return;
-  kept_ = {picture, session_.settings().display, window_time_s()};
-  messages_.note("kept as B; V wipes between A and B");
+  kept_ = {picture, bench_.session.settings().display, window_time_s()};
+  bench_.messages.note("kept as B; V wipes between A and B");
 }
 
 void Comparison::toggle(Wipe kind) {
   if (kind == Wipe::kRaw) return set_raw_wipe(wipe_ != Wipe::kRaw);
-  if (!kept_.picture) return messages_.note("B keeps a picture to compare with first");
+  if (!kept_.picture) return bench_.messages.note("B keeps a picture to compare with first");
   const bool on = wipe_ != Wipe::kKept;
   set_raw_wipe(false);
   wipe_ = on ? Wipe::kKept : Wipe::kNone;
 }
 
 void Comparison::set_raw_wipe(bool on) {
-  if (on && !session_.settings().denoise) {
-    return messages_.note("the picture is raw; N denoises it");
+  if (on && !bench_.session.settings().denoise) {
+    return bench_.messages.note("the picture is raw; N denoises it");
   }
   if (on == (wipe_ == Wipe::kRaw)) return;
   wipe_ = on ? Wipe::kRaw : Wipe::kNone;
-  settings_.set_raw_beside(on);
+  bench_.settings.change_with([&](ViewSettings& s) { s.raw_beside = on; });
 }
 
 void Comparison::move_to(float place) { place_ = std::clamp(place, 0.0f, 1.0f); }
 
 void Comparison::toggle_denoise() {
-  const bool on = !session_.settings().denoise;
+  const bool on = !bench_.session.settings().denoise;
   if (!on) set_raw_wipe(false);
-  settings_.set_denoise(on);
+  bench_.settings.change_with([&](ViewSettings& s) { s.denoise = on; });
 }
 
 }  // namespace emberline

@@ -6,10 +6,11 @@
 
 #include <memory>
 
-#include "renderer/window/workbench/message_log.h"
-#include "renderer/window/workbench/settings_editor.h"
+#include "renderer/session/render_session.h"
 
 namespace emberline {
+
+class Workbench;
 
 // B, as it was kept.
 struct KeptPicture {
@@ -26,9 +27,7 @@ enum class Wipe : uint8_t {
 
 class Comparison {
  public:
-  // All of these must outlive this.
-  Comparison(RenderSession& session, SettingsEditor& settings, MessageLog& messages,
-             Journal& journal);
+  explicit Comparison(Workbench& bench) : bench_(bench) {}
 
   // Takes in what the session has brought. Called each time that the window wakes up. True if
   // there is something new to be seen.
@@ -56,10 +55,7 @@ class Comparison {
  private:
   void set_raw_wipe(bool on);
 
-  RenderSession& session_;
-  SettingsEditor& settings_;
-  MessageLog& messages_;
-  Journal& journal_;
+  Workbench& bench_;
   KeptPicture kept_;
   std::shared_ptr<const ShownPicture> picture_b_;
   bool graded_as_a_ = true;

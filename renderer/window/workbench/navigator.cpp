@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "renderer/window/workbench/workbench.h"
+
 namespace emberline {
 namespace {
 
@@ -15,29 +17,26 @@ constexpr double kFlightSpeed = 0.6, kFastFlight = 4.0;
 
 }  // namespace
 
-Navigator::Navigator(const RenderSession& session, SceneEditor& edits, MessageLog& messages)
-    : session_(session), edits_(edits), messages_(messages) {}
-
 void Navigator::scene_arrived(bool reread) {
   if (!reread) bookmarks_ = {};
-  pivot_ = session_.scene()->center;
+  pivot_ = bench_.session.scene()->center;
   fov_before_ = kOrdinaryFov;
 }
 
 ViewCamera Navigator::camera() const {
-  const auto scene = session_.scene();
-  return view_of(edited_camera(session_.edits(), scene->outline, scene->camera), pivot_,
+  const auto scene = bench_.session.scene();
+  return view_of(edited_camera(bench_.session.edits(), scene->outline, scene->camera), pivot_,
                  scene->radius);
 }
 
 void Navigator::change(const ViewCamera& view, std::string_view what) {
   pivot_ = view.pivot;
-  edits_.change(edit_of(view, session_.edits().camera), what);
+  bench_.edits.change(edit_of(view, bench_.session.edits().camera), what);
 }
 
 void Navigator::drag(Drag drag, const Vec2f& pixels) {
-  if (!session_.scene()) return;
-  const double height = session_.settings().render.height;
+  if (!bench_.session.scene()) return;
+  const double height = bench_.session.settings().render.height;
   const double x = pixels.x / height, y = pixels.y / height;
   const ViewCamera view = camera();
   switch (drag) {
@@ -50,7 +49,7 @@ void Navigator::drag(Drag drag, const Vec2f& pixels) {
     case Drag::kLookAround:
       return change(turn(view, view.frame_angle() * x, view.frame_angle() * y));
     case Drag::kTurnEnvironment:
-      return edits_.turn_environment(kTurnPerPixel * pixels.x);
+      return bench_.edits.turn_environment(kTurnPerPixel * pixels.x);
     case Drag::kRegion:
     case Drag::kMovePicture:
       return;
@@ -58,11 +57,11 @@ void Navigator::drag(Drag drag, const Vec2f& pixels) {
 }
 
 void Navigator::dolly(double steps) {
-  if (session_.scene()) change(emberline::dolly(camera(), std::pow(kDollyStep, steps)));
+  if (bench_.session.scene()) change(emberline::dolly(camera(), std::pow(kDollyStep, steps)));
 }
 
 void Navigator::fly(const std::array<bool, 6>& held, double seconds, bool fast) {
-  if (!session_.scene()) return;
+  if (!bench_.session.scene()) return;
   const auto along = [&](Flight forth, Flight back) {
     return double(held[size_t(forth)]) - double(held[size_t(back)]);
   };
@@ -75,20 +74,20 @@ void Navigator::fly(const std::array<bool, 6>& held, double seconds, bool fast) 
 }
 
 void Navigator::look_at(const Vec3d& point) {
-  if (!session_.scene()) return;
+  if (!bench_.session.scene()) return;
   const ViewCamera view = look_towards(camera(), point);
   pivot_ = view.pivot;
-  CameraEdit edit = edit_of(view, session_.edits().camera);
+  CameraEdit edit = edit_of(view, bench_.session.edits().camera);
   edit.focus_distance.reset();
-  edits_.change(edit, "look at");
-  messages_.note(edit.f_stop ? "orbiting around this point, and focused on it"
-                             : "orbiting around this point");
+  bench_.edits.change(edit, "look at");
+  bench_.messages.note(edit.f_stop ? "orbiting around this point, and focused on it"
+                                   : "orbiting around this point");
 }
 
-bool Navigator::orthographic() const { return session_.scene() && camera().orthographic; }
+bool Navigator::orthographic() const { return bench_.session.scene() && camera().orthographic; }
 
 void Navigator::set_orthographic(bool orthographic) {
-  if (!session_.scene()) return;
+  if (!bench_.session.scene()) return;
   const ViewCamera view = camera();
   if (view.orthographic == orthographic) return;
   if (orthographic) fov_before_ = view.fov_y;
@@ -97,40 +96,41 @@ void Navigator::set_orthographic(bool orthographic) {
 }
 
 void Navigator::set_mirrored(bool mirrored) {
-  if (!session_.scene()) return;
+  if (!bench_.session.scene()) return;
   ViewCamera view = camera();
   view.mirrored = mirrored;
   change(view, "mirrored");
 }
 
 double Navigator::focus_distance() const {
-  return session_.edits().camera.focus_distance.value_or(camera().distance);
+  return bench_.session.edits().camera.focus_distance.value_or(camera().distance);
 }
 
 void Navigator::frame_all() {
-  const auto scene = session_.scene();
+  const auto scene = bench_.session.scene();
   if (!scene) return;
-  const RenderOptions& frame = session_.settings().render;
+  const RenderOptions& frame = bench_.session.settings().render;
   change(emberline::frame_all(camera(), scene->center, scene->radius,
                               double(frame.width) / frame.height));
 }
 
 void Navigator::reset() {
-  if (const auto scene = session_.scene()) pivot_ = scene->center;
-  edits_.change(CameraEdit(), "reset camera");
+  if (const auto scene = bench_.session.scene()) pivot_ = scene->center;
+  bench_.edits.change(CameraEdit(), "reset camera");
 }
 
 void Navigator::recall_bookmark(int number) {
   if (const auto& camera = bookmarks_[size_t(number - 1)]) {
-    return edits_.change(*camera, "bookmark");
+    return bench_.edits.change(*camera, "bookmark");
   }
-  messages_.note(fmt::format("bookmark {} is empty; Ctrl+{} stores the view", number, number));
+  bench_.messages.note(
+      fmt::format("bookmark {} is empty; Ctrl+{} stores the view", number, number));
 }
 
 void Navigator::store_bookmark(int number) {
-  if (!session_.scene()) return;
-  bookmarks_[size_t(number - 1)] = session_.edits().camera;
-  messages_.note(fmt::format("stored as bookmark {}", number));
+  if (!bench_.session.scene()) return;
+  bookmarks_[size_t(number - 1)] = bench_.session.edits().camera;
+  bench_.messages.note(fmt::format("stored as bookmark {}", number));
 }
 
 }  // namespace emberline

@@ -10,14 +10,14 @@
 
 #include "renderer/session/view_camera.h"
 #include "renderer/window/input/input.h"
-#include "renderer/window/workbench/scene_editor.h"
 
 namespace emberline {
 
+class Workbench;
+
 class Navigator {
  public:
-  // All of these must outlive this.
-  Navigator(const RenderSession& session, SceneEditor& edits, MessageLog& messages);
+  explicit Navigator(Workbench& bench) : bench_(bench) {}
 
   // The session has a new scene. `reread`: the same file again, whose bookmarks stay.
   void scene_arrived(bool reread);
@@ -51,9 +51,7 @@ class Navigator {
   ViewCamera camera() const;
   void change(const ViewCamera& view, std::string_view what = "camera");
 
-  const RenderSession& session_;
-  SceneEditor& edits_;
-  MessageLog& messages_;
+  Workbench& bench_;
   std::array<std::optional<CameraEdit>, 9> bookmarks_;
   Vec3d pivot_ = Vec3d(0.0);
   double fov_before_ = kOrdinaryFov;  // before the view became orthographic

@@ -6,6 +6,8 @@
 #include <tuple>
 #include <utility>
 
+#include "renderer/window/workbench/workbench.h"
+
 namespace emberline {
 namespace {
 
@@ -17,20 +19,8 @@ auto seen(const std::optional<PixelInspection>& p) {
 
 }  // namespace
 
-PixelInspector::PixelInspector(RenderSession& session, Navigator& navigator,
-                               MaterialSelection& selection, WindowState& window,
-                               MessageLog& messages, Journal& journal,
-                               std::function<void(const std::string&)> copy_text)
-    : session_(session),
-      navigator_(navigator),
-      selection_(selection),
-      window_(window),
-      messages_(messages),
-      journal_(journal),
-      copy_text_(std::move(copy_text)) {}
-
 void PixelInspector::scene_arrived() {
-  selection_.material = -1;
+  bench_.selection.material = -1;
   clicked_.reset();
   picked_.reset();
 }
@@ -46,7 +36,7 @@ void PixelInspector::point_at(const std::optional<Vec2i>& pixel) {
 }
 
 void PixelInspector::toggle() {
-  window_.inspector = !window_.inspector;
+  bench_.window.inspector = !bench_.window.inspector;
   refresh_inspection();
 }
 
@@ -64,11 +54,11 @@ void PixelInspector::orbit_around(const Vec2i& pixel) {
 // True if there is something new to be seen.
 bool PixelInspector::refresh_inspection() {
   const std::optional<PixelInspection> before = std::exchange(inspection_, std::nullopt);
-  if (pointed_ && (window_.inspector || clicked_ || pivot_)) {
-    inspection_ = session_.inspect(pointed_->x, pointed_->y);
+  if (pointed_ && (bench_.window.inspector || clicked_ || pivot_)) {
+    inspection_ = bench_.session.inspect(pointed_->x, pointed_->y);
     if (inspection_ && inspection_->known) serve_clicks();
   } else if (before) {
-    session_.end_inspection();
+    bench_.session.end_inspection();
   }
   return seen(inspection_) != seen(before);
 }
@@ -77,15 +67,16 @@ void PixelInspector::serve_clicks() {
   const Vec2i at(inspection_->x, inspection_->y);
   if (clicked_ == at) {
     clicked_.reset();
-    selection_.material = inspection_->material;
-    selection_.show_tab = selection_.material >= 0;
-    journal_.write(
-        "select",
-        {{"x", at.x}, {"y", at.y}, {"material", selection_.material}, {"id", inspection_->id}});
+    bench_.selection.material = inspection_->material;
+    bench_.selection.show_tab = bench_.selection.material >= 0;
+    bench_.journal.write("select", {{"x", at.x},
+                                    {"y", at.y},
+                                    {"material", bench_.selection.material},
+                                    {"id", inspection_->id}});
   }
   if (pivot_ == at) {
     pivot_.reset();
-    if (inspection_->id != 0) navigator_.look_at(inspection_->position);
+    if (inspection_->id != 0) bench_.navigator.look_at(inspection_->position);
   }
 }
 
@@ -97,14 +88,15 @@ void PixelInspector::toggle_explanation() {
 
 // True if there is something new to be seen.
 bool PixelInspector::refresh_explanation() {
-  session_.pick(explains_ ? picked_ : std::nullopt);
-  const std::optional<PixelInspection> before = std::exchange(explanation_, session_.picked());
+  bench_.session.pick(explains_ ? picked_ : std::nullopt);
+  const std::optional<PixelInspection> before =
+      std::exchange(explanation_, bench_.session.picked());
   const bool news = seen(explanation_) != seen(before);
   if (news && explanation_ && explanation_->known) {
-    journal_.write("explanation", {{"x", explanation_->x},
-                                   {"y", explanation_->y},
-                                   {"samples", explanation_->samples},
-                                   {"text", explanation_text()}});
+    bench_.journal.write("explanation", {{"x", explanation_->x},
+                                         {"y", explanation_->y},
+                                         {"samples", explanation_->samples},
+                                         {"text", explanation_text()}});
   }
   return news;
 }
@@ -121,8 +113,8 @@ void PixelInspector::copy_explanation() {
   const std::string text = explanation_text();
   if (text.empty()) return;
   copy_text_(text);
-  journal_.write("copied", {{"text", text}});
-  messages_.note("copied: why the pixel is done");
+  bench_.journal.write("copied", {{"text", text}});
+  bench_.messages.note("copied: why the pixel is done");
 }
 
 void PixelInspector::copy_values() {
@@ -132,15 +124,15 @@ void PixelInspector::copy_values() {
       fmt::format("pixel {},{}: {} {} {} alpha {} samples {}", p.x, p.y, p.radiance.x, p.radiance.y,
                   p.radiance.z, p.alpha, p.samples);
   copy_text_(text);
-  journal_.write("pixel", {{"x", p.x},
-                           {"y", p.y},
-                           {"rgb", {p.radiance.x, p.radiance.y, p.radiance.z}},
-                           {"alpha", p.alpha},
-                           {"samples", p.samples},
-                           {"known", p.known},
-                           {"id", p.id},
-                           {"material", p.material}});
-  messages_.note("copied: " + text);
+  bench_.journal.write("pixel", {{"x", p.x},
+                                 {"y", p.y},
+                                 {"rgb", {p.radiance.x, p.radiance.y, p.radiance.z}},
+                                 {"alpha", p.alpha},
+                                 {"samples", p.samples},
+                                 {"known", p.known},
+                                 {"id", p.id},
+                                 {"material", p.material}});
+  bench_.messages.note("copied: " + text);
 }
 
 }  // namespace emberline

@@ -8,10 +8,11 @@
 #include <optional>
 #include <string>
 
-#include "renderer/window/window_state.h"
-#include "renderer/window/workbench/navigator.h"
+#include "renderer/session/shown_picture.h"
 
 namespace emberline {
+
+class Workbench;
 
 // The material whose panel is open.
 struct MaterialSelection {
@@ -21,10 +22,9 @@ struct MaterialSelection {
 
 class PixelInspector {
  public:
-  // All of these must outlive this. `copy_text` puts a text on the clipboard.
-  PixelInspector(RenderSession& session, Navigator& navigator, MaterialSelection& selection,
-                 WindowState& window, MessageLog& messages, Journal& journal,
-                 std::function<void(const std::string&)> copy_text);
+  // `copy_text` puts a text on the clipboard.
+  PixelInspector(Workbench& bench, std::function<void(const std::string&)> copy_text)
+      : bench_(bench), copy_text_(std::move(copy_text)) {}
 
   // The session has a new scene.
   void scene_arrived();
@@ -62,12 +62,7 @@ class PixelInspector {
   bool refresh_explanation();
   void serve_clicks();
 
-  RenderSession& session_;
-  Navigator& navigator_;
-  MaterialSelection& selection_;
-  WindowState& window_;
-  MessageLog& messages_;
-  Journal& journal_;
+  Workbench& bench_;
   const std::function<void(const std::string&)> copy_text_;
   std::optional<Vec2i> pointed_, picked_;
   std::optional<Vec2i> clicked_, pivot_;  // until it is known what is there

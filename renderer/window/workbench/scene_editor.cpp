@@ -6,40 +6,37 @@
 #include "renderer/core/errors.h"
 #include "renderer/window/panels/edit_entries.h"
 #include "renderer/window/workbench/clock.h"
+#include "renderer/window/workbench/workbench.h"
 
 namespace emberline {
-
-SceneEditor::SceneEditor(RenderSession& session, EditLatency& latency, MessageLog& messages,
-                         Journal& journal)
-    : session_(session), latency_(latency), messages_(messages), journal_(journal) {}
 
 void SceneEditor::scene_arrived(bool reread) {
   const SceneEdits before = history_.current();
   solo_.reset();
-  if (!reread) saved_ = session_.edits();
-  if (reread && before != session_.edits()) send(before, std::nullopt);
-  history_ = EditHistory(session_.edits());
+  if (!reread) saved_ = bench_.session.edits();
+  if (reread && before != bench_.session.edits()) send(before, std::nullopt);
+  history_ = EditHistory(bench_.session.edits());
 }
 
 void SceneEditor::change(const SceneEdits& edits, std::string_view what) {
-  if (edits == session_.edits() || !send(edits, solo_)) return;
+  if (edits == bench_.session.edits() || !send(edits, solo_)) return;
   history_.record(edits, std::string(what));
-  latency_.asked(session_.edit(), std::string(what), window_time_s());
+  bench_.latency.asked(bench_.session.edit(), std::string(what), window_time_s());
 }
 
 template <class Change>
 void SceneEditor::change_with(std::string_view what, Change change_it) {
-  SceneEdits edits = session_.edits();
+  SceneEdits edits = bench_.session.edits();
   change_it(edits);
   change(edits, what);
 }
 
 void SceneEditor::change(const LightEdit& light, std::string_view what) {
-  change_with(what, [&](SceneEdits& e) { put(e, session_.scene()->outline, light); });
+  change_with(what, [&](SceneEdits& e) { put(e, bench_.session.scene()->outline, light); });
 }
 
 void SceneEditor::change(const MaterialEdit& material, std::string_view what) {
-  change_with(what, [&](SceneEdits& e) { put(e, session_.scene()->outline, material); });
+  change_with(what, [&](SceneEdits& e) { put(e, bench_.session.scene()->outline, material); });
 }
 
 void SceneEditor::change(const CameraEdit& camera, std::string_view what) {
@@ -59,7 +56,7 @@ void SceneEditor::set_environment(const std::string& file) {
 }
 
 void SceneEditor::clear_environment() {
-  const auto scene = session_.scene();
+  const auto scene = bench_.session.scene();
   if (!scene) return;
   if (scene->outline.environment) return set_environment("");
   change_with("environment file", [](SceneEdits& e) {  // nothing is left that could be edited
@@ -70,13 +67,13 @@ void SceneEditor::clear_environment() {
 }
 
 void SceneEditor::turn_environment(double degrees) {
-  const auto scene = session_.scene();
+  const auto scene = bench_.session.scene();
   if (!scene) return;
   const std::optional<EnvironmentDescription>& own = scene->outline.environment;
-  SceneEdits edits = session_.edits();
+  SceneEdits edits = bench_.session.edits();
   EnvironmentEdit& edit = edits.environment;
   if (!own && edit.file.empty()) {
-    return messages_.note("the scene has no environment that could be turned");
+    return bench_.messages.note("the scene has no environment that could be turned");
   }
   const float before = edit.rotation_degrees.value_or(own ? own->rotation_degrees : 0.0f);
   edit.rotation_degrees = float(std::remainder(before + degrees, 360.0));
@@ -84,7 +81,7 @@ void SceneEditor::turn_environment(double degrees) {
 }
 
 void SceneEditor::set_solo(const std::optional<LightEdit>& light) {
-  if (light != solo_) send(session_.edits(), light);
+  if (light != solo_) send(bench_.session.edits(), light);
 }
 
 void SceneEditor::undo() {
@@ -95,15 +92,17 @@ void SceneEditor::redo() {
   if (can_redo() && !send(history_.redo(), solo_)) history_.undo();
 }
 
-bool SceneEditor::unsaved() const { return session_.scene() && session_.edits() != saved_; }
+bool SceneEditor::unsaved() const {
+  return bench_.session.scene() && bench_.session.edits() != saved_;
+}
 
 // The session combines edits that come faster than pictures.
 bool SceneEditor::send(const SceneEdits& edits, const std::optional<LightEdit>& solo) {
-  if (!session_.scene()) return false;
+  if (!bench_.session.scene()) return false;
   try {
-    session_.set_edits(edits, solo);
+    bench_.session.set_edits(edits, solo);
   } catch (const InputError& error) {
-    messages_.error(error.what());
+    bench_.messages.error(error.what());
     return false;
   }
   solo_ = solo;
@@ -112,20 +111,21 @@ bool SceneEditor::send(const SceneEdits& edits, const std::optional<LightEdit>& 
 }
 
 void SceneEditor::write_journal() const {
-  const SceneEdits& edits = session_.edits();
-  journal_.write("edit", {{"edit", session_.edit()}});
+  const SceneEdits& edits = bench_.session.edits();
+  bench_.journal.write("edit", {{"edit", bench_.session.edit()}});
   const std::optional<Vec3d>& from = edits.camera.look_from;
   const std::optional<double>& height = edits.camera.orthographic_height;
   const std::optional<double>& time = edits.animation.time;
   const nlohmann::json camera = from ? nlohmann::json{from->x, from->y, from->z} : nlohmann::json();
-  journal_.write("edits", {{"camera", camera},
-                           {"orthographic_height", height ? nlohmann::json(*height) : nullptr},
-                           {"mirrored", edits.camera.mirrored},
-                           {"animation", edits.animation.name},
-                           {"time", time ? nlohmann::json(*time) : nullptr},
-                           {"environment", edits.environment.file},
-                           {"lights", edits.lights.size()},
-                           {"materials", edits.materials.size()}});
+  bench_.journal.write("edits",
+                       {{"camera", camera},
+                        {"orthographic_height", height ? nlohmann::json(*height) : nullptr},
+                        {"mirrored", edits.camera.mirrored},
+                        {"animation", edits.animation.name},
+                        {"time", time ? nlohmann::json(*time) : nullptr},
+                        {"environment", edits.environment.file},
+                        {"lights", edits.lights.size()},
+                        {"materials", edits.materials.size()}});
 }
 
 }  // namespace emberline

@@ -10,15 +10,14 @@
 
 #include "renderer/session/edit_history.h"
 #include "renderer/session/render_session.h"
-#include "renderer/window/input/edit_latency.h"
-#include "renderer/window/workbench/message_log.h"
 
 namespace emberline {
 
+class Workbench;
+
 class SceneEditor {
  public:
-  // All of these must outlive this.
-  SceneEditor(RenderSession& session, EditLatency& latency, MessageLog& messages, Journal& journal);
+  explicit SceneEditor(Workbench& bench) : bench_(bench) {}
 
   // The session has a new scene. `reread`: it is the same file again, and the edits of before are
   // kept where they still fit; the history is not.
@@ -59,10 +58,7 @@ class SceneEditor {
   bool send(const SceneEdits& edits, const std::optional<LightEdit>& solo);
   void write_journal() const;
 
-  RenderSession& session_;
-  EditLatency& latency_;
-  MessageLog& messages_;
-  Journal& journal_;
+  Workbench& bench_;
   EditHistory history_;  // its current step is what the session has
   SceneEdits saved_;
   std::optional<LightEdit> solo_;

@@ -9,28 +9,21 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
 #include "renderer/window/window_state.h"
+#include "renderer/window/workbench/workbench.h"
 
 namespace emberline {
 
-SceneFiles::SceneFiles(const RenderOptions& options, RenderSession& session, SceneEditor& edits,
-                       MessageLog& messages)
-    : first_scene_(options.scene),
-      first_edits_file_(options.edits),
-      session_(session),
-      edits_(edits),
-      messages_(messages) {}
-
 void SceneFiles::open(const std::string& scene) {
   reloading_ = false;
-  const bool first = !session_.scene() && scene == first_scene_;
+  const bool first = !bench_.session.scene() && scene == first_scene_;
   arriving_edits_file_ = first ? first_edits_file_ : std::string();
-  session_.open(scene, arriving_edits_file_);
+  bench_.session.open(scene, arriving_edits_file_);
 }
 
 void SceneFiles::reload() {
-  const auto scene = session_.scene();
+  const auto scene = bench_.session.scene();
   if (!scene) return;
-  session_.open(scene->outline.file);
+  bench_.session.open(scene->outline.file);
   reloading_ = true;
 }
 
@@ -42,44 +35,44 @@ bool SceneFiles::scene_arrived() {
 
 void SceneFiles::open_dropped(const std::string& path) {
   const std::string suffix = lower_suffix(path);
-  const bool open_scene = session_.scene() != nullptr;
+  const bool open_scene = bench_.session.scene() != nullptr;
   if (suffix == ".hdr" || suffix == ".exr") {
-    if (!open_scene) return messages_.error(path + ": open a scene first, then its light");
-    return edits_.set_environment(path);
+    if (!open_scene) return bench_.messages.error(path + ": open a scene first, then its light");
+    return bench_.edits.set_environment(path);
   }
   if (suffix != ".json") return open(path);
-  if (!open_scene) return messages_.error(path + ": open a scene first, then its edits");
+  if (!open_scene) return bench_.messages.error(path + ": open a scene first, then its edits");
   try {
-    edits_.change(read_edits(path), "edits file");
+    bench_.edits.change(read_edits(path), "edits file");
     edits_file_ = path;
   } catch (const EmberlineError& error) {
-    messages_.error(error.what());
+    bench_.messages.error(error.what());
   }
 }
 
 // The file that the edits were read from or saved to; if there is none, a new name.
 std::string SceneFiles::edits_file() const {
   if (!edits_file_.empty()) return edits_file_;
-  std::filesystem::path scene = session_.scene()->outline.file;
+  std::filesystem::path scene = bench_.session.scene()->outline.file;
   return free_file(scene.replace_extension().string(), ".edits.json");
 }
 
 void SceneFiles::save_edits() {
-  if (!session_.scene()) return;
+  if (!bench_.session.scene()) return;
   edits_file_ = edits_file();
-  saves_.push_back({session_.save_edits(edits_file_), "edits saved: " + edits_file_,
-                    [this, saved = session_.edits()] { edits_.note_saved(saved); }});
+  saves_.push_back({bench_.session.save_edits(edits_file_), "edits saved: " + edits_file_,
+                    [this, saved = bench_.session.edits()] { bench_.edits.note_saved(saved); }});
 }
 
 void SceneFiles::save_picture(const std::string& path) {
-  saves_.push_back({session_.save(path), "picture saved: " + path, {}});
+  saves_.push_back({bench_.session.save(path), "picture saved: " + path, {}});
 }
 
 void SceneFiles::save_heatmap(const std::string& path, ViewOverlay quantity) {
   try {
-    saves_.push_back({session_.save_heatmap(path, quantity), "heatmap saved: " + path, {}});
+    saves_.push_back({bench_.session.save_heatmap(path, quantity), "heatmap saved: " + path, {}});
   } catch (const EmberlineError& error) {
-    messages_.error(error.what());
+    bench_.messages.error(error.what());
   }
 }
 
@@ -89,9 +82,9 @@ void SceneFiles::update() {
     try {
       save.done.get();
       if (save.after) save.after();
-      messages_.note(save.what);
+      bench_.messages.note(save.what);
     } catch (const std::exception& error) {
-      messages_.error(error.what());
+      bench_.messages.error(error.what());
     }
     return true;
   });
@@ -100,8 +93,8 @@ void SceneFiles::update() {
 void SceneFiles::check_output(const std::string& option, const std::string& path) const {
   FileRegister files;
   files.write(option, path);
-  if (const auto scene = session_.scene()) files.read(scene->inputs, "the scene reads");
-  const std::string& environment = session_.edits().environment.file;
+  if (const auto scene = bench_.session.scene()) files.read(scene->inputs, "the scene reads");
+  const std::string& environment = bench_.session.edits().environment.file;
   if (!environment.empty()) files.read(environment, "it is the environment of the edits");
 }
 

@@ -10,15 +10,17 @@
 #include <string>
 #include <vector>
 
-#include "renderer/window/workbench/scene_editor.h"
+#include "renderer/session/view_settings.h"
 
 namespace emberline {
 
+class Workbench;
+
 class SceneFiles {
  public:
-  // `options` name the first scene and its edits. All others must outlive this.
-  SceneFiles(const RenderOptions& options, RenderSession& session, SceneEditor& edits,
-             MessageLog& messages);
+  // `options` name the first scene and its edits.
+  SceneFiles(const RenderOptions& options, Workbench& bench)
+      : first_scene_(options.scene), first_edits_file_(options.edits), bench_(bench) {}
 
   void open(const std::string& scene);
   // Reads the scene's file again, with the settings' options of loading as they now are. Edits,
@@ -48,9 +50,7 @@ class SceneFiles {
   std::string edits_file() const;
 
   const std::string first_scene_, first_edits_file_;
-  RenderSession& session_;
-  SceneEditor& edits_;
-  MessageLog& messages_;
+  Workbench& bench_;
   bool reloading_ = false;
   std::string edits_file_, arriving_edits_file_;  // empty: none yet
   std::vector<PendingSave> saves_;

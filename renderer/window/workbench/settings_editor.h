@@ -15,19 +15,14 @@ class SettingsEditor {
   SettingsEditor(RenderSession& session, EditLatency& latency, Journal& journal);
 
   void change(const ViewSettings& settings);
-
-  void toggle_pause();
-  void restart();  // with the next seed
-  void add_exposure(float stops);
-  void next_overlay();
-  void set_denoise(bool on);
-  void set_raw_beside(bool on);
-  void set_region(const std::optional<Rect>& region);
+  // Calls change_it(settings) with a copy of the present ones.
+  void change_with(const auto& change_it) {
+    ViewSettings settings = session_.settings();
+    change_it(settings);
+    change(settings);
+  }
 
  private:
-  template <class Change>
-  void change_with(Change change_it);
-
   RenderSession& session_;
   EditLatency& latency_;
   Journal& journal_;

@@ -27,13 +27,13 @@ Workbench::Workbench(const ViewOptions& options, WindowState& state, std::functi
     : window(state),
       messages(journal),
       session(first_settings(options)),
-      edits(session, latency, messages, journal),
+      edits(*this),
       settings(session, latency, journal),
-      navigator(session, edits, messages),
+      navigator(*this),
       player(session, edits),
-      pixels(session, navigator, selection, state, messages, journal, std::move(copy_text)),
-      comparison(session, settings, messages, journal),
-      files(options.render, session, edits, messages) {
+      pixels(*this, std::move(copy_text)),
+      comparison(*this),
+      files(options.render, *this) {
   const std::string& scene = options.render.scene;
   if (!options.journal.empty()) journal.wait(options.journal);
   if (journal.waits() && scene.empty()) journal.begin();

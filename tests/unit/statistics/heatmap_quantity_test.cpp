@@ -9,7 +9,6 @@
 #include "renderer/core/display_error.h"
 #include "renderer/core/errors.h"
 #include "renderer/drivers/adaptive/frame_error.h"
-#include "renderer/statistics/quantity_plane.h"
 #include "unit/synthetic_pixels.h"
 
 namespace emberline::test {

@@ -1,5 +1,5 @@
 // The display curve and the weights of errors, against their formulas.
-#include "renderer/drivers/adaptive/error_metric.h"
+#include "renderer/drivers/adaptive/error_estimator.h"
 
 #include <gtest/gtest.h>
 

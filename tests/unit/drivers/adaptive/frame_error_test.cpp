@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <limits>
 
-#include "renderer/drivers/adaptive/error_metric.h"
+#include "renderer/drivers/adaptive/error_estimator.h"
 #include "renderer/drivers/adaptive/two_stream_estimator.h"
 #include "unit/synthetic_pixels.h"
 

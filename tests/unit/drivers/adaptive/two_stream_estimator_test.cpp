@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "renderer/drivers/adaptive/error_metric.h"
+#include "renderer/drivers/adaptive/error_estimator.h"
 #include "unit/synthetic_pixels.h"
 
 namespace emberline::test {

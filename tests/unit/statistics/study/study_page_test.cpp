@@ -8,7 +8,6 @@
 #include <filesystem>
 
 #include "io/image/output.h"
-#include "renderer/statistics/study/page_pictures.h"
 #include "support/markup.h"
 #include "support/temp_folder.h"
 
