@@ -10,7 +10,7 @@
 namespace emberline {
 namespace {
 
-constexpr Rgb8 kBackground = {30, 30, 30}, kLine = {140, 140, 140}, kTitle = {255, 255, 255},
+constexpr Rgb8 kBackground = {30, 30, 30}, kEdge = {140, 140, 140}, kTitle = {255, 255, 255},
                kText = {205, 205, 205}, kHistogram = {150, 150, 150};
 
 // In units of the legend's scale: one pixel of a letter.
@@ -54,7 +54,7 @@ void draw_item(BytePicture& picture, const LegendItem& item, int x, int y, int s
                const Rgb8& colour) {
   if (item.swatch) {
     const int size = kSwatch * scale;
-    picture.fill({x, y, x + size, y + size}, kLine);
+    picture.fill({x, y, x + size, y + size}, kEdge);
     picture.fill({x + scale, y + scale, x + size - scale, y + size - scale}, *item.swatch);
     x += (kSwatch + kSwatchGap) * scale;
   }
@@ -68,15 +68,15 @@ bool whole_numbers(const Plane& plane) {
 
 // Bins over the scale, equally wide. Of whole numbers each holds as many as the next and has its
 // first in its middle.
-struct Histogram {
+struct Bins {
   std::vector<uint64_t> counts;
   double first = 0, bin = 0;  // where the first begins and a bin's width, in parts of the scale
 };
 
-Histogram histogram_of(const LegendBar& bar, int bins) {
+Bins histogram_of(const LegendBar& bar, int bins) {
   const ValueRange& range = bar.scale.range();
   const double length = range.most - range.least;
-  Histogram h;
+  Bins h;
   h.bin = 1.0 / bins;
   if (!bar.scale.logarithmic() && whole_numbers(bar.plane)) {
     h.bin = std::ceil(length / bins) / length;
@@ -92,7 +92,7 @@ Histogram histogram_of(const LegendBar& bar, int bins) {
 }
 
 void draw_histogram(BytePicture& picture, const LegendBar& bar, const Rect& area, int scale) {
-  const Histogram h = histogram_of(bar, std::max(1, area.width() / (kBinWidth * scale)));
+  const Bins h = histogram_of(bar, std::max(1, area.width() / (kBinWidth * scale)));
   const uint64_t most = *std::ranges::max_element(h.counts);
   const double width = std::min(h.bin * area.width(), double(kWidestBin * scale));
   for (size_t i = 0; i < h.counts.size(); ++i) {
@@ -116,7 +116,7 @@ void draw_ticks(BytePicture& picture, const LegendBar& bar, const Rect& area, in
     const int width = text_width(tick.label, scale);
     const int left =
         std::clamp(x - (width - scale) / 2, area.x0, std::max(area.x0, area.x1 - width));
-    picture.fill({x, area.y0, x + scale, area.y0 + kTickHeight * scale}, kLine);
+    picture.fill({x, area.y0, x + scale, area.y0 + kTickHeight * scale}, kEdge);
     if (left < free_from) continue;
     draw_text(picture, left, area.y0 + (kTickHeight + 2) * scale, tick.label, scale, kText);
     free_from = left + width + kGlyphAdvance * scale;
@@ -150,8 +150,8 @@ BytePicture frame_with_legend(int width, int height, const std::vector<LegendIte
   const int below = scale + 2 * padding + layout.height + (bar ? bar_height(scale) : 0);
 
   BytePicture picture(inner + 2 * padding, height + below, kBackground);
-  picture.fill({0, height, picture.width, height + scale}, kLine);
-  if (width < picture.width) picture.fill({width, 0, width + scale, height}, kLine);
+  picture.fill({0, height, picture.width, height + scale}, kEdge);
+  if (width < picture.width) picture.fill({width, 0, width + scale, height}, kEdge);
   const int y = height + scale + padding;
   for (size_t i = 0; i < items.size(); ++i) {
     draw_item(picture, items[i], padding + layout.places[i].x, y + layout.places[i].y, scale,
