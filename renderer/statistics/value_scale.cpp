@@ -14,7 +14,7 @@ namespace {
 // Of the values above 0, at the dark end of a logarithmic range.
 constexpr double kDarkQuantile = 0.005;
 // Ticks are products of doubles: a value so many steps outside is still inside.
-constexpr double kRounding = 1e-9;
+constexpr double kTickRounding = 1e-9;
 // Values whose logarithms are about to leave double's range are not told apart.
 constexpr double kSmallest = 1e-300;
 
@@ -39,7 +39,7 @@ ValueRange around(double value, bool logarithmic) {
 double tick_step(double least, double greatest, int most) {
   double step = nice_step(greatest - least, most + 1);
   const auto multiples = [&] {
-    return std::floor(greatest / step + kRounding) - std::ceil(least / step - kRounding) + 1;
+    return std::floor(greatest / step + kTickRounding) - std::ceil(least / step - kTickRounding) + 1;
   };
   while (multiples() > most) step = nice_step(1.5 * step, 1);  // the next larger
   return step;
@@ -78,9 +78,9 @@ double ValueScale::position(double value) const {
 std::vector<AxisTick> ValueScale::linear_ticks(int most, double factor) const {
   const double least = range_.least * factor, greatest = range_.most * factor;
   const double step = tick_step(least, greatest, most);
-  const int decimals = std::max(0, -int(std::floor(std::log10(step) + kRounding)));
+  const int decimals = std::max(0, -int(std::floor(std::log10(step) + kTickRounding)));
   std::vector<AxisTick> ticks;
-  for (double i = std::ceil(least / step - kRounding); i <= greatest / step + kRounding; ++i) {
+  for (double i = std::ceil(least / step - kTickRounding); i <= greatest / step + kTickRounding; ++i) {
     const double value = i * step + 0.0;  // no "-0"
     const bool plain = value == 0.0 || (std::abs(value) < 1e6 && decimals < 6);
     ticks.push_back(
@@ -90,8 +90,8 @@ std::vector<AxisTick> ValueScale::linear_ticks(int most, double factor) const {
 }
 
 std::vector<double> ValueScale::decade_ticks(int most, double factor) const {
-  const double least = std::log10(range_.least * factor) - kRounding;
-  const double greatest = std::log10(range_.most * factor) + kRounding;
+  const double least = std::log10(range_.least * factor) - kTickRounding;
+  const double greatest = std::log10(range_.most * factor) + kTickRounding;
   const auto gather = [&](std::initializer_list<int> digits, int every) {
     std::vector<double> ticks;
     for (int exponent = int(std::floor(least)); exponent <= greatest; ++exponent) {
