@@ -39,7 +39,8 @@ ValueRange around(double value, bool logarithmic) {
 double tick_step(double least, double greatest, int most) {
   double step = nice_step(greatest - least, most + 1);
   const auto multiples = [&] {
-    return std::floor(greatest / step + kTickRounding) - std::ceil(least / step - kTickRounding) + 1;
+    return std::floor(greatest / step + kTickRounding) - std::ceil(least / step - kTickRounding) +
+           1;
   };
   while (multiples() > most) step = nice_step(1.5 * step, 1);  // the next larger
   return step;
@@ -80,7 +81,8 @@ std::vector<AxisTick> ValueScale::linear_ticks(int most, double factor) const {
   const double step = tick_step(least, greatest, most);
   const int decimals = std::max(0, -int(std::floor(std::log10(step) + kTickRounding)));
   std::vector<AxisTick> ticks;
-  for (double i = std::ceil(least / step - kTickRounding); i <= greatest / step + kTickRounding; ++i) {
+  for (double i = std::ceil(least / step - kTickRounding); i <= greatest / step + kTickRounding;
+       ++i) {
     const double value = i * step + 0.0;  // no "-0"
     const bool plain = value == 0.0 || (std::abs(value) < 1e6 && decimals < 6);
     ticks.push_back(

@@ -20,7 +20,7 @@ Plane row(std::vector<float> values) {
 
 std::string labels(const ValueScale& scale, int most, double factor = 1) {
   std::string text;
-  for (const ScaleTick& tick : scale.ticks(most, factor)) text += tick.label + " ";
+  for (const AxisTick& tick : scale.ticks(most, factor)) text += tick.label + " ";
   return text;
 }
 
@@ -136,7 +136,7 @@ TEST(ValueScale, TicksOfAnyRange) {
       for (const double factor : {1.0001, 1.5, 3.0, 10.0, 12345.0, 1e12}) {
         const ValueScale scale({least, least * factor}, logarithmic);
         for (const int most : {2, 3, 7, 40}) {
-          const std::vector<ScaleTick> ticks = scale.ticks(most);
+          const std::vector<AxisTick> ticks = scale.ticks(most);
           EXPECT_LE(ticks.size(), size_t(most)) << least << " x " << factor;
           EXPECT_GE(ticks.size(), 1u) << least << " x " << factor << ", " << most;
           for (size_t i = 0; i < ticks.size(); ++i) {
