@@ -17,7 +17,7 @@ from farm import (CHANNELS, DRIVERS, EXIT_DONE, EXIT_RENDER_FAILED, EXIT_USAGE, 
                   pixels, report_of, signal)
 
 FRAME = ["--size", "96x72", "--bucket-size", "16", "--threads", "2", *CHANNELS]
-SECONDS = 0.4  # that each of two threads works at a frame, however fast or busy the machine is: seven intervals
+SECONDS = 0.7  # that each of two threads works at a frame, however fast or busy the machine is: seven intervals
 REPORT = ["--report", "report.json"]
 
 
@@ -27,7 +27,7 @@ def settings_of(farm, driver, seconds=SECONDS):
 
 
 def resume(file):
-    return ["--resume", "--checkpoint", file, "--checkpoint-interval", "0.05", *REPORT]
+    return ["--resume", "--checkpoint", file, "--checkpoint-interval", "0.1", *REPORT]
 
 
 def warnings(run):
