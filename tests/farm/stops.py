@@ -12,7 +12,7 @@ import time
 from farm import (CHANNELS, DRIVERS, EXIT_DONE, EXIT_STOPPED, Farm, earlier_samples, pixels, report_of, signal)
 
 FRAME = ["--size", "128x96", "--bucket-size", "16", "--threads", "2", *CHANNELS]
-SECONDS = 0.5  # that each of two threads works at a frame, however fast or busy the machine is
+SECONDS = 1.0  # that each of two threads works at a frame, however fast or busy the machine is
 CHECKPOINT = "out.exr.checkpoint"
 RESUME = ["--resume", "--checkpoint-interval", "100000", "--report", "report.json"]
 
