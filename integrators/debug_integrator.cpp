@@ -1,7 +1,8 @@
-#include "integrators/debug_integrator.h"
-
+// Views of the first surface for debugging a scene: `normal`, `uv`, `albedo`, `depth` and
+// `material_id`. Values are linear; nothing hit is black with alpha 0.
 #include <cmath>
 
+#include "integrators/integrator_kinds.h"
 #include "integrators/path_media.h"
 #include "renderer/scene/camera.h"
 #include "samplers/pixel_samples.h"
@@ -39,25 +40,37 @@ Rgb view_color(DebugView view, const SampleBatch& batch, const ShadedPoint& poin
   return Rgb(0.0f);
 }
 
+class DebugIntegrator final : public Integrator {
+ public:
+  explicit DebugIntegrator(DebugView view) : view_(view) {}
+
+  void estimate(const SampleBatch& batch, PixelSamples& samples,
+                std::span<SampleValue> values) const override {
+    if (batch.nothing_ahead) return;
+    for (size_t i = 0; i < batch.rays.size(); ++i) {
+      samples.start_sample(int(i));
+      values[i] = SampleValue{};
+      SurfaceHit hit;
+      const CoverageKey key = coverage_key(batch.scene, samples);
+      if (!batch.scene.intersect(batch.rays[i], key, &hit)) continue;
+      samples.start_slot(1);
+      const ShadedPoint point =
+          shade(batch.scene, batch.rays[i], hit, samples.get(surface_dim::kTexture));
+      fill_first_hit(batch, hit, point, batch.rays[i].time, point.bsdf().albedo(),
+                     &values[i].first_hit);
+      values[i].alpha = 1.0f;
+      values[i].radiance = view_color(view_, batch, point, batch.rays[i].time);
+    }
+  }
+
+ private:
+  DebugView view_;
+};
+
 }  // namespace
 
-void DebugIntegrator::estimate(const SampleBatch& batch, PixelSamples& samples,
-                               std::span<SampleValue> values) const {
-  if (batch.nothing_ahead) return;
-  for (size_t i = 0; i < batch.rays.size(); ++i) {
-    samples.start_sample(int(i));
-    values[i] = SampleValue{};
-    SurfaceHit hit;
-    const CoverageKey key = coverage_key(batch.scene, samples);
-    if (!batch.scene.intersect(batch.rays[i], key, &hit)) continue;
-    samples.start_slot(1);
-    const ShadedPoint point =
-        shade(batch.scene, batch.rays[i], hit, samples.get(surface_dim::kTexture));
-    fill_first_hit(batch, hit, point, batch.rays[i].time, point.bsdf().albedo(),
-                   &values[i].first_hit);
-    values[i].alpha = 1.0f;
-    values[i].radiance = view_color(view_, batch, point, batch.rays[i].time);
-  }
+std::unique_ptr<Integrator> create_debug(DebugView view) {
+  return std::make_unique<DebugIntegrator>(view);
 }
 
 }  // namespace emberline

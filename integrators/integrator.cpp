@@ -1,40 +1,32 @@
 #include "integrators/integrator.h"
 
-#include "integrators/ambient_occlusion_integrator.h"
-#include "integrators/debug_integrator.h"
-#include "integrators/path_integrator.h"
+#include "integrators/integrator_kinds.h"
 #include "renderer/core/names.h"
 
 namespace emberline {
 namespace {
 
 template <DebugView kView>
-std::unique_ptr<Integrator> create_debug(const IntegratorSettings&) {
-  return std::make_unique<DebugIntegrator>(kView);
+std::unique_ptr<Integrator> create_view(const IntegratorSettings&) {
+  return create_debug(kView);
+}
+
+std::unique_ptr<Integrator> create_direct(const IntegratorSettings& settings) {
+  IntegratorSettings direct = settings;
+  direct.max_depth = 1;
+  return create_path(direct);
 }
 
 constexpr IntegratorEntry kIntegrators[] = {
-    {"path", "path tracing: all light, to `max-depth`",
-     [](const IntegratorSettings& settings) -> std::unique_ptr<Integrator> {
-       return std::make_unique<PathIntegrator>(settings);
-     },
-     false, true},
-    {"direct", "direct light only: path with a depth of 1",
-     [](const IntegratorSettings& settings) -> std::unique_ptr<Integrator> {
-       IntegratorSettings direct = settings;
-       direct.max_depth = 1;
-       return std::make_unique<PathIntegrator>(direct);
-     },
-     false, true},
+    {"path", "path tracing: all light, to `max-depth`", create_path, false, true},
+    {"direct", "direct light only: path with a depth of 1", create_direct, false, true},
     {"ambient_occlusion", "openness of the hemisphere, ignoring lights and materials",
-     [](const IntegratorSettings& settings) -> std::unique_ptr<Integrator> {
-       return std::make_unique<AmbientOcclusionIntegrator>(settings);
-     }},
-    {"normal", "shading normals", create_debug<DebugView::kNormal>},
-    {"uv", "texture coordinates", create_debug<DebugView::kUv>, true},
-    {"albedo", "directional albedo", create_debug<DebugView::kAlbedo>},
-    {"depth", "depth along the viewing axis", create_debug<DebugView::kDepth>},
-    {"material_id", "a colour per material", create_debug<DebugView::kMaterialId>},
+     create_ambient_occlusion},
+    {"normal", "shading normals", create_view<DebugView::kNormal>},
+    {"uv", "texture coordinates", create_view<DebugView::kUv>, true},
+    {"albedo", "directional albedo", create_view<DebugView::kAlbedo>},
+    {"depth", "depth along the viewing axis", create_view<DebugView::kDepth>},
+    {"material_id", "a colour per material", create_view<DebugView::kMaterialId>},
 };
 
 }  // namespace

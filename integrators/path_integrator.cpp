@@ -1,28 +1,47 @@
-#include "integrators/path_integrator.h"
-
+// `path`: unidirectional path tracing with next-event estimation. One light sample and one BSDF
+// sample per vertex, combined by the balance heuristic (Veach & Guibas 1995, "Optimally Combining
+// Sampling Techniques for Monte Carlo Rendering").
+//
+// `direct` is the same with a depth limit of 1.
+#include "integrators/integrator_kinds.h"
 #include "integrators/path_glass.h"
 #include "integrators/path_loop.h"
 #include "integrators/recorders/all.h"
 #include "integrators/recorders/hooks.h"
 
 namespace emberline {
+namespace {
 
-// All four path loops of the program: scenes without glass and batches without recorders pay for
-// neither.
-void PathIntegrator::estimate(const SampleBatch& batch, PixelSamples& samples,
-                              std::span<SampleValue> values) const {
-  const bool glass = batch.scene.passes_light();
-  if (AllRecorders::wanted(batch)) {
-    if (glass) {
-      PathLoop<PathGlass, AllRecorders>(settings_, batch, samples, values).trace();
+class PathIntegrator final : public Integrator {
+ public:
+  explicit PathIntegrator(const IntegratorSettings& settings) : settings_(settings) {}
+
+  // All four path loops of the program: scenes without glass and batches without recorders pay for
+  // neither.
+  void estimate(const SampleBatch& batch, PixelSamples& samples,
+                std::span<SampleValue> values) const override {
+    const bool glass = batch.scene.passes_light();
+    if (AllRecorders::wanted(batch)) {
+      if (glass) {
+        PathLoop<PathGlass, AllRecorders>(settings_, batch, samples, values).trace();
+      } else {
+        PathLoop<NoGlass, AllRecorders>(settings_, batch, samples, values).trace();
+      }
+    } else if (glass) {
+      PathLoop<PathGlass, NoRecorder>(settings_, batch, samples, values).trace();
     } else {
-      PathLoop<NoGlass, AllRecorders>(settings_, batch, samples, values).trace();
+      PathLoop<NoGlass, NoRecorder>(settings_, batch, samples, values).trace();
     }
-  } else if (glass) {
-    PathLoop<PathGlass, NoRecorder>(settings_, batch, samples, values).trace();
-  } else {
-    PathLoop<NoGlass, NoRecorder>(settings_, batch, samples, values).trace();
   }
+
+ private:
+  IntegratorSettings settings_;
+};
+
+}  // namespace
+
+std::unique_ptr<Integrator> create_path(const IntegratorSettings& settings) {
+  return std::make_unique<PathIntegrator>(settings);
 }
 
 }  // namespace emberline

@@ -1,6 +1,4 @@
-// Records ambient occlusion of the first surface: how open the hemisphere above it is within a
-// fifth of the scene's radius, by one ray whose direction follows the cosine (S. Zhukov, A. Iones,
-// G. Kronin, "An Ambient Light Illumination Model", EGWR 1998).
+// Records ambient occlusion of the first surface (openness.h).
 #pragma once
 
 #include "integrators/recorders/hooks.h"
@@ -19,17 +17,9 @@ class OcclusionRecorder : public Recorder {
   }
   // When the paths are done, with numbers that no path has: no other channel changes. The ray is
   // not counted, since what a pixel costs decides where adaptive samples go.
-  void ended(const LaneList&) {
-    for (const int lane : seen_) {
-      FirstHit& hit = b_.values[size_t(lane)].first_hit;
-      hit.hit = true;
-      hit.openness = openness(lane);
-    }
-  }
+  void ended(const LaneList&);
 
  private:
-  float openness(int lane);
-
   const bool on_;
   LaneList seen_;
   LaneArray<ShadedPoint> points_;

@@ -57,8 +57,6 @@ class DisplayTransform {
   explicit DisplayTransform(const DisplaySettings& settings,
                             WorkingSpace from = WorkingSpace::kRec709);
   ~DisplayTransform();
-  DisplayTransform(const DisplayTransform&) = delete;
-  DisplayTransform& operator=(const DisplayTransform&) = delete;
 
   // In place, interleaved RGB floats; thread-safe. NaN counts as 0, and values beyond half's range
   // (infinity too) as its largest, so that the result is finite whatever comes in.

@@ -19,6 +19,7 @@
 #include "io/files/atomic_file.h"
 #include "io/image/library.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/rect_values.h"
 
 namespace emberline {
 namespace {
@@ -120,7 +121,7 @@ bool is_colour(const std::string& channel) {
 struct ExrWriter::Impl {
   struct Part {
     std::string name;
-    std::vector<const ExrChannel*> channels;  // of the header
+    std::vector<const PictureChannel*> channels;  // of the header
     ExrCompression compression = ExrCompression::kZip;
     std::vector<uint64_t> tiles;      // where they are in the file, row by row; 0: not written
     exr_context_t encoder = nullptr;  // of a file of this part alone, which nobody writes
@@ -223,16 +224,17 @@ struct ExrWriter::Impl {
 };
 
 void ExrWriter::Impl::make_parts() {
-  for (const ExrChannel& channel : header.channels) {
+  for (const PictureChannel& channel : header.channels) {
     const std::string name = header.parts == ExrParts::kOne ? "" : layer_of(channel.name);
     auto part = std::ranges::find(parts, name, &Part::name);
     if (part == parts.end()) part = parts.insert(parts.end(), Part{name, {}, {}, {}});
     part->channels.push_back(&channel);
   }
   for (Part& part : parts) {
-    const bool colours_alone = std::ranges::all_of(part.channels, [](const ExrChannel* channel) {
-      return is_colour(channel->name) || !would_blur(channel->name);
-    });
+    const bool colours_alone =
+        std::ranges::all_of(part.channels, [](const PictureChannel* channel) {
+          return is_colour(channel->name) || !would_blur(channel->name);
+        });
     part.compression =
         is_lossy(header.compression) && !colours_alone ? ExrCompression::kZip : header.compression;
     part.tiles.resize(written.size());
@@ -248,7 +250,7 @@ exr_context_t ExrWriter::Impl::begin_context(std::string* bytes) {
   check(exr_start_write(&context, file.path().c_str(), EXR_WRITE_FILE_DIRECTLY, &settings));
   const auto is_long = [](const auto& name) { return name.size() > kShortNameLength; };
   const auto first = [](const auto& attribute) -> const std::string& { return attribute.first; };
-  if (std::ranges::any_of(header.channels, is_long, &ExrChannel::name) ||
+  if (std::ranges::any_of(header.channels, is_long, &PictureChannel::name) ||
       std::ranges::any_of(header.attributes, is_long, first)) {
     check(exr_set_longname_support(context, 1));
   }
@@ -287,7 +289,7 @@ void ExrWriter::Impl::add_part(exr_context_t context, const Part& layout, int pa
   check(exr_set_tile_descriptor(context, part, uint32_t(header.tile_size),
                                 uint32_t(header.tile_size), EXR_TILE_ONE_LEVEL,
                                 EXR_TILE_ROUND_DOWN));
-  for (const ExrChannel* channel : layout.channels) {
+  for (const PictureChannel* channel : layout.channels) {
     // The perceptual hint serves B44 compression only; this is the default of OpenEXR's own
     // writers.
     check(exr_add_channel(context, part, channel->name.c_str(), pixel_type(channel->type),
@@ -334,7 +336,7 @@ std::vector<uint8_t> ExrWriter::Impl::encode(int part, int tile_x, int tile_y, c
   std::vector<uint8_t> values(layout.channels.size() * count * sizeof(float));
   std::vector<const uint8_t*> planes;
   uint8_t* next = values.data();
-  for (const ExrChannel* channel : layout.channels) {
+  for (const PictureChannel* channel : layout.channels) {
     convert_channel(pixels + (channel - header.channels.data()), count, stride, channel->type,
                     next);
     planes.push_back(next);
@@ -372,12 +374,12 @@ std::vector<uint8_t> ExrWriter::Impl::encode_lossless(int part, int tile_x, int 
     exr_const_context_t owner;
   } pipeline(context);
   check(exr_encoding_initialize(context, 0, &chunk, &pipeline));
-  const std::vector<const ExrChannel*>& channels = parts[size_t(part)].channels;
+  const std::vector<const PictureChannel*>& channels = parts[size_t(part)].channels;
   for (int i = 0; i < pipeline.channel_count; ++i) {
     // OpenEXR keeps channels in alphabetical order; ours are found by name.
     exr_coding_channel_info_t& target = pipeline.channels[i];
     const auto source =
-        std::ranges::find(channels, std::string(target.channel_name), &ExrChannel::name);
+        std::ranges::find(channels, std::string(target.channel_name), &PictureChannel::name);
     assert(source != channels.end());
     const ChannelType type = (*source)->type;
     target.user_bytes_per_element = int16_t(value_bytes(type));
@@ -488,19 +490,11 @@ void ExrWriter::write_tile(const Rect& rect, const std::vector<float>& pixels) {
 }
 
 void ExrWriter::write(std::span<const float> pixels) {
-  const Rect& data_window = impl_->header.data_window;
-  const size_t channels = impl_->header.channels.size();
-  std::vector<float> tile;
+  assert(pixels.size() == size_t(impl_->header.data_window.area()) * impl_->header.channels.size());
   for (int y = 0; y < impl_->tiles_y; ++y) {
     for (int x = 0; x < impl_->tiles_x; ++x) {
       const Rect rect = impl_->tile_rect(x, y);
-      tile.clear();
-      for (int row = rect.y0; row < rect.y1; ++row) {
-        const std::span<const float> line = pixels.subspan(
-            data_window.index_of(rect.x0, row) * channels, size_t(rect.width()) * channels);
-        tile.insert(tile.end(), line.begin(), line.end());
-      }
-      write_tile(rect, tile);
+      write_tile(rect, take_rect(pixels, impl_->header.data_window, rect));
     }
   }
 }

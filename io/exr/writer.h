@@ -19,11 +19,10 @@
 #include "io/exr/choices.h"
 #include "io/exr/view.h"
 #include "renderer/core/names.h"
+#include "renderer/core/picture_channel.h"
 #include "renderer/core/rect.h"
 
 namespace emberline {
-
-enum class ChannelType : uint8_t { kFloat, kUint, kHalf };
 
 std::span<const NamedValue<ExrCompression>> exr_compression_table();
 // Whether it changes colours: channels of layers of R, G and B.
@@ -37,11 +36,6 @@ std::string layer_of(const std::string& channel);
 // little: not what is counted, reckoned with, or an id.
 bool is_colour(const std::string& channel);
 
-struct ExrChannel {
-  std::string name;  // "R", "albedo.G", "samples"
-  ChannelType type = ChannelType::kFloat;
-};
-
 // HH:MM:SS:FF of a frame from 0 on, as SMPTE ST 12-1 packs it, without dropped frames; frames a
 // second are rounded up. Nothing beyond a day, or 39 frames a second, which it cannot say.
 std::optional<uint32_t> smpte_time_code(int64_t frame, double fps);
@@ -52,7 +46,7 @@ struct ExrHeader {
   int width = 0, height = 0;  // display window: the whole frame
   Rect data_window;           // what is rendered (the crop)
   int tile_size = 64;         // tiles are aligned to the data window's corner
-  std::vector<ExrChannel> channels;
+  std::vector<PictureChannel> channels;
   ExrView view = {};
   // A lossy one is that of colours alone: of a part without others, or of one whose others end in
   // no R, G or B; a part with such others is kZip.

@@ -15,10 +15,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
-#include <filesystem>
-#include <memory>
 #include <optional>
-#include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>

@@ -5,7 +5,6 @@
 // wrong is one InputError at `place`, which names the file or the JSON pointer that asked for it.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -28,7 +27,6 @@ class InputFile {
   static std::optional<InputFile> open_if_there(const std::filesystem::path& path);
 
   uint64_t size() const { return state_.size; }  // in bytes, when it was opened
-  const FileIdentity& identity() const { return identity_; }
   const std::string& place() const { return place_; }
   // It as it was when it was opened, asked for as `name`.
   NamedFile named(const std::string& name) const { return {name, identity_, name_, state_}; }

@@ -30,8 +30,6 @@ class OwnedFolder {
   // and InputError for a marker that is damaged.
   OwnedFolder(const std::string& path, OwnedFolderKind kind);
   ~OwnedFolder();  // removes the folders that it made and nobody has filled
-  OwnedFolder(const OwnedFolder&) = delete;
-  OwnedFolder& operator=(const OwnedFolder&) = delete;
 
   const std::string& path() const { return path_; }
   std::string path(const std::string& name) const;

@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <string_view>
 
 #include "io/files/atomic_file.h"
 #include "io/image/input.h"

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <type_traits>
 
 #include "renderer/core/names.h"
 #include "renderer/core/option_values.h"
@@ -26,16 +27,52 @@ constexpr std::string_view kRayKinds[] = {"camera", "scatter", "shadow"};
 using Kind = ChannelKind;
 using Feed = ChannelFeed;
 using Use = ChannelUse;
+using Components = std::span<const std::string_view>;
 
-template <class Vector>
-void add3(const Vector& value, double* sums) {
-  for (int c = 0; c < 3; ++c) sums[c] += double(value[c]);
+// Adds a member of FirstHit: a number or a vector.
+template <auto kMember>
+void add_of_hit(const FilmSample& sample, double* sums) {
+  const auto& value = sample.value.first_hit.*kMember;
+  if constexpr (std::is_same_v<decltype(value), const float&>) {
+    *sums += double(value);
+  } else {
+    for (int c = 0; c < int(sizeof(value) / sizeof(float)); ++c) sums[c] += double(value[c]);
+  }
 }
 
-void put_layer(const FilmTile& film, size_t i, const ChannelRow& row, float* values) {
-  film.put_layer(i, PathLayer(&row - &row_of(Aov::kDirect)), values);
+// The mean of a member of FirstHit.
+template <auto kMember>
+constexpr ChannelRow of_first_hit(std::string_view name, Components components, Kind kind, Use use,
+                                  SumGroup group, std::string_view unit, std::string_view summary,
+                                  float background = 0.0f) {
+  return {.name = name,
+          .components = components,
+          .kind = kind,
+          .feed = Feed::kFirstHit,
+          .use = use,
+          .unit = unit,
+          .summary = summary,
+          .group = group,
+          .add = add_of_hit<kMember>,
+          .background = background};
 }
 
+// One value that the film has of each pixel.
+template <float (*kValue)(const FilmTile&, size_t i)>
+constexpr ChannelRow one_value(std::string_view name, Kind kind, Feed feed, Use use,
+                               std::string_view summary, std::string_view unit = {},
+                               std::string_view setting = "aov") {
+  return {.name = name,
+          .kind = kind,
+          .feed = feed,
+          .use = use,
+          .unit = unit,
+          .setting = setting,
+          .summary = summary,
+          .put = [](const FilmTile& film, size_t i, float* v) { *v = kValue(film, i); }};
+}
+
+template <PathLayer kLayer>
 constexpr ChannelRow path_layer(std::string_view name, std::string_view summary) {
   return {.name = name,
           .components = kRgb,
@@ -43,7 +80,32 @@ constexpr ChannelRow path_layer(std::string_view name, std::string_view summary)
           .feed = Feed::kPaths,
           .use = Use::kColour,
           .summary = summary,
-          .put = put_layer};
+          .put = [](const FilmTile& film, size_t i, float* v) { film.put_layer(i, kLayer, v); }};
+}
+
+void put_velocity(const FilmTile& film, size_t i, float* v) {
+  const VelocitySums& sums = *film.block<VelocitySums>(Sums::kVelocity, i);
+  const double scale = sums.count > 0 ? 1.0 / sums.count : 0.0;
+  v[0] = to_finite_float(sums.x * scale);
+  v[1] = to_finite_float(sums.y * scale);
+}
+void put_variance(const FilmTile& film, size_t i, float* v) {
+  for (size_t c = 0; c < 3; ++c) v[c] = to_finite_float(film.variance_of_mean(i, c));
+}
+void add_clamped(const FilmSample& sample, double* sums) {
+  const Rgb clamped = sample.value.clamped * sample.filter_weight;
+  for (int c = 0; c < 3; ++c) sums[c] += double(clamped[c]);
+}
+void count_rays(const FilmSample& sample, uint32_t* numbers) {
+  numbers[0] += 1;
+  numbers[1] += sample.value.rays.scatter;
+  numbers[2] += sample.value.rays.shadow;
+}
+// What the sums round away is less than what a depth, a float, has already lost.
+void add_depth_and_square(const FilmSample& sample, double* sums) {
+  const auto depth = double(sample.value.first_hit.depth);
+  sums[0] += depth;
+  sums[1] += depth * depth;
 }
 
 constexpr ChannelRow kRows[] = {
@@ -55,16 +117,10 @@ constexpr ChannelRow kRows[] = {
      .setting = "",
      .summary = "the picture",
      .denoised = true,
-     .put = [](const FilmTile& film, size_t i, const ChannelRow&,
-               float* v) { film.put_rgba(i, v); }},
-    {.name = "samples",
-     .kind = Kind::kCount,
-     .feed = Feed::kRadiance,
-     .use = Use::kWhole,
-     .setting = "",
-     .summary = "samples taken of the pixel",
-     .put = [](const FilmTile& film, size_t i, const ChannelRow&,
-               float* v) { *v = float(film.sums(i).samples()); }},
+     .put = [](const FilmTile& film, size_t i, float* v) { film.put_rgba(i, v); }},
+    one_value<[](const FilmTile& film, size_t i) { return float(film.sums(i).samples()); }>(
+        "samples", Kind::kCount, Feed::kRadiance, Use::kWhole, "samples taken of the pixel", "",
+        ""),
     {.name = "variance",
      .components = kRgb,
      .kind = Kind::kDerived,
@@ -75,57 +131,22 @@ constexpr ChannelRow kRows[] = {
          "variance of the pixel's mean: of adaptive frames what their last doubling has shown, "
          "from the two streams with two-stream or `streams` 2; else as if samples were "
          "independent, an upper estimate for stratified ones",
-     .put =
-         [](const FilmTile& film, size_t i, const ChannelRow&, float* v) {
-           for (size_t c = 0; c < 3; ++c) v[c] = to_finite_float(film.variance_of_mean(i, c));
-         }},
+     .put = put_variance},
     // Over all samples: a pixel half covered shows half the albedo, as a denoiser wants.
-    {.name = "albedo",
-     .components = kRgb,
-     .kind = Kind::kMean,
-     .feed = Feed::kFirstHit,
-     .use = Use::kColour,
-     .summary = "directional albedo of the first surface",
-     .group = SumGroup::kSurface,
-     .add = [](const FilmSample& s, double* sums) { add3(s.value.first_hit.albedo, sums); }},
-    {.name = "N",
-     .components = kXyz,
-     .kind = Kind::kMean,
-     .feed = Feed::kFirstHit,
-     .use = Use::kNumber,
-     .summary = "shading normal of the first surface, world axes",
-     .group = SumGroup::kSurface,
-     .add = [](const FilmSample& s, double* sums) { add3(s.value.first_hit.normal, sums); }},
-    {.name = "Z",
-     .kind = Kind::kMeanOfHits,
-     .feed = Feed::kFirstHit,
-     .use = Use::kNumber,
-     .unit = "m",
-     .summary = "depth of the first surface along the viewing axis; 1e10 where nothing is hit",
-     .group = SumGroup::kSurface,
-     .add = [](const FilmSample& s, double* sums) { *sums += double(s.value.first_hit.depth); },
-     .background = kBackgroundDepth},
-    {.name = "P",
-     .components = kXyz,
-     .kind = Kind::kMeanOfHits,
-     .feed = Feed::kFirstHit,
-     .use = Use::kNumber,
-     .unit = "m",
-     .summary = "position of the first surface in the world; 0 where nothing is hit",
-     .group = SumGroup::kPlace,
-     .add = [](const FilmSample& s, double* sums) { add3(s.value.first_hit.position, sums); }},
-    {.name = "UV",
-     .components = kUv,
-     .kind = Kind::kMeanOfHits,
-     .feed = Feed::kFirstHit,
-     .use = Use::kNumber,
-     .summary = "texture coordinates of the first surface (TEXCOORD_0), U to the right, V upwards",
-     .group = SumGroup::kPlace,
-     .add =
-         [](const FilmSample& s, double* sums) {
-           sums[0] += double(s.value.first_hit.uv.x);
-           sums[1] += double(s.value.first_hit.uv.y);
-         }},
+    of_first_hit<&FirstHit::albedo>("albedo", kRgb, Kind::kMean, Use::kColour, SumGroup::kSurface,
+                                    "", "directional albedo of the first surface"),
+    of_first_hit<&FirstHit::normal>("N", kXyz, Kind::kMean, Use::kNumber, SumGroup::kSurface, "",
+                                    "shading normal of the first surface, world axes"),
+    of_first_hit<&FirstHit::depth>(
+        "Z", {}, Kind::kMeanOfHits, Use::kNumber, SumGroup::kSurface, "m",
+        "depth of the first surface along the viewing axis; 1e10 where nothing is hit",
+        kBackgroundDepth),
+    of_first_hit<&FirstHit::position>(
+        "P", kXyz, Kind::kMeanOfHits, Use::kNumber, SumGroup::kPlace, "m",
+        "position of the first surface in the world; 0 where nothing is hit"),
+    of_first_hit<&FirstHit::uv>(
+        "UV", kUv, Kind::kMeanOfHits, Use::kNumber, SumGroup::kPlace, "",
+        "texture coordinates of the first surface (TEXCOORD_0), U to the right, V upwards"),
     {.name = "velocity",
      .components = kXy,
      .kind = Kind::kDerived,
@@ -134,13 +155,7 @@ constexpr ChannelRow kRows[] = {
      .unit = "pixels a frame",
      .summary = "where the first surface goes, in pixels a frame of `fps`: X to the right, Y up; "
                 "the mean over the shutter, or without one over the frame that follows",
-     .put =
-         [](const FilmTile& film, size_t i, const ChannelRow&, float* v) {
-           const VelocitySums& sums = *film.block<VelocitySums>(Sums::kVelocity, i);
-           const double scale = sums.count > 0 ? 1.0 / sums.count : 0.0;
-           v[0] = to_finite_float(sums.x * scale);
-           v[1] = to_finite_float(sums.y * scale);
-         }},
+     .put = put_velocity},
     {.name = "clamped",
      .components = kRgb,
      .kind = Kind::kMean,
@@ -148,16 +163,19 @@ constexpr ChannelRow kRows[] = {
      .use = Use::kColour,
      .summary = "what `clamp-indirect` took: added to R G B it is the picture without",
      .group = SumGroup::kClamped,
-     .add = [](const FilmSample& s,
-               double* sums) { add3(s.value.clamped * s.filter_weight, sums); }},
-    path_layer("direct",
-               "layers by light path, which add up to R G B: diffuse reflection by the first "
-               "surface of light that comes straight to it"),
-    path_layer("indirect", "the same of light that other surfaces send to it"),
-    path_layer("emission", "surfaces that shine, seen by the camera itself"),
-    path_layer("transmission", "what comes through the first surface"),
-    path_layer("reflection", "mirror images and highlights on the first surface"),
-    path_layer("environment", "the environment, seen by the camera itself"),
+     .add = add_clamped},
+    path_layer<PathLayer::kDirect>(
+        "direct",
+        "layers by light path, which add up to R G B: diffuse reflection by the first "
+        "surface of light that comes straight to it"),
+    path_layer<PathLayer::kIndirect>("indirect",
+                                     "the same of light that other surfaces send to it"),
+    path_layer<PathLayer::kEmission>("emission", "surfaces that shine, seen by the camera itself"),
+    path_layer<PathLayer::kTransmission>("transmission", "what comes through the first surface"),
+    path_layer<PathLayer::kReflection>("reflection",
+                                       "mirror images and highlights on the first surface"),
+    path_layer<PathLayer::kEnvironment>("environment",
+                                        "the environment, seen by the camera itself"),
     {.name = "shadow",
      .components = kRgb,
      .kind = Kind::kRatio,
@@ -169,7 +187,7 @@ constexpr ChannelRow kRows[] = {
      .group = SumGroup::kShadow,
      .add = add_shadow,
      .sums = kShadowSums,
-     .put = [](const FilmTile& film, size_t i, const ChannelRow&,
+     .put = [](const FilmTile& film, size_t i,
                float* v) { put_shadow(film.block<double>(Sums::kShadow, i), v); }},
     {.name = "denoising",
      .kind = Kind::kDerived,
@@ -177,83 +195,41 @@ constexpr ChannelRow kRows[] = {
      .use = Use::kExact,
      .summary = "what `emberline denoise` reads: the two halves of the samples apart, and what "
                 "they saw; there are two streams then",
-     .put = [](const FilmTile& film, size_t i, const ChannelRow&,
-               float* v) { put_halves(film, i, v); },
+     .put = put_halves,
      .channels = half_channels},
-    {.name = "id",
-     .kind = Kind::kFirstHit,
-     .feed = Feed::kHitId,
-     .use = Use::kWhole,
-     .summary = "instance seen by the pixel's first sample that hits one",
-     .put = [](const FilmTile& film, size_t i, const ChannelRow&,
-               float* v) { *v = float(film.sums(i).id); }},
-    {.name = "time",
-     .kind = Kind::kCount,
-     .feed = Feed::kClock,
-     .use = Use::kExact,
-     .unit = "s",
-     .summary = "seconds spent on the pixel",
-     .put = [](const FilmTile& film, size_t i, const ChannelRow&,
-               float* v) { *v = to_finite_float(*film.block<float>(Sums::kSeconds, i)); }},
-    {.name = "stop",
-     .kind = Kind::kAssigned,
-     .feed = Feed::kDriver,
-     .use = Use::kWhole,
-     .summary =
-         "why the pixel got no more samples: 1 `spp`, 2 `noise-threshold`, 3 `max-spp`, 4 "
-         "`time-limit`, 5 the user, 6 it was to get more when a window saved it; 0 if it got none",
-     .put = [](const FilmTile& film, size_t i, const ChannelRow&,
-               float* v) { *v = float(*film.block<PixelStop>(Sums::kStop, i)); }},
-    {.name = "non_finite",
-     .kind = Kind::kCount,
-     .feed = Feed::kRadiance,
-     .use = Use::kWhole,
-     .summary = "samples that were NaN or infinite, counted as black",
-     .put = [](const FilmTile& film, size_t i, const ChannelRow&,
-               float* v) { *v = float(film.sums(i).non_finite); }},
-    {.name = "part",
-     .kind = Kind::kAssigned,
-     .feed = Feed::kMerge,
-     .use = Use::kWhole,
-     .summary =
-         "of a merged frame: the number of the part that brought the pixel, 1 the first given",
-     .put = [](const FilmTile& film, size_t, const ChannelRow&,
-               float* v) { *v = float(film.part()); }},
+    one_value<[](const FilmTile& film, size_t i) { return float(film.sums(i).id); }>(
+        "id", Kind::kFirstHit, Feed::kHitId, Use::kWhole,
+        "instance seen by the pixel's first sample that hits one"),
+    one_value<[](const FilmTile& film, size_t i) {
+      return to_finite_float(*film.block<float>(Sums::kSeconds, i));
+    }>("time", Kind::kCount, Feed::kClock, Use::kExact, "seconds spent on the pixel", "s"),
+    one_value<[](const FilmTile& film, size_t i) {
+      return float(*film.block<PixelStop>(Sums::kStop, i));
+    }>("stop", Kind::kAssigned, Feed::kDriver, Use::kWhole,
+       "why the pixel got no more samples: 1 `spp`, 2 `noise-threshold`, 3 `max-spp`, 4 "
+       "`time-limit`, 5 the user, 6 it was to get more when a window saved it; 0 if it got none"),
+    one_value<[](const FilmTile& film, size_t i) { return float(film.sums(i).non_finite); }>(
+        "non_finite", Kind::kCount, Feed::kRadiance, Use::kWhole,
+        "samples that were NaN or infinite, counted as black"),
+    one_value<[](const FilmTile& film, size_t) { return float(film.part()); }>(
+        "part", Kind::kAssigned, Feed::kMerge, Use::kWhole,
+        "of a merged frame: the number of the part that brought the pixel, 1 the first given"),
     {.name = "rays",
      .components = kRayKinds,
      .kind = Kind::kCount,
      .feed = Feed::kRays,
      .use = Use::kWhole,
      .summary = "rays traced for the pixel: of the camera, of paths that go on, and to lights",
-     .count =
-         [](const FilmSample& s, uint32_t* numbers) {
-           numbers[0] += 1;
-           numbers[1] += s.value.rays.scatter;
-           numbers[2] += s.value.rays.shadow;
-         }},
-    {.name = "Ng",
-     .components = kXyz,
-     .kind = Kind::kMean,
-     .feed = Feed::kFirstHit,
-     .use = Use::kNumber,
-     .summary = "geometric normal of the first surface, world axes, on the camera's side",
-     .add =
-         [](const FilmSample& s, double* sums) {
-           if (s.value.first_hit.hit) add3(s.value.first_hit.geometric_normal, sums);
-         }},
-    {.name = "roughness",
-     .kind = Kind::kMeanOfHits,
-     .feed = Feed::kFirstHit,
-     .use = Use::kNumber,
-     .summary = "roughness of the first surface, glTF's: 0 a mirror, 1 rough",
-     .add = [](const FilmSample& s,
-               double* sums) { *sums += double(s.value.first_hit.roughness); }},
-    {.name = "metallic",
-     .kind = Kind::kMeanOfHits,
-     .feed = Feed::kFirstHit,
-     .use = Use::kNumber,
-     .summary = "how much of a metal the first surface is, 0 to 1",
-     .add = [](const FilmSample& s, double* sums) { *sums += double(s.value.first_hit.metallic); }},
+     .count = count_rays},
+    of_first_hit<&FirstHit::geometric_normal>(
+        "Ng", kXyz, Kind::kMean, Use::kNumber, SumGroup::kNone, "",
+        "geometric normal of the first surface, world axes, on the camera's side"),
+    of_first_hit<&FirstHit::roughness>(
+        "roughness", {}, Kind::kMeanOfHits, Use::kNumber, SumGroup::kNone, "",
+        "roughness of the first surface, glTF's: 0 a mirror, 1 rough"),
+    of_first_hit<&FirstHit::metallic>("metallic", {}, Kind::kMeanOfHits, Use::kNumber,
+                                      SumGroup::kNone, "",
+                                      "how much of a metal the first surface is, 0 to 1"),
     {.name = "material",
      .kind = Kind::kFirstHit,
      .feed = Feed::kFirstHit,
@@ -266,13 +242,7 @@ constexpr ChannelRow kRows[] = {
      .use = Use::kNumber,
      .unit = "m^2",
      .summary = "variance of Z among the pixel's samples: high where surfaces meet",
-     // What the sums round away is less than what a depth, a float, has already lost.
-     .add =
-         [](const FilmSample& s, double* sums) {
-           const auto depth = double(s.value.first_hit.depth);
-           sums[0] += depth;
-           sums[1] += depth * depth;
-         },
+     .add = add_depth_and_square,
      .sums = 2},
     {.name = "ao",
      .kind = Kind::kMeanOfHits,
@@ -280,7 +250,7 @@ constexpr ChannelRow kRows[] = {
      .use = Use::kNumber,
      .summary = "ambient occlusion: how open the hemisphere above the first surface is, within a "
                 "fifth of the scene's radius; 1 where nothing is hit",
-     .add = [](const FilmSample& s, double* sums) { *sums += double(s.value.first_hit.openness); },
+     .add = add_of_hit<&FirstHit::openness>,
      .background = 1.0f},
     // Named by the scene; their channels lie behind those of the film.
     {.name = "light",
@@ -366,13 +336,13 @@ AovSet AovSet::parse(std::string_view list) {
   return set;
 }
 
-std::vector<FilmChannel> channels_of(const ChannelRow& row) {
+std::vector<PictureChannel> channels_of(const ChannelRow& row) {
   if (row.channels) return row.channels();
-  const bool integer = row.use == ChannelUse::kWhole;
-  if (row.components.empty()) return {{std::string(row.name), integer}};
-  std::vector<FilmChannel> channels;
+  const ChannelType type = row.use == Use::kWhole ? ChannelType::kUint : ChannelType::kFloat;
+  if (row.components.empty()) return {{std::string(row.name), type}};
+  std::vector<PictureChannel> channels;
   for (const std::string_view component : row.components) {
-    channels.push_back({name_of_component(row, component), integer});
+    channels.push_back({name_of_component(row, component), type});
   }
   return channels;
 }
@@ -385,18 +355,16 @@ std::vector<const ChannelRow*> rows_of(const AovSet& aovs) {
   return rows;
 }
 
-std::vector<FilmChannel> film_channels(const AovSet& aovs) {
-  std::vector<FilmChannel> channels;
+std::vector<PictureChannel> film_channels(const AovSet& aovs) {
+  std::vector<PictureChannel> channels;
   for (const ChannelRow* row : rows_of(aovs)) {
-    for (FilmChannel& channel : channels_of(*row)) channels.push_back(std::move(channel));
+    for (PictureChannel& channel : channels_of(*row)) channels.push_back(std::move(channel));
   }
   return channels;
 }
 
 std::vector<std::string> film_channel_names(const AovSet& aovs) {
-  std::vector<std::string> names;
-  for (const FilmChannel& channel : film_channels(aovs)) names.push_back(channel.name);
-  return names;
+  return names_of(film_channels(aovs));
 }
 
 }  // namespace emberline

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "renderer/core/names.h"
+#include "renderer/core/picture_channel.h"
 
 namespace emberline {
 
@@ -90,11 +91,6 @@ inline bool may_be_half(ChannelUse use) {
   return use == ChannelUse::kColour || use == ChannelUse::kNumber;
 }
 
-struct FilmChannel {
-  std::string name;
-  bool integer = false;
-};
-
 struct ChannelRow {
   std::string_view name;  // the layer of an EXR, and what the setting calls it
   std::span<const std::string_view> components = {};  // none: one value, of the layer's name
@@ -115,9 +111,9 @@ struct ChannelRow {
   // the sample's number, and is called until that is not 0.
   void (*count)(const FilmSample& sample, uint32_t* numbers) = nullptr;
   // Writes the values of pixel i. Null: the film makes them from the sums by their kind.
-  void (*put)(const FilmTile& film, size_t i, const ChannelRow& row, float* values) = nullptr;
+  void (*put)(const FilmTile& film, size_t i, float* values) = nullptr;
   // The names of the channels, where a list of components does not do.
-  std::vector<FilmChannel> (*channels)() = nullptr;
+  std::vector<PictureChannel> (*channels)() = nullptr;
 
   size_t size() const { return components.empty() ? 1 : components.size(); }
   size_t sum_count() const { return sums > 0 ? sums : add ? size() : 0; }
@@ -152,8 +148,8 @@ class AovSet {
 
 // The rows of a film, in the order of the table; the channels of one and of all of them.
 std::vector<const ChannelRow*> rows_of(const AovSet& aovs);
-std::vector<FilmChannel> channels_of(const ChannelRow& row);
-std::vector<FilmChannel> film_channels(const AovSet& aovs);
+std::vector<PictureChannel> channels_of(const ChannelRow& row);
+std::vector<PictureChannel> film_channels(const AovSet& aovs);
 std::vector<std::string> film_channel_names(const AovSet& aovs);
 
 }  // namespace emberline

@@ -8,6 +8,7 @@
 
 #include "renderer/core/archive.h"
 #include "renderer/core/parallel.h"
+#include "renderer/core/rect_values.h"
 #include "renderer/film/finite_float.h"
 #include "renderer/film/shadow_sums.h"
 
@@ -252,8 +253,8 @@ void FilmTile::resolve_rgba(std::span<float> out) const {
   for (size_t i = 0; i < pixels(); ++i) put_rgba(i, &out[4 * i]);
 }
 
-void FilmTile::resolve(std::vector<float>& out) const {
-  const size_t channels = film_channels(aovs()).size();
+void FilmTile::resolve(std::vector<float>& out, size_t more) const {
+  const size_t channels = film_channels(aovs()).size() + more;
   out.resize(channels * pixels());
   size_t first = 0;
   for (const ChannelRow* row : rows_of(aovs())) {
@@ -265,7 +266,7 @@ void FilmTile::resolve(std::vector<float>& out) const {
 // The values of a row, every `stride`-th.
 void FilmTile::resolve_row(const ChannelRow& row, std::span<float> out, size_t stride) const {
   if (row.put) {
-    for (size_t i = 0; i < pixels(); ++i) row.put(*this, i, row, &out[i * stride]);
+    for (size_t i = 0; i < pixels(); ++i) row.put(*this, i, &out[i * stride]);
     return;
   }
   const auto [part, first] = layout_.sums_of(row);
@@ -308,9 +309,6 @@ void FilmTile::archive(Archive& archive) {
 // What was loaded may have been written by anybody.
 void FilmTile::check(const Archive& archive) const {
   for (size_t i = 0; i < pixels(); ++i) archive.check(layout_.is_sound(pixel(i)));
-  const auto are_finite = [](const auto& values) {
-    return std::ranges::all_of(values, [](float value) { return std::isfinite(value); });
-  };
   // A bool that is neither is no bool to C++: looked at as the byte that it is.
   const auto is_flag = [](const bool& flag) {
     uint8_t byte;
@@ -321,23 +319,17 @@ void FilmTile::check(const Archive& archive) const {
     const SampleVariance& variance = sample_variances_[i];
     archive.check(is_flag(variance.known));
     archive.check(!variance.known || sums(i).samples() > 0);
-    archive.check(are_finite(variance.rgb));
+    archive.check(all_finite(variance.rgb));
   }
   for (const ShownValue& value : shown_) {
-    archive.check(is_flag(value.set) && are_finite(value.rgba));
+    archive.check(is_flag(value.set) && all_finite(value.rgba));
   }
 }
 
 void put_channels(const FilmTile& tile, const Rect& frame, std::span<float> values) {
   std::vector<float> pixels;
   tile.resolve(pixels);
-  const Rect& rect = tile.rect();
-  const size_t channels = film_channels(tile.aovs()).size();
-  const size_t row = size_t(rect.width()) * channels;
-  for (int y = rect.y0; y < rect.y1; ++y) {
-    std::copy_n(&pixels[size_t(y - rect.y0) * row], row,
-                &values[frame.index_of(rect.x0, y) * channels]);
-  }
+  put_rect(pixels, tile.rect(), frame, values);
 }
 
 }  // namespace emberline

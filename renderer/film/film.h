@@ -111,8 +111,9 @@ class FilmTile {
   void show_lights(int x, int y, std::span<const Rgb> means) { lights(index(x, y)).show(means); }
   void show_layers(int x, int y, std::span<const Rgb> means) { layers(index(x, y)).show(means); }
 
-  // The tile's channels in film_channels() order, interleaved, rows from rect().y0.
-  void resolve(std::vector<float>& out) const;
+  // The tile's channels in film_channels() order, interleaved, rows from rect().y0; with room for
+  // `more` values behind those of each pixel.
+  void resolve(std::vector<float>& out, size_t more = 0) const;
   // R G B A only.
   void resolve_rgba(std::vector<float>& out) const;
   void resolve_rgba(std::span<float> out) const;

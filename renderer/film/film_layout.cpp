@@ -6,6 +6,7 @@
 #include <iterator>
 #include <type_traits>
 
+#include "renderer/film/finite_float.h"
 #include "renderer/film/half_sums.h"
 #include "renderer/film/path_layers.h"
 #include "renderer/film/pixel_stop.h"
@@ -14,11 +15,6 @@ namespace emberline {
 namespace {
 
 using Part = FilmLayout::Part;
-
-template <class T>
-bool all_finite(const T* values, size_t count) {
-  return std::all_of(values, values + count, [](T value) { return std::isfinite(value); });
-}
 
 // ---- Blocks. merge() adds what another film has of the pixel; is_sound() says whether the sums
 // can be those of samples; add() takes a sample, which counts as black unless it is `finite`.
@@ -49,7 +45,7 @@ struct Squares {
   void merge(const Squares& more) {
     for (int c = 0; c < 3; ++c) rgb[c] += more.rgb[c];
   }
-  bool is_sound() const { return all_finite(rgb, 3); }
+  bool is_sound() const { return all_finite(rgb); }
 };
 
 struct Rays {

@@ -44,21 +44,13 @@ constexpr FilterEntry kFilters[] = {
     {"mitchell", "sharp, with negative lobes (slight ringing, more noise)", 2.0f, mitchell},
 };
 
-const FilterEntry& find_filter(std::string_view name) {
-  return find_named(kFilters, "`filter`", "filter", name);
-}
-
 }  // namespace
 
 std::span<const FilterEntry> filter_table() { return kFilters; }
 
-PixelFilter PixelFilter::create(std::string_view name) {
-  const FilterEntry& entry = find_filter(name);
-  return PixelFilter(entry, entry.default_radius);
-}
-
-PixelFilter PixelFilter::create(std::string_view name, float radius) {
-  const FilterEntry& entry = find_filter(name);
+PixelFilter PixelFilter::create(std::string_view name, std::optional<float> chosen) {
+  const FilterEntry& entry = find_named(kFilters, "`filter`", "filter", name);
+  const float radius = chosen.value_or(entry.default_radius);
   if (!(radius > 0.0f && radius <= kMaxRadius)) {
     throw UsageError("`filter-radius`: " + std::to_string(radius) +
                      " is out of range; give pixels above 0 and up to " +

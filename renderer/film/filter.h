@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string_view>
 
@@ -39,8 +40,7 @@ class PixelFilter {
  public:
   // Throws UsageError for an unknown name (listing the valid ones) or a radius outside
   // (0, kMaxRadius]. Without a radius, the table's.
-  static PixelFilter create(std::string_view name);
-  static PixelFilter create(std::string_view name, float radius);
+  static PixelFilter create(std::string_view name, std::optional<float> radius = {});
   static constexpr float kMaxRadius = 32.0f;
 
   // u in [0, 1)^2 to an offset in [-radius, radius]^2, increasing in each coordinate so that

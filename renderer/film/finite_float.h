@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 namespace emberline {
 
@@ -12,6 +13,15 @@ namespace emberline {
 inline float to_finite_float(double x) {
   constexpr double kMost = std::numeric_limits<float>::max();
   return std::isnan(x) ? 0.0f : float(std::clamp(x, -kMost, kMost));
+}
+
+template <class Values>
+bool all_finite(const Values& values) {
+  return std::ranges::all_of(values, [](auto value) { return std::isfinite(value); });
+}
+template <class T>
+bool all_finite(const T* values, size_t count) {
+  return all_finite(std::span(values, count));
 }
 
 }  // namespace emberline

@@ -33,11 +33,11 @@ std::array<double, 3> shift_of(const FilmTile& tile, size_t i) {
 
 }  // namespace
 
-std::vector<FilmChannel> half_channels() {
-  std::vector<FilmChannel> channels;
+std::vector<PictureChannel> half_channels() {
+  std::vector<PictureChannel> channels;
   for (const std::string half : kHalfNames) {
     for (const char* name : kNames) channels.push_back({half + "." + name});
-    channels.push_back({half + ".samples", true});
+    channels.push_back({half + ".samples", ChannelType::kUint});
     for (size_t k = 0; k < kSharing; ++k) {
       for (const char* c : {"R", "G", "B", "A"}) {
         channels.push_back({fmt::format("{}.shared.{}.{}", half, k, c)});
@@ -47,7 +47,7 @@ std::vector<FilmChannel> half_channels() {
   return channels;
 }
 
-float* put_halves(const FilmTile& tile, size_t i, float* values) {
+void put_halves(const FilmTile& tile, size_t i, float* values) {
   const PixelSums& sums = tile.sums(i);
   const std::array<double, 3> shift = shift_of(tile, i);
   for (int half = 0; half < 2; ++half) {
@@ -66,7 +66,6 @@ float* put_halves(const FilmTile& tile, size_t i, float* values) {
       *values++ = to_finite_float(weight);
     }
   }
-  return values;
 }
 
 float* put_half_lights(const FilmTile& tile, size_t i, int half, float* values) {

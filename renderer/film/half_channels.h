@@ -10,20 +10,20 @@
 #pragma once
 
 #include <cstddef>
-#include <string>
 #include <vector>
+
+#include "renderer/core/picture_channel.h"
 
 namespace emberline {
 
 class FilmTile;
-struct FilmChannel;
 
 inline constexpr const char* kHalfNames[2] = {"half1", "half2"};
 
-std::vector<FilmChannel> half_channels();
-// Writes the values of pixel i, in their order; returns the end.
-float* put_halves(const FilmTile& tile, size_t i, float* values);
-// The same of the light groups of one half: three values each.
+std::vector<PictureChannel> half_channels();
+// Writes the values of pixel i, in their order.
+void put_halves(const FilmTile& tile, size_t i, float* values);
+// The same of the light groups of one half: three values each; returns the end.
 float* put_half_lights(const FilmTile& tile, size_t i, int half, float* values);
 
 }  // namespace emberline

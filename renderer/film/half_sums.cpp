@@ -1,11 +1,11 @@
 #include "renderer/film/half_sums.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <limits>
 
 #include "renderer/core/color4.h"
+#include "renderer/film/finite_float.h"
 
 namespace emberline {
 namespace {
@@ -28,9 +28,7 @@ void add_finite(Color4 more, float* sums) {
 
 }  // namespace
 
-bool is_finite(const DenoiserFeatures& features) {
-  return std::ranges::all_of(values_of(features), [](float value) { return std::isfinite(value); });
-}
+bool is_finite(const DenoiserFeatures& features) { return all_finite(values_of(features)); }
 
 void HalfSums::add_features(int half, const DenoiserFeatures& more) {
   const std::array<float, kFeatureValues> values = values_of(more);
@@ -54,9 +52,8 @@ void HalfSums::merge(const HalfSums& more) {
 }
 
 bool HalfSums::is_sound() const {
-  const auto finite = [](auto value) { return std::isfinite(value); };
-  return std::ranges::all_of(features[0], finite) && std::ranges::all_of(features[1], finite) &&
-         std::ranges::all_of(shared[0], finite) && std::ranges::all_of(shared[1], finite);
+  return all_finite(features[0]) && all_finite(features[1]) && all_finite(shared[0]) &&
+         all_finite(shared[1]);
 }
 
 }  // namespace emberline

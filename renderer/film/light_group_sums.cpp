@@ -72,9 +72,8 @@ void LightGroupSums::merge(const LightGroupSums& more) {
 }
 
 bool LightGroupSums::is_sound() const {
-  const auto finite = [](float sum) { return std::isfinite(sum); };
-  return std::all_of(sums_, sums_ + size(), finite) &&
-         std::all_of(rests_, rests_ + size(), finite) && (sums_[0] == 0.0f || sums_[0] >= 1.0f);
+  return all_finite(sums_, size()) && all_finite(rests_, size()) &&
+         (sums_[0] == 0.0f || sums_[0] >= 1.0f);
 }
 
 std::array<double, 3> LightGroupSums::sum(int group) const {

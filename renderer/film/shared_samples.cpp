@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "renderer/core/parallel.h"
+#include "renderer/core/rect_values.h"
 #include "renderer/film/half_channels.h"
 #include "renderer/film/half_sums.h"
 
@@ -103,12 +104,10 @@ void SharedRows::put_sums(const float* pixel, size_t row_stride, bool inside,
 }
 
 void sum_shared(const Rect& crop, std::vector<std::string>& channels, std::vector<float>& pixels) {
-  const size_t stride = channels.size();
   std::vector<std::string> names = with_shared_sums(channels);
   if (names == channels) return;
   SharedRows sums(crop, channels, [&](const Rect& rows, std::vector<float>& part) {
-    const size_t first = crop.index_of(rows.x0, rows.y0) * stride;
-    part.assign(&pixels[first], &pixels[first] + size_t(rows.area()) * stride);
+    part = take_rect(pixels, crop, rows);
   });
   constexpr int kRows = 64;
   std::vector<float> summed, part;

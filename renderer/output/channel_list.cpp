@@ -18,7 +18,7 @@ ChannelJson channels_as_json() {
     const bool named_by_scene = !row.setting.empty() && row.setting != "aov";
     ChannelJson names = ChannelJson::array();
     if (!named_by_scene) {
-      for (const FilmChannel& channel : channels_of(row)) names.push_back(channel.name);
+      for (const PictureChannel& channel : channels_of(row)) names.push_back(channel.name);
     }
     list.push_back({{"name", row.name},
                     {"channels", names},

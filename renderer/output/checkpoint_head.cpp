@@ -127,14 +127,8 @@ Json checkpoint_head(const RenderOptions& options, const RenderPlan& plan,
                      const SceneLayers& layers, const Json& inputs) {
   Json head = {{"emberline", kEmberlineVersion}, {"bits", kBitsVersion}};
   Json& settings = head["settings"] = Json::object();
-  FrameSettings used = options;
-  used.isa = used.isa.value_or(widest_isa());
-  if (!plan.even) {
-    used.estimator = plan.driver_settings.adaptive.estimator;
-    if (!used.allocation) used.allocation = kDefaultAllocation;
-  }
   Json& free = head["schedule"] = Json::object();
-  for (const auto& [name, text] : setting_texts(used, {}, false)) {
+  for (const auto& [name, text] : setting_texts(recorded_settings(options), {}, false)) {
     // The order of buckets says which of them a part has.
     const bool decides =
         std::ranges::find(kFree, name) == kFree.end() || (options.part && name == "bucket-order");

@@ -7,7 +7,6 @@
 
 #include "renderer/core/murmur3.h"
 #include "renderer/film/film.h"
-#include "renderer/output/appended_channels.h"
 
 namespace emberline {
 namespace {
@@ -39,24 +38,19 @@ std::vector<std::string> cryptomatte_channel_names(std::span<const CryptomatteKi
   return names;
 }
 
-void append_cryptomattes(const FilmTile& tile, std::vector<float>& pixels,
-                         std::span<CryptomatteReport> reports) {
-  const auto kinds = size_t(tile.extras().cryptomattes);
-  const size_t ranked = layers_of(size_t(tile.extras().cryptomatte_levels)) * kRanksOfLayer;
-  std::vector<CryptomatteSums::Rank> ranks(ranked);
-  append_channels(size_t(tile.rect().area()), kinds * (2 * ranked + 1), pixels,
-                  [&](size_t pixel, float* values) {
-                    for (size_t kind = 0; kind < kinds; ++kind) {
-                      const float lost =
-                          tile.mattes(pixel).resolve(kind, tile.sums(pixel).samples(), ranks);
-                      for (const CryptomatteSums::Rank& rank : ranks) {
-                        *values++ = std::bit_cast<float>(rank.id);
-                        *values++ = rank.coverage;
-                      }
-                      *values++ = lost;
-                      reports[kind].add(lost);
-                    }
-                  });
+void put_cryptomattes(const FilmTile& tile, size_t i, float* values,
+                      std::vector<CryptomatteSums::Rank>& ranks,
+                      std::span<CryptomatteReport> reports) {
+  ranks.resize(layers_of(size_t(tile.extras().cryptomatte_levels)) * kRanksOfLayer);
+  for (size_t kind = 0; kind < reports.size(); ++kind) {
+    const float lost = tile.mattes(i).resolve(kind, tile.sums(i).samples(), ranks);
+    for (const CryptomatteSums::Rank& rank : ranks) {
+      *values++ = std::bit_cast<float>(rank.id);
+      *values++ = rank.coverage;
+    }
+    *values++ = lost;
+    reports[kind].add(lost);
+  }
 }
 
 std::vector<std::pair<std::string, std::string>> cryptomatte_attributes(

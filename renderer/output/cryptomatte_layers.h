@@ -39,10 +39,11 @@ struct CryptomatteReport {
   }
 };
 
-// Puts the values of these channels behind those of each of the tile's pixels; adds to the
-// report of each kind.
-void append_cryptomattes(const FilmTile& tile, std::vector<float>& pixels,
-                         std::span<CryptomatteReport> reports);
+// Writes the values of these channels of the tile's pixel i, with `ranks` as room to work in; adds
+// to the report of each kind.
+void put_cryptomattes(const FilmTile& tile, size_t i, float* values,
+                      std::vector<CryptomatteSums::Rank>& ranks,
+                      std::span<CryptomatteReport> reports);
 
 // The header's texts: name, hash, conversion and manifest of each kind.
 std::vector<std::pair<std::string, std::string>> cryptomatte_attributes(

@@ -10,11 +10,11 @@
 #include "renderer/core/memory_budget.h"
 #include "renderer/core/parallel.h"
 #include "renderer/core/readable.h"
+#include "renderer/core/rect_values.h"
 #include "renderer/engine/render_clock.h"
 #include "renderer/film/film.h"
 #include "renderer/film/half_channels.h"
 #include "renderer/film/shared_samples.h"
-#include "renderer/output/frame_channels.h"
 #include "renderer/reconstruction/denoise.h"
 
 namespace emberline {
@@ -279,9 +279,7 @@ std::vector<std::string> missing_denoise_channels(Names channels) {
   const auto need = [&](const std::string& name) {
     if (!has(channels, name)) missing.push_back(name);
   };
-  std::vector<std::string> halves;
-  for (const FilmChannel& channel : half_channels()) halves.push_back(channel.name);
-  for (const std::string& name : with_shared_sums(halves)) need(name);
+  for (const std::string& name : with_shared_sums(names_of(half_channels()))) need(name);
   for (const std::string& layer : light_layers(channels)) {
     for (const char* c : kColour) {
       for (const char* half : kHalfNames) need(std::string(half) + "." + layer + c);
@@ -341,9 +339,7 @@ DenoiseReport denoise_film(const Rect& crop, int tile_size, Names channels,
                            std::function<void(const Rect&, const std::vector<float>&)> write,
                            const std::stop_token& stop) {
   const auto read = [&](const Rect& part, std::vector<float>& pixels) {
-    const auto first =
-        values.begin() + ptrdiff_t(crop.index_of(part.x0, part.y0) * channels.size());
-    pixels.assign(first, first + ptrdiff_t(size_t(part.area()) * channels.size()));
+    pixels = take_rect(values, crop, part);
   };
   return denoise_films({.crop = crop,
                         .channels = {channels.begin(), channels.end()},
@@ -361,7 +357,7 @@ void finish_film(const Rect& crop, int tile_size, bool denoises, std::vector<std
   names.insert(names.end(), results.begin(), results.end());
   std::vector<float> denoised(size_t(crop.area()) * names.size());
   const auto write = [&](const Rect& tile, const std::vector<float>& pixels) {
-    put_tile(tile, pixels, crop, denoised);
+    put_rect(pixels, tile, crop, denoised);
   };
   denoise_film(crop, tile_size, channels, values, write, stop);
   channels = std::move(names);

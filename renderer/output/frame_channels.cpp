@@ -1,61 +1,60 @@
 #include "renderer/output/frame_channels.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "renderer/film/shared_samples.h"
+#include "renderer/output/denoise_pass.h"
 #include "renderer/output/light_layers.h"
 
 namespace emberline {
 
-std::vector<ExrChannel> exr_channels(const AovSet& aovs) {
-  std::vector<ExrChannel> channels;
-  for (const FilmChannel& channel : film_channels(aovs)) {
-    channels.push_back({channel.name, channel.integer ? ChannelType::kUint : ChannelType::kFloat});
+std::vector<PictureChannel> tile_channels(const FrameContents& contents,
+                                          const std::vector<std::string>& light_layers) {
+  std::vector<PictureChannel> channels = film_channels(contents.aovs);
+  if (contents.light_groups) {
+    for (auto& name : light_channel_names(light_layers, contents.aovs)) channels.push_back({name});
+  }
+  for (auto& name : cryptomatte_channel_names(contents.cryptomattes, contents.cryptomatte_levels)) {
+    channels.push_back({name});
   }
   return channels;
 }
 
-std::vector<std::string> names_of(const std::vector<ExrChannel>& channels) {
-  std::vector<std::string> names;
-  for (const ExrChannel& channel : channels) names.push_back(channel.name);
-  return names;
-}
-
-std::vector<ExrChannel> summed_channels(const std::vector<ExrChannel>& channels) {
-  std::vector<ExrChannel> summed;
-  for (const std::string& name : with_shared_sums(names_of(channels))) {
-    const auto same = std::ranges::find(channels, name, &ExrChannel::name);
-    summed.push_back(same != channels.end() ? *same : ExrChannel{name});
+std::vector<PictureChannel> finished_channels(const std::vector<PictureChannel>& of_tile,
+                                              bool denoised) {
+  const std::vector<std::string> names = names_of(of_tile);
+  std::vector<PictureChannel> channels;
+  for (const std::string& name : with_shared_sums(names)) {
+    const auto same = std::ranges::find(of_tile, name, &PictureChannel::name);
+    channels.push_back(same != of_tile.end() ? *same : PictureChannel{name});
   }
-  return summed;
+  if (!denoised) return channels;
+  for (const std::string& name : denoise_results(names)) channels.push_back({name});
+  return channels;
 }
 
-FrameChannels::FrameChannels(const AovSet& aovs, bool light_groups,
-                             std::vector<CryptomatteKind> mattes, int matte_levels)
-    : aovs_(aovs),
-      light_groups_(light_groups),
-      matte_kinds_(std::move(mattes)),
-      matte_levels_(matte_levels),
-      list_(exr_channels(aovs)),
-      mattes_(matte_kinds_.size()) {}
+FrameChannels::FrameChannels(const FrameContents& contents)
+    : contents_(contents),
+      of_film_(film_channels(contents.aovs).size()),
+      list_(tile_channels(contents, {})),
+      mattes_(contents.cryptomattes.size()) {}
 
 void FrameChannels::add_scene(const SceneLayers& layers) {
-  const auto add = [this](const std::vector<std::string>& names) {
-    for (const std::string& name : names) list_.push_back({name});
-  };
-  if (light_groups_) add(light_channel_names(layers.lights, aovs_));
-  add(cryptomatte_channel_names(matte_kinds_, matte_levels_));
+  list_ = tile_channels(contents_, layers.lights);
   for (size_t i = 0; i < std::min(mattes_.size(), layers.cryptomattes.size()); ++i) {
     mattes_[i] = {layers.cryptomattes[i].kind, layers.cryptomattes[i].ids.size()};
   }
 }
 
-void FrameChannels::append(const FilmTile& tile, std::vector<float>& pixels) {
-  if (light_groups_) append_light_layers(tile, pixels);
-  if (matte_kinds_.empty()) return;
-  std::vector<CryptomatteReport> of_tile(matte_kinds_.size());
-  append_cryptomattes(tile, pixels, of_tile);
+void FrameChannels::resolve(const FilmTile& tile, std::vector<float>& pixels) {
+  tile.resolve(pixels, list_.size() - of_film_);
+  std::vector<CryptomatteReport> of_tile(mattes_.size());
+  std::vector<CryptomatteSums::Rank> ranks;
+  for (size_t i = 0; list_.size() > of_film_ && i < size_t(tile.rect().area()); ++i) {
+    float* values = &pixels[i * list_.size() + of_film_];
+    if (contents_.light_groups) values = put_light_layers(tile, i, values);
+    put_cryptomattes(tile, i, values, ranks, of_tile);
+  }
   const std::lock_guard lock(mutex_);
   for (size_t kind = 0; kind < of_tile.size(); ++kind) mattes_[kind].merge(of_tile[kind]);
 }
@@ -63,16 +62,6 @@ void FrameChannels::append(const FilmTile& tile, std::vector<float>& pixels) {
 std::vector<CryptomatteReport> FrameChannels::mattes() const {
   const std::lock_guard lock(mutex_);
   return mattes_;
-}
-
-void put_tile(const Rect& tile, std::span<const float> pixels, const Rect& frame,
-              std::span<float> values) {
-  const size_t channels = pixels.size() / size_t(tile.area());
-  const size_t row = size_t(tile.width()) * channels;
-  for (int y = tile.y0; y < tile.y1; ++y) {
-    std::copy_n(&pixels[size_t(y - tile.y0) * row], row,
-                &values[frame.index_of(tile.x0, y) * channels]);
-  }
 }
 
 }  // namespace emberline

@@ -1,5 +1,7 @@
 #include "renderer/output/frame_memory.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "renderer/core/errors.h"
@@ -12,19 +14,17 @@
 namespace emberline {
 namespace {
 
-// The channels of a tile as it is handed on, with these layers of light groups.
-std::vector<std::string> tile_channel_names(const OutputSettings& settings,
-                                            const std::vector<std::string>& layers) {
-  std::vector<std::string> names = film_channel_names(settings.aovs);
-  for (const std::vector<std::string>& more :
-       {light_channel_names(layers, settings.aovs),
-        cryptomatte_channel_names(settings.cryptomattes, settings.cryptomatte_levels)}) {
-    names.insert(names.end(), more.begin(), more.end());
-  }
-  return names;
-}
-
 uint64_t sum_of(uint64_t a, uint64_t b) { return a > UINT64_MAX - b ? UINT64_MAX : a + b; }
+
+// Throws UsageError that begins with what `subject` says.
+template <class Subject>
+void add_memory(uint64_t bytes, MemoryReservation& memory, const Subject& subject) {
+  try {
+    memory.add(bytes, "");
+  } catch (const LimitError&) {
+    throw UsageError("{} {}", subject(), memory.budget()->refusal(MemoryPart::kFilm, bytes));
+  }
+}
 
 // The encoder of DWAA and DWAB comes with the image library. Measured: 104 to 110 MB, tables
 // included.
@@ -79,13 +79,10 @@ void reserve_bucket_lists(const RenderOptions& options, const OutputSettings& se
   const uint64_t count = bucket_count(settings.crop, settings.tile_size);
   const uint64_t bytes = bucket_list_bytes(settings.crop, settings.tile_size) +
                          count * sizeof(uint64_t) * options.outputs.size();
-  try {
-    memory.add(bytes, "");
-  } catch (const LimitError&) {
-    throw UsageError("`bucket-size`: the list of {} buckets of {}x{} pixels {}", count,
-                     settings.tile_size, settings.tile_size,
-                     memory.budget()->refusal(MemoryPart::kFilm, bytes));
-  }
+  add_memory(bytes, memory, [&] {
+    return fmt::format("`bucket-size`: the list of {} buckets of {}x{} pixels", count,
+                       settings.tile_size, settings.tile_size);
+  });
 }
 
 void reserve_tiles(uint64_t film_bytes_per_pixel, size_t channels, const OutputSettings& settings,
@@ -93,13 +90,10 @@ void reserve_tiles(uint64_t film_bytes_per_pixel, size_t channels, const OutputS
   const BucketsAtWork at_work = buckets_at_work(settings.crop, settings.tile_size, threads);
   const uint64_t bytes =
       bytes_of(at_work.pixels(), film_bytes_per_pixel + written_bytes_per_pixel(channels));
-  try {
-    memory.add(bytes, "");
-  } catch (const LimitError&) {
-    throw UsageError("`bucket-size`, `threads`: working on {} bucket{} of {}x{} pixels at once {}",
-                     at_work.count, at_work.count == 1 ? "" : "s", at_work.width, at_work.height,
-                     memory.budget()->refusal(MemoryPart::kFilm, bytes));
-  }
+  add_memory(bytes, memory, [&] {
+    return fmt::format("`bucket-size`, `threads`: working on {} bucket{} of {}x{} pixels at once",
+                       at_work.count, at_work.count == 1 ? "" : "s", at_work.width, at_work.height);
+  });
 }
 
 }  // namespace
@@ -118,7 +112,7 @@ uint64_t output_bytes(const RenderOptions& options, const OutputSettings& settin
   // By an adaptive driver on the way, in the end for the files: one after the other.
   const bool on_the_way = options.allocation == ErrorMetric::kDenoised;
   if (options.outputs.empty() && !on_the_way) return bytes;
-  const std::vector<std::string> names = tile_channel_names(settings, layers);
+  const std::vector<std::string> names = names_of(tile_channels(settings, layers));
   uint64_t more = lossy_encoder_bytes(options);
   if (settings.denoise) {
     more += denoise_bytes(settings.crop, settings.tile_size, names);
@@ -132,24 +126,17 @@ uint64_t output_bytes(const RenderOptions& options, const OutputSettings& settin
 // As pixels, as rows of an EXR and on the way through its library: measured, of 5 and 15 channels.
 uint64_t written_bytes_per_pixel(size_t channels) { return 5 * sizeof(float) * channels; }
 
-size_t tile_channels(const OutputSettings& settings, const std::vector<std::string>& layers) {
-  return tile_channel_names(settings, layers).size();
-}
-
 void reserve_pixels(uint64_t bytes, const Rect& crop, MemoryReservation& memory) {
-  try {
-    memory.add(bytes, "");
-  } catch (const LimitError&) {
-    throw UsageError("`size`, `crop`: a frame of {}x{} pixels {}", crop.width(), crop.height(),
-                     memory.budget()->refusal(MemoryPart::kFilm, bytes));
-  }
+  add_memory(bytes, memory, [&] {
+    return fmt::format("`size`, `crop`: a frame of {}x{} pixels", crop.width(), crop.height());
+  });
 }
 
 void reserve_frame(const RenderOptions& options, const OutputSettings& settings,
                    const RenderPlan& plan, int threads, MemoryReservation& memory) {
   reserve_pixels(frame_bytes(options, settings, plan), settings.crop, memory);
   reserve_bucket_lists(options, settings, memory);
-  reserve_tiles(tile_bytes_per_pixel(plan.drivers(), plan.aovs), tile_channels(settings, {}),
+  reserve_tiles(tile_bytes_per_pixel(plan.drivers(), plan.aovs), tile_channels(settings, {}).size(),
                 settings, threads, memory);
 }
 

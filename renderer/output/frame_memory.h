@@ -27,6 +27,5 @@ uint64_t output_bytes(const RenderOptions& options, const OutputSettings& settin
                       const std::vector<std::string>& layers);
 // What writing so many channels of a tile takes of each of its pixels, about.
 uint64_t written_bytes_per_pixel(size_t channels);
-// The number of channels that a tile has when it is written, with these layers of light groups.
-size_t tile_channels(const OutputSettings& settings, const std::vector<std::string>& layers);
+
 }  // namespace emberline

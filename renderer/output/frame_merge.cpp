@@ -190,7 +190,7 @@ void FrameMerge::reserve(const RenderOptions& options, const OutputSettings& set
   const uint64_t film = film_bytes_per_pixel(settings.aovs, first().film_extras());
   const uint64_t of_pixel =
       (groups_.size() > 1 ? 2 : 1) * film +
-      std::max(film, written_bytes_per_pixel(tile_channels(settings, lights)));
+      std::max(film, written_bytes_per_pixel(tile_channels(settings, lights).size()));
   const BucketsAtWork at_work = buckets_at_work(settings.crop, settings.tile_size, threads);
   budget.reserve(MemoryPart::kFilm, bytes_of(at_work.pixels(), of_pixel), first().path());
   budget.reserve(MemoryPart::kFilm, output_bytes(options, settings, lights), first().path());

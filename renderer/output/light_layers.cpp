@@ -10,7 +10,6 @@
 #include "renderer/film/film.h"
 #include "renderer/film/half_channels.h"
 #include "renderer/film/light_group_sums.h"
-#include "renderer/output/appended_channels.h"
 
 namespace emberline {
 namespace {
@@ -60,17 +59,14 @@ std::vector<std::string> light_channel_names(const std::vector<std::string>& lay
   return names;
 }
 
-void append_light_layers(const FilmTile& tile, std::vector<float>& pixels) {
-  const auto count = size_t(tile.rect().area());
-  const auto groups = size_t(tile.extras().light_groups);
+float* put_light_layers(const FilmTile& tile, size_t i, float* values) {
+  for (int group = 0; group < tile.extras().light_groups; ++group) {
+    const Rgb mean = tile.lights(i).mean(group);
+    values = std::copy_n(&mean.x, 3, values);
+  }
   const int halves = tile.has(Sums::kHalves) ? 2 : 0;
-  append_channels(count, 3 * groups * size_t(1 + halves), pixels, [&](size_t i, float* values) {
-    for (size_t g = 0; g < groups; ++g) {
-      const Rgb mean = tile.lights(i).mean(int(g));
-      values = std::copy_n(&mean.x, 3, values);
-    }
-    for (int half = 0; half < halves; ++half) values = put_half_lights(tile, i, half, values);
-  });
+  for (int half = 0; half < halves; ++half) values = put_half_lights(tile, i, half, values);
+  return values;
 }
 
 std::string describe(const LightGroups& groups) {

@@ -23,8 +23,8 @@ std::vector<std::string> light_layer_names(std::span<const LightGroup> groups);
 std::vector<std::string> light_channel_names(const std::vector<std::string>& layers,
                                              const AovSet& aovs);
 
-// Puts the values of these behind the channels of each of the tile's pixels.
-void append_light_layers(const FilmTile& tile, std::vector<float>& pixels);
+// Writes the values of these of the tile's pixel i; returns the end.
+float* put_light_layers(const FilmTile& tile, size_t i, float* values);
 
 // "light groups (2: key, environment)", for the report.
 std::string describe(const LightGroups& groups);

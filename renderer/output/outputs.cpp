@@ -13,6 +13,7 @@
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/log.h"
 #include "renderer/core/parallel.h"
+#include "renderer/core/rect_values.h"
 #include "renderer/engine/frame_scene.h"
 #include "renderer/engine/half_layers.h"
 #include "renderer/engine/render_plan.h"
@@ -51,7 +52,7 @@ void write_film_exr(const std::string& path, const AovSet& aovs, int width, int 
                  {.width = width,
                   .height = height,
                   .data_window = crop,
-                  .channels = summed_channels(exr_channels(aovs)),
+                  .channels = finished_channels(film_channels(aovs), false),
                   .attributes = std::move(attributes)},
                  values);
 }
@@ -83,9 +84,9 @@ OutputSettings output_settings(const RenderOptions& options, const Rect& crop) {
   return settings;
 }
 
-ExrHeader frame_header(const OutputSettings& settings, std::vector<ExrChannel> channels,
+ExrHeader frame_header(const OutputSettings& settings, std::vector<PictureChannel> channels,
                        const SceneLayers& layers) {
-  for (ExrChannel& channel : channels) {
+  for (PictureChannel& channel : channels) {
     const bool half = channel.type == ChannelType::kFloat && is_half(channel.name, settings.half);
     if (half) channel.type = ChannelType::kHalf;
   }
@@ -174,10 +175,7 @@ void check_output_paths(const RenderOptions& options, const Rect& crop, FileRegi
 
 FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSettings& settings,
                            const StopRequest& stop)
-    : settings_(settings),
-      channels_(settings.aovs, settings.light_groups, settings.cryptomattes,
-                settings.cryptomatte_levels),
-      stop_(stop) {
+    : settings_(settings), channels_(settings), stop_(stop) {
   for (const std::string& path : paths) {
     if (is_exr(path)) {
       ExrOutput& exr = exrs_.emplace_back();
@@ -204,13 +202,9 @@ FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSe
 // Its file, with all channels that are known of.
 void FrameOutputs::begin(ExrOutput& exr) {
   exr.writer.reset();  // takes its file with it
-  std::vector<ExrChannel> channels = summed_channels(channels_.list());
-  if (settings_.denoise) {
-    for (const std::string& name : denoise_results(names_of(channels_.list())))
-      channels.push_back({name});
-  }
-  exr.writer =
-      std::make_unique<ExrWriter>(exr.path, frame_header(settings_, std::move(channels), layers_));
+  exr.writer = std::make_unique<ExrWriter>(
+      exr.path,
+      frame_header(settings_, finished_channels(channels_.list(), settings_.denoise), layers_));
 }
 
 void FrameOutputs::begin_spool() {
@@ -231,9 +225,8 @@ void FrameOutputs::add_scene(const SceneLayers& layers) {
 void FrameOutputs::tile_finished(const FilmTile& tile) {
   thread_local std::vector<float> pixels;  // reused: no allocation per bucket
   if (spool_ || !exrs_.empty() || !heatmaps_.empty()) {
-    tile.resolve(pixels);
+    channels_.resolve(tile, pixels);
     for (const auto& heatmap : heatmaps_) heatmap->write_tile(tile.rect(), pixels);
-    channels_.append(tile, pixels);
     if (spool_) {
       spool(tile.rect(), pixels);
     } else {
@@ -300,7 +293,6 @@ void FrameOutputs::write_tiles() {
   const Rect& crop = settings_.crop;
   SharedRows rows(crop, names_of(channels_.list()),
                   std::bind_front(&PixelSpool::read_rows, spool_.get()));
-  const size_t channels = summed_channels(channels_.list()).size();
   const int size = settings_.tile_size;
   std::vector<float> pixels;
   for (int y = crop.y0; y < crop.y1; y += size) {
@@ -309,12 +301,7 @@ void FrameOutputs::write_tiles() {
     parallel_tasks(size_t((crop.width() + size - 1) / size), [&](size_t i) {
       const int x = crop.x0 + int(i) * size;
       const Rect tile = Rect{x, y, x + size, y + size}.intersect(crop);
-      std::vector<float> values;
-      values.reserve(size_t(tile.area()) * channels);
-      for (int row = tile.y0; row < tile.y1; ++row) {
-        const auto first = pixels.begin() + ptrdiff_t(band.index_of(tile.x0, row) * channels);
-        values.insert(values.end(), first, first + ptrdiff_t(size_t(tile.width()) * channels));
-      }
+      const std::vector<float> values = take_rect(pixels, band, tile);
       for (ExrOutput& exr : exrs_) write(exr, tile, values);
     });
   }
@@ -324,7 +311,7 @@ void FrameOutputs::write_denoised(const Rect& tile, const std::vector<float>& pi
   for (ExrOutput& exr : exrs_) write(exr, tile, pixels);
   if (images_.empty()) return;
   const std::vector<float> rgba =
-      denoised_rgba(pixels, names_of(summed_channels(channels_.list())));
+      denoised_rgba(pixels, names_of(finished_channels(channels_.list(), false)));
   for (const auto& image : images_) image->write_tile(tile, rgba);
 }
 

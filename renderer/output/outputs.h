@@ -29,18 +29,14 @@
 namespace emberline {
 
 // How the files of a frame are written. The header is for EXR files, without channels and camera.
-struct OutputSettings : ExrHeader {
+struct OutputSettings : ExrHeader, FrameContents {
   Rect crop;
-  AovSet aovs;
   DisplaySettings display;
   bool transparent = false;              // PNG gets an alpha channel
   std::vector<HeatmapRequest> heatmaps;  // whose channels are among `aovs`
   HeatmapStyle heatmap_style;
-  bool clamps = false;   // --clamp-indirect
-  bool denoise = false;  // the files get the denoised picture, too
-  bool light_groups = false;
-  std::vector<CryptomatteKind> cryptomattes;
-  int cryptomatte_levels = 0;
+  bool clamps = false;            // --clamp-indirect
+  bool denoise = false;           // the files get the denoised picture, too
   std::vector<std::string> half;  // layers
 };
 
@@ -59,7 +55,7 @@ struct FrameState {
 
 // The header of a whole frame's EXR, whose state is set before it is finished. Channels that
 // `--half` names become half floats.
-ExrHeader frame_header(const OutputSettings& settings, std::vector<ExrChannel> channels,
+ExrHeader frame_header(const OutputSettings& settings, std::vector<PictureChannel> channels,
                        const SceneLayers& layers);
 void set_state(const OutputSettings& settings, const FrameState& state, ExrWriter& writer);
 

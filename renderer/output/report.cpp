@@ -55,16 +55,18 @@ std::string processor_maker() {
 #endif
 }
 
+FrameSettings recorded_settings(FrameSettings settings) {
+  if (!settings.isa) settings.isa = widest_isa();
+  if (shares_evenly(settings)) return settings;
+  if (settings.estimator.empty()) settings.estimator = kDefaultEstimator;
+  if (!settings.allocation) settings.allocation = kDefaultAllocation;
+  return settings;
+}
+
 std::vector<std::pair<std::string, std::string>> settings_attributes(const RenderOptions& o) {
   std::vector<std::pair<std::string, std::string>> list = {{"emberline:command", o.command_line},
                                                            {"emberline:scene", o.scene}};
-  FrameSettings used = o;
-  used.isa = used.isa.value_or(widest_isa());
-  if (!shares_evenly(o)) {
-    if (o.estimator.empty()) used.estimator = kDefaultEstimator;
-    if (!o.allocation) used.allocation = kDefaultAllocation;
-  }
-  for (auto& [name, text] : setting_texts(used)) {
+  for (auto& [name, text] : setting_texts(recorded_settings(o))) {
     std::ranges::replace(name, '-', '_');
     list.emplace_back("emberline:" + name, text);
   }

@@ -84,6 +84,8 @@ std::string replay_words(const NonFiniteSample& sample, uint32_t seed);
 void warn_of_non_finite(const RenderCounters& counters, uint32_t seed,
                         const std::string& how = "with");
 
+// The settings with what a frame takes where they say nothing, as its records have them.
+FrameSettings recorded_settings(FrameSettings settings);
 // Settings, versions and seed as strings: the EXR's header attributes.
 std::vector<std::pair<std::string, std::string>> settings_attributes(const RenderOptions& options);
 

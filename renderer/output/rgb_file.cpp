@@ -9,6 +9,7 @@
 #include "io/display/working_space.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
+#include "renderer/core/rect_values.h"
 
 namespace emberline {
 namespace {
@@ -65,13 +66,7 @@ RgbImage reference_pixels(RgbFile reference, const std::string& what, const Rect
   const bool whole = crop == Rect{0, 0, frame_width, frame_height};
   if (same_frame && reference.crop == crop) return std::move(reference.pixels);
   if (same_frame && reference.crop.intersect(crop) == crop) {
-    RgbImage part{crop.width(), crop.height(), {}};
-    for (int y = crop.y0; y < crop.y1; ++y) {
-      const auto row =
-          reference.pixels.rgb.begin() + int64_t(3 * reference.crop.index_of(crop.x0, y));
-      part.rgb.insert(part.rgb.end(), row, row + 3 * crop.width());
-    }
-    return part;
+    return {crop.width(), crop.height(), take_rect(reference.pixels.rgb, reference.crop, crop)};
   }
   const bool same_size =
       reference.pixels.width == crop.width() && reference.pixels.height == crop.height();

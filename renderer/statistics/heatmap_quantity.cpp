@@ -141,7 +141,7 @@ std::optional<std::vector<size_t>> QuantityPlane::find_channels(
 
 QuantityPlane::QuantityPlane(const HeatmapQuantity& quantity, std::span<const std::string> channels,
                              const Rect& crop)
-    : quantity_(&quantity), channel_count_(channels.size()), crop_(crop) {
+    : quantity_(&quantity), crop_(crop) {
   assert(missing_channel(quantity, channels).empty() && quantity.channels.size() <= kMostChannels);
   sources_ = find_channels(quantity, channels).value();
   plane_.width = crop.width();
@@ -151,11 +151,11 @@ QuantityPlane::QuantityPlane(const HeatmapQuantity& quantity, std::span<const st
 }
 
 void QuantityPlane::write_tile(const Rect& rect, std::span<const float> pixels) {
-  assert(rect == rect.intersect(crop_) && pixels.size() >= size_t(rect.area()) * channel_count_);
+  const size_t stride = pixels.size() / size_t(rect.area());
+  assert(rect == rect.intersect(crop_) && std::ranges::max(sources_) < stride);
   std::array<float, kMostChannels> values{};
   for (size_t i = 0; i < size_t(rect.area()); ++i) {
-    for (size_t c = 0; c < sources_.size(); ++c)
-      values[c] = pixels[i * channel_count_ + sources_[c]];
+    for (size_t c = 0; c < sources_.size(); ++c) values[c] = pixels[i * stride + sources_[c]];
     plane_.values[crop_.index_of(rect.x_of(i), rect.y_of(i))] = quantity_->value(values.data());
   }
 }

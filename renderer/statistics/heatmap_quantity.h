@@ -72,8 +72,8 @@ class QuantityPlane {
   static std::optional<std::vector<size_t>> find_channels(const HeatmapQuantity& quantity,
                                                           std::span<const std::string> channels);
 
-  // `pixels` holds rect.area() x channels floats, interleaved, rows from rect.y0; `rect` lies in
-  // the crop. Thread-safe for disjoint rectangles.
+  // `pixels` holds the channels, interleaved, rows from rect.y0; others may be behind those of each
+  // pixel. `rect` lies in the crop. Thread-safe for disjoint rectangles.
   void write_tile(const Rect& rect, std::span<const float> pixels);
 
   const HeatmapQuantity& quantity() const { return *quantity_; }
@@ -82,7 +82,6 @@ class QuantityPlane {
 
  private:
   const HeatmapQuantity* quantity_;
-  size_t channel_count_;
   std::vector<size_t> sources_;  // of quantity_->channels
   Rect crop_;
   Plane plane_;

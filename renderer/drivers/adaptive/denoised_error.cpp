@@ -31,8 +31,7 @@ class HalfRows {
   HalfRows(const FilmTile& film, int begin, int end)
       : width_(film.rect().width()), rows_(end - begin) {
     const Rect& crop = film.rect();
-    std::vector<std::string> names;
-    for (const FilmChannel& channel : half_channels()) names.push_back(channel.name);
+    const std::vector<std::string> names = names_of(half_channels());
     SharedRows shared(crop, names, [&](const Rect& rows, std::vector<float>& pixels) {
       pixels.resize(size_t(rows.area()) * names.size());
       const size_t first = crop.index_of(rows.x0, rows.y0);

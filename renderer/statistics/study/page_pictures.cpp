@@ -11,6 +11,7 @@
 #include "io/image/input.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/readable.h"
+#include "renderer/core/rect_values.h"
 #include "renderer/core/summed_areas.h"
 #include "renderer/engine/run_limits.h"
 #include "renderer/statistics/heatmap_quantity.h"
@@ -127,13 +128,9 @@ PageFigure figure(const ByteImage& image, const char* format, const std::string&
 }
 
 ByteImage cut_out(const ByteImage& image, const Rect& part) {
-  ByteImage cut{.width = part.width(), .height = part.height(), .values = {}};
-  const Rect whole{0, 0, image.width, image.height};
-  for (int y = part.y0; y < part.y1; ++y) {
-    const auto first = image.values.begin() + std::ptrdiff_t(3 * whole.index_of(part.x0, y));
-    cut.values.insert(cut.values.end(), first, first + std::ptrdiff_t(3 * part.width()));
-  }
-  return cut;
+  return {.width = part.width(),
+          .height = part.height(),
+          .values = take_rect(image.values, Rect{0, 0, image.width, image.height}, part)};
 }
 
 bool same_size(const ByteImage& a, const ByteImage& b) {

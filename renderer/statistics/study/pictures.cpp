@@ -28,7 +28,7 @@ bool StudyPictures::exist(const std::string& id) const {
   });
 }
 
-ExrHeader StudyPictures::header(std::vector<ExrChannel> channels) const {
+ExrHeader StudyPictures::header(std::vector<PictureChannel> channels) const {
   return {.width = frame_.width,
           .height = frame_.height,
           .data_window = crop_,

@@ -31,7 +31,7 @@ class StudyPictures {
 
  private:
   void write_png(const std::string& name, std::vector<float> rgba) const;
-  ExrHeader header(std::vector<ExrChannel> channels) const;
+  ExrHeader header(std::vector<PictureChannel> channels) const;
 
   const StudyFolder& folder_;
   RenderOptions frame_;

@@ -56,7 +56,7 @@ std::optional<ReferenceHalf> read_channels(const std::string& path, const Rect& 
   const FloatImage image =
       read_float_image(path, LoadProgress({}, {}, limits_of_own_picture(crop.area())));
   if (image.width != crop.width() || image.height != crop.height()) return std::nullopt;
-  const std::vector<FilmChannel> channels = film_channels(study_reference_aovs());
+  const std::vector<PictureChannel> channels = film_channels(study_reference_aovs());
   ReferenceHalf half(size_t(crop.area()) * kChannels);
   for (size_t c = 0; c < kChannels; ++c) {
     const int source = image.find_channel(channels[c].name);

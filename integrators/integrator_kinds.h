@@ -1,0 +1,20 @@
+// The integrators that the table is made of.
+#pragma once
+
+#include "integrators/integrator.h"
+
+namespace emberline {
+
+std::unique_ptr<Integrator> create_path(const IntegratorSettings& settings);
+std::unique_ptr<Integrator> create_ambient_occlusion(const IntegratorSettings& settings);
+
+enum class DebugView {
+  kNormal,      // shading normal, world axes, [-1, 1] mapped to [0, 1]
+  kUv,          // TEXCOORD_0 modulo 1 in red and green
+  kAlbedo,      // directional albedo
+  kDepth,       // along the viewing axis, scene units, grey
+  kMaterialId,  // a colour per material
+};
+std::unique_ptr<Integrator> create_debug(DebugView view);
+
+}  // namespace emberline
