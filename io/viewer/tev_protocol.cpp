@@ -13,6 +13,7 @@
 #include <optional>
 
 #include "renderer/core/errors.h"
+#include "renderer/core/file_suffix.h"
 #include "renderer/core/shortened.h"
 
 namespace emberline {
@@ -25,10 +26,8 @@ constexpr std::array<std::string_view, 4> kChannels = {"R", "G", "B", "A"};
 
 enum class PacketType : uint8_t { kCreateImage = 4, kUpdateImageV3 = 6 };
 
-bool begins_with(std::string_view text, std::string_view lower_case) {
-  return text.size() >= lower_case.size() &&
-         std::ranges::equal(text.substr(0, lower_case.size()), lower_case, {},
-                            [](unsigned char c) { return char(std::tolower(c)); });
+bool begins_with(std::string_view text, std::string_view lower) {
+  return lower_case(std::string(text.substr(0, lower.size()))) == lower;
 }
 
 std::optional<uint16_t> parse_port(std::string_view text) {

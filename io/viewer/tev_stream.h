@@ -38,8 +38,6 @@ class TevStream {
   // Returns at once; the viewer has an empty image as soon as it is connected.
   TevStream(const TevAddress& address, Image image);
   ~TevStream();  // drops what has not been sent
-  TevStream(const TevStream&) = delete;
-  TevStream& operator=(const TevStream&) = delete;
 
   // Whether it is worthwhile to add anything: false once the viewer is lost. Any thread.
   bool open() const { return open_.load(std::memory_order_relaxed); }

@@ -2,7 +2,6 @@
 
 #include "renderer/core/errors.h"
 #include "renderer/engine/frame_scene.h"
-#include "renderer/engine/setting_table.h"
 #include "renderer/scene/embree_isa.h"
 
 namespace emberline::api {
@@ -17,21 +16,14 @@ namespace {
 // Throws UsageError for settings of a frame that do not go with those of its scene.
 void check_suits(const FrameSettings& settings, const Access::SceneState& scene) {
   const SceneBuildOptions& built = scene.build;
-  if (settings.catchers != scene.settings.catchers) {
-    throw emberline::UsageError("`catcher`: the scene was loaded with another value");
-  }
-  if (settings.holdouts != scene.settings.holdouts) {
-    throw emberline::UsageError("`holdout`: the scene was loaded with another value");
-  }
-  if (settings.show_backfaces != built.show_backfaces) {
-    throw emberline::UsageError("`backfaces`: the scene was loaded with another value");
-  }
-  if (settings.isa.value_or(widest_isa()) != built.isa.value_or(widest_isa())) {
-    throw emberline::UsageError("`isa`: the scene was loaded with another value");
-  }
-  if (settings.working_space != scene.settings.working_space) {
-    throw emberline::UsageError("`working-space`: the scene was loaded with another value");
-  }
+  const auto check_same = [](bool same, const char* name) {
+    if (!same) throw emberline::UsageError("`{}`: the scene was loaded with another value", name);
+  };
+  check_same(settings.catchers == scene.settings.catchers, "catcher");
+  check_same(settings.holdouts == scene.settings.holdouts, "holdout");
+  check_same(settings.show_backfaces == built.show_backfaces, "backfaces");
+  check_same(settings.isa.value_or(widest_isa()) == built.isa.value_or(widest_isa()), "isa");
+  check_same(settings.working_space == scene.settings.working_space, "working-space");
   if (!settings.cryptomattes.empty() && !load_options(scene.settings).nodes) {
     throw emberline::UsageError(
         "`cryptomatte`: the scene was loaded without the names of its nodes; load it with this "

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "renderer/api/access.h"
+#include "renderer/drivers/frame.h"
 #include "renderer/engine/render_plan.h"
 #include "renderer/engine/setting_table.h"
 #include "renderer/output/render_options.h"
@@ -17,10 +18,9 @@ bool is_of_scene(SettingGroup group);
 
 // As the command has them for an EXR, which has the channels of a picture. What decided how the
 // scene was loaded is the scene's. Throws UsageError for settings that do not go with the scene's.
+RenderOptions options_of(const Access::SceneState& scene, const FrameSettings& settings);
 // The scene's pose, if the options and their edits would give it another one; empty otherwise.
 std::string own_pose(const Access::SceneState& scene, const RenderOptions& options);
-
-RenderOptions options_of(const Access::SceneState& scene, const FrameSettings& settings);
 
 struct FrameParts {
   // Throws what the settings' camera and the scene's edits do.
@@ -36,9 +36,10 @@ struct FrameParts {
 
 std::vector<MatteNames> names_of(const SceneLayers& layers);
 
-// It with what its file has beside its pixels.
+// It with what its file has beside its pixels, and with what a finished job or merge has counted.
 RenderedPicture rendered_picture(Picture picture, const OutputSettings& output,
-                                 const SceneLayers& layers);
+                                 const SceneLayers& layers, const RenderCounters& counters,
+                                 std::optional<double> error_estimate, bool complete);
 
 // The settings in a checkpoint, with the files that its frame was made of. Throws InputError.
 FrameSettings settings_in(const std::string& checkpoint);

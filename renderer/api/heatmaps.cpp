@@ -1,6 +1,5 @@
 // Numbers of a picture's pixels as pictures to look at.
-#include "io/image/picture_mark.h"
-#include "renderer/api/translated.h"
+#include "renderer/api/access.h"
 #include "renderer/core/utf8.h"
 #include "renderer/output/heatmap_file.h"
 

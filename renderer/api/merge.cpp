@@ -7,9 +7,7 @@
 #include "io/json/input.h"
 #include "renderer/api/frame_parts.h"
 #include "renderer/api/picture_sink.h"
-#include "renderer/api/translated.h"
 #include "renderer/core/errors.h"
-#include "renderer/output/checkpoint_head.h"
 #include "renderer/output/cryptomatte_layers.h"
 #include "renderer/output/frame_extension.h"
 #include "renderer/output/frame_merge.h"
@@ -46,13 +44,8 @@ RenderedPicture merged(const std::vector<std::string>& checkpoints, const MergeR
     picture = sink.finish(stop);
   });
   if (stop.stop_requested()) throw Cancelled();
-  warn_of_optics(frame.counters().optics);
-  picture.samples = frame.counters().samples;
-  picture.rays = frame.counters().rays.total();
-  picture.non_finite_samples = frame.counters().non_finite_samples;
-  picture.error_estimate = frame.error_estimate();
-  picture.complete = frame.complete();
-  return rendered_picture(std::move(picture), output, layers);
+  return rendered_picture(std::move(picture), output, layers, frame.counters(),
+                          frame.error_estimate(), frame.complete());
 }
 
 }  // namespace

@@ -1,22 +1,14 @@
 #include "renderer/api/picture_sink.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "renderer/core/memory_budget.h"
+#include "renderer/core/rect_values.h"
 #include "renderer/output/denoise_pass.h"
 
 namespace emberline::api {
-namespace {
-
-FrameChannels channels_of(const OutputSettings& settings) {
-  return {settings.aovs, settings.light_groups, settings.cryptomattes, settings.cryptomatte_levels};
-}
-
-}  // namespace
-
 PictureSink::PictureSink(const OutputSettings& settings, const SceneLayers& layers)
-    : settings_(settings), channels_(channels_of(settings)) {
+    : settings_(settings), channels_(settings) {
   channels_.add_scene(layers);
   names_ = names_of(channels_.list());
   const Rect& crop = settings.crop;
@@ -31,9 +23,8 @@ PictureSink::PictureSink(const OutputSettings& settings, const SceneLayers& laye
 
 void PictureSink::tile_finished(const FilmTile& tile) {
   std::vector<float> pixels;
-  tile.resolve(pixels);
-  channels_.append(tile, pixels);
-  put_tile(tile.rect(), pixels, settings_.crop, picture_.values);
+  channels_.resolve(tile, pixels);
+  put_rect(pixels, tile.rect(), settings_.crop, picture_.values);
 }
 
 Picture PictureSink::finish(const std::stop_token& stop) {
@@ -44,11 +35,9 @@ Picture PictureSink::finish(const std::stop_token& stop) {
 }
 
 uint64_t PictureSink::bytes(const OutputSettings& settings, const SceneLayers& layers) {
-  FrameChannels channels = channels_of(settings);
-  channels.add_scene(layers);
-  const std::vector<std::string> summed = names_of(summed_channels(channels.list()));
-  size_t count = channels.list().size();
-  if (settings.denoise) count += summed.size() + denoise_results(summed).size();
+  const std::vector<PictureChannel> of_tile = tile_channels(settings, layers.lights);
+  size_t count = of_tile.size();
+  if (settings.denoise) count += finished_channels(of_tile, true).size();
   return bytes_of(uint64_t(settings.crop.area()), count * sizeof(float));
 }
 

@@ -12,7 +12,6 @@
 #include "io/image/output.h"
 #include "io/image/picture_mark.h"
 #include "renderer/api/frame_parts.h"
-#include "renderer/api/translated.h"
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/shortened.h"
 #include "renderer/core/utf8.h"
@@ -98,11 +97,11 @@ void write_frame_exr(const std::string& path, const Picture& picture, OutputSett
       output.crop != pixels_of(picture)) {
     throw emberline::UsageError(path + ": the picture has other pixels than when it was rendered");
   }
-  std::vector<ExrChannel> channels;
-  const std::vector<ExrChannel> of_film = exr_channels(output.aovs);
+  std::vector<PictureChannel> channels;
+  const std::vector<PictureChannel> of_film = film_channels(output.aovs);
   for (const std::string& name : picture.channels) {
-    const auto same = std::ranges::find(of_film, name, &ExrChannel::name);
-    channels.push_back(same != of_film.end() ? *same : ExrChannel{name});
+    const auto same = std::ranges::find(of_film, name, &PictureChannel::name);
+    channels.push_back(same != of_film.end() ? *same : PictureChannel{name});
   }
   ExrWriter writer(path, frame_header(output, std::move(channels), layers));
   writer.write(picture.values);
@@ -188,7 +187,14 @@ std::vector<float> RenderedPicture::rec709() const {
 }
 
 RenderedPicture rendered_picture(Picture picture, const OutputSettings& output,
-                                 const SceneLayers& layers) {
+                                 const SceneLayers& layers, const RenderCounters& counters,
+                                 std::optional<double> error_estimate, bool complete) {
+  warn_of_optics(counters.optics);
+  picture.samples = counters.samples;
+  picture.rays = counters.rays.total();
+  picture.non_finite_samples = counters.non_finite_samples;
+  picture.error_estimate = error_estimate;
+  picture.complete = complete;
   RenderedPicture rendered(std::move(picture));
   Access::of(rendered) = std::shared_ptr<const Access::Record>(new Access::Record{output, layers});
   return rendered;

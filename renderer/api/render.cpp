@@ -13,7 +13,6 @@
 
 #include "renderer/api/frame_parts.h"
 #include "renderer/api/picture_sink.h"
-#include "renderer/api/translated.h"
 #include "renderer/core/errors.h"
 #include "renderer/engine/setting_table.h"
 #include "renderer/engine/stop_request.h"
@@ -191,13 +190,8 @@ RenderedPicture render_picture(const Access::SceneState& state, const RenderOpti
   const CheckpointReport saved = checkpoint.finish(counters.stopped, true, job);
   if (is_part(options) && !saved.error.empty()) throw RenderError(saved.error);
   checkpoint.log_failure(saved);
-  warn_of_optics(counters.optics);
-  picture.samples = counters.samples;
-  picture.rays = counters.rays.total();
-  picture.non_finite_samples = counters.non_finite_samples;
-  picture.error_estimate = job.error_estimate();
-  picture.complete = checkpoint.is_open() ? !counters.stopped : result.complete;
-  return rendered_picture(std::move(picture), output, parts.layers);
+  return rendered_picture(std::move(picture), output, parts.layers, counters, job.error_estimate(),
+                          checkpoint.is_open() ? !counters.stopped : result.complete);
 }
 
 // What an extension takes.

@@ -8,7 +8,6 @@
 #include "io/files/fingerprint.h"
 #include "io/json/edits_file.h"
 #include "renderer/api/access.h"
-#include "renderer/api/translated.h"
 #include "renderer/core/errors.h"
 #include "renderer/engine/frame_scene.h"
 #include "renderer/engine/render_plan.h"

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "renderer/api/frame_parts.h"
-#include "renderer/api/translated.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/core/names.h"

@@ -2,7 +2,6 @@
 #include <utility>
 
 #include "renderer/api/access.h"
-#include "renderer/api/translated.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/names.h"
 #include "renderer/core/option_values.h"

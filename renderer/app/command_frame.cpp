@@ -12,7 +12,6 @@
 
 #include "io/files/atomic_file.h"
 #include "renderer/app/frame_watcher.h"
-#include "renderer/app/replay.h"
 #include "renderer/app/standard_output.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
@@ -20,7 +19,6 @@
 #include "renderer/core/version.h"
 #include "renderer/engine/frame_scene.h"
 #include "renderer/engine/setting_table.h"
-#include "renderer/engine/slurm_allocation.h"
 #include "renderer/lights/light_guide.h"
 #include "renderer/output/checkpoint_head.h"
 #include "renderer/output/frame_memory.h"
@@ -155,8 +153,6 @@ void CommandFrame::build() {
   if (frame.guide) report_.features.push_back(frame.guide->describe());
 }
 
-int CommandFrame::replay() { return run_replay(*job_, *options_.replay); }
-
 void CommandFrame::add_light_groups(const LightGroups& groups) {
   report_.features.push_back(describe(groups));
   report_.light_layers = layers_.lights;
@@ -206,10 +202,10 @@ void CommandFrame::render() {
   run_.arena->execute([&] {
     ProgressDisplay progress(
         uint64_t(double(plan_.crop.area()) * plan_.samples_per_pixel * part_of_frame()), stop_,
-        options_.time_limit_s, allotted_seconds(), run_.place ? run_.place->text() : "");
+        options_.time_limit_s, allotted_seconds(), run_.place ? run_.place->text() : "",
+        run_.progress_file ? &*run_.progress_file : nullptr);
     progress.add_earlier(report_.earlier_samples, 0);
     Watcher watcher(*this, &progress);
-    const ProgressWatch watch(run_.progress_file, progress);
     result_ = job_->render(watcher, stop_.token());
     report_.earlier_samples += watcher.earlier_samples();
   });

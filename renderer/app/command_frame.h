@@ -24,11 +24,12 @@ class CommandFrame {
   // Finds whatever is wrong with names, ranges and paths, and opens the outputs: they leave no
   // trace if what follows fails. Both outlive the frame.
   CommandFrame(RenderRun& run, const RenderOptions& options);
-  CommandFrame(const CommandFrame&) = delete;
-  CommandFrame& operator=(const CommandFrame&) = delete;
 
   void load();
   void build();
+  // Prints the ray and the value of the sample that --replay names. Throws UsageError for a
+  // malformed or outside address. Returns kExitDone, or kExitRenderFailed if the value is not
+  // finite.
   int replay();
   // Takes the checkpoint, and what an earlier run has left in it.
   void resume();

@@ -12,12 +12,9 @@
 
 #include "io/files/atomic_file.h"
 #include "renderer/app/command_options.h"
+#include "renderer/app/commands.h"
 #include "renderer/app/failure.h"
 #include "renderer/app/manual/command_help.h"
-#include "renderer/app/manual/completion.h"
-#include "renderer/app/manual/manual.h"
-#include "renderer/app/render_command.h"
-#include "renderer/app/session_command.h"
 #include "renderer/app/shell_quote.h"
 #include "renderer/app/standard_output.h"
 #include "renderer/app/stop_signal.h"

@@ -6,10 +6,8 @@
 #include <algorithm>
 
 #include "renderer/app/frame_range.h"
-#include "renderer/app/number_option.h"
 #include "renderer/app/shared_options.h"
 #include "renderer/core/option_values.h"
-#include "renderer/core/shortened.h"
 #include "renderer/engine/run_limits.h"
 #include "renderer/engine/setting_table.h"
 #include "renderer/output/option_rules.h"
@@ -137,8 +135,7 @@ void add_live_options(CLI::App* app, RenderOptions& o,
   add_machine_options(app, o);
   app->add_flag("--light-groups", o.light_groups,
                 "keep what each light gives apart: changes of lights then need no new ray");
-  add_display_name(app, o.display);
-  add_grading(app, o.display);
+  add_display_options(app, o.display);
 }
 
 // Options of the window itself.
@@ -336,8 +333,7 @@ void add_denoise_options(CLI::App* app, DenoiseOptions& o) {
            ".exr: all channels of the frame, and denoised.{R,G,B} and denoised.error; .png, .jpg: "
            "the clean picture. May be given more than once")
       ->required();
-  add_display_name(app, o.display);
-  add_grading(app, o.display);
+  add_display_options(app, o.display);
   add_number(app, "--threads", o.threads, 1, kMostThreads,
              "worker threads [one for each processor that the process may use]");
   add_limits(app, o.limits);

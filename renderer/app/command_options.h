@@ -1,16 +1,7 @@
 // What each subcommand can be told: options, ranges, defaults and help.
 #pragma once
 
-#include "renderer/app/compare_command.h"
-#include "renderer/app/denoise_command.h"
-#include "renderer/app/extend_command.h"
-#include "renderer/app/farm/command.h"
-#include "renderer/app/heatmap_command.h"
-#include "renderer/app/info_command.h"
-#include "renderer/app/merge_command.h"
-#include "renderer/app/session_command.h"
-#include "renderer/app/study_command.h"
-#include "renderer/output/render_options.h"
+#include "renderer/app/commands.h"
 #include "renderer/window/view_command.h"
 
 namespace CLI {

@@ -1,4 +1,4 @@
-#include "renderer/app/convergence_command.h"
+#include "renderer/app/commands.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "renderer/app/denoise_command.h"
+#include "renderer/app/commands.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -41,18 +41,20 @@ class InputRows {
   static void store_as_before(ExrHeader& header) {
     std::vector<std::string> half;
     for (const auto& [name, text] : header.attributes) {
-      const auto is_text = [&text](const auto& entry) { return entry.name == text; };
+      const auto choose = [&text](const auto& table, auto& choice) {
+        for (const auto& entry : table) {
+          if (entry.name == text) choice = entry.value;
+        }
+      };
       if (name == "emberline:exr_parts") {
-        const auto parts = std::ranges::find_if(exr_parts_table(), is_text);
-        if (parts != exr_parts_table().end()) header.parts = parts->value;
+        choose(exr_parts_table(), header.parts);
       } else if (name == "emberline:exr_compression") {
-        const auto compression = std::ranges::find_if(exr_compression_table(), is_text);
-        if (compression != exr_compression_table().end()) header.compression = compression->value;
+        choose(exr_compression_table(), header.compression);
       } else if (name == "emberline:half") {
         for (const std::string_view layer : split_list(text)) half.emplace_back(layer);
       }
     }
-    for (ExrChannel& channel : header.channels) {
+    for (PictureChannel& channel : header.channels) {
       if (channel.type == ChannelType::kFloat && is_half(channel.name, half)) {
         channel.type = ChannelType::kHalf;
       }

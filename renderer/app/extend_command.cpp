@@ -1,10 +1,9 @@
-#include "renderer/app/extend_command.h"
+#include "renderer/app/commands.h"
 
 #include <nlohmann/json.hpp>
 
 #include "io/files/record_file.h"
 #include "io/json/input.h"
-#include "renderer/app/render_command.h"
 #include "renderer/core/errors.h"
 #include "renderer/output/frame_extension.h"
 

@@ -73,20 +73,4 @@ class CommandFrame::Watcher final : public RenderSink {
   std::atomic<uint64_t> earlier_samples_{0};
 };
 
-// What the progress file tells is the display's while both live.
-class ProgressWatch {
- public:
-  ProgressWatch(std::optional<ProgressFile>& file, const ProgressDisplay& display) : file_(file) {
-    if (file_) file_->watch([&display] { return display.now(); });
-  }
-  ~ProgressWatch() {
-    if (file_) file_->watch(nullptr);
-  }
-  ProgressWatch(const ProgressWatch&) = delete;
-  ProgressWatch& operator=(const ProgressWatch&) = delete;
-
- private:
-  std::optional<ProgressFile>& file_;
-};
-
 }  // namespace emberline

@@ -1,4 +1,4 @@
-#include "renderer/app/heatmap_command.h"
+#include "renderer/app/commands.h"
 
 #include "io/files/register.h"
 #include "renderer/core/errors.h"

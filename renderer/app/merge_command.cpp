@@ -1,4 +1,4 @@
-#include "renderer/app/merge_command.h"
+#include "renderer/app/commands.h"
 
 #include <fmt/format.h>
 #include <tbb/task_arena.h>

@@ -48,27 +48,27 @@ std::string bar_line(double fraction, std::string text, int columns) {
 
 ProgressDisplay::ProgressDisplay(uint64_t samples_total, StopRequest& stop,
                                  std::optional<double> time_limit_s,
-                                 std::optional<double> allotted_s, std::string label)
+                                 std::optional<double> allotted_s, std::string label,
+                                 ProgressFile* file)
     : total_(samples_total),
       stop_(stop),
       time_limit_s_(time_limit_s),
       allotted_s_(allotted_s),
       label_(label.empty() ? "" : std::move(label) + "  "),
+      file_(file),
       start_(std::chrono::steady_clock::now()),
       shown_(log_level() != LogLevel::kQuiet),
       terminal_(is_capable_terminal()) {
   if (shown_ && terminal_) {
     set_log_interrupt([] { std::fputs("\r\033[K", stderr); }, nullptr);
   }
-  thread_ = std::thread([this] { run(); });
+  thread_ = std::jthread([this](const std::stop_token& over) { run(over); });
+  if (file_) file_->watch([this] { return now(); });
 }
 
 ProgressDisplay::~ProgressDisplay() {
-  {
-    const std::lock_guard lock(mutex_);
-    finished_ = true;
-  }
-  wake_.notify_all();
+  if (file_) file_->watch(nullptr);
+  thread_.request_stop();
   thread_.join();
   set_log_interrupt(nullptr, nullptr);
   if (shown_ && terminal_) {
@@ -90,7 +90,7 @@ void ProgressDisplay::stop_if_asked() {
   }
 }
 
-void ProgressDisplay::run() {
+void ProgressDisplay::run(const std::stop_token& over) {
   // 20 ms: soon enough for a stop to feel immediate, seldom enough to cost nothing.
   constexpr auto kPoll = std::chrono::milliseconds(20);
   constexpr double kLongestWait = 1e9;  // seconds; more would overflow the clock
@@ -104,7 +104,7 @@ void ProgressDisplay::run() {
   };
   int polls = 0;
   std::unique_lock lock(mutex_);
-  while (!wake_.wait_until(lock, next_look(), [this] { return finished_; })) {
+  while (!wake_.wait_until(lock, over, next_look(), [&] { return over.stop_requested(); })) {
     stop_if_asked();
     if (shown_ && ++polls % 5 == 0) draw();
   }

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <mutex>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <thread>
 
@@ -17,16 +18,15 @@ namespace emberline {
 
 // Runs a thread of its own, which also turns a stop signal, or the end of a time from now on, into
 // a stop request: `time_limit_s` is how long the frame may take, `allotted_s` how long this process
-// has (slurm_allocation.h), at the end of which the frame is stopped as by a user. `label` stands
-// before all that is shown.
+// has (process_usage.h), at the end of which the frame is stopped as by a user. `label` stands
+// before all that is shown; `file`, if it is not null, is told the same while this lives.
 class ProgressDisplay {
  public:
   ProgressDisplay(uint64_t samples_total, StopRequest& stop,
                   std::optional<double> time_limit_s = std::nullopt,
-                  std::optional<double> allotted_s = std::nullopt, std::string label = "");
+                  std::optional<double> allotted_s = std::nullopt, std::string label = "",
+                  ProgressFile* file = nullptr);
   ~ProgressDisplay();  // finishes the line
-  ProgressDisplay(const ProgressDisplay&) = delete;
-  ProgressDisplay& operator=(const ProgressDisplay&) = delete;
 
   // Any thread.
   void add(uint64_t samples) { done_.fetch_add(samples, std::memory_order_relaxed); }
@@ -42,7 +42,7 @@ class ProgressDisplay {
   RenderProgress now() const;
 
  private:
-  void run();
+  void run(const std::stop_token& over);
   void stop_if_asked();
   void draw();
   double fraction(uint64_t done) const;  // of the whole; 0 where that is not known
@@ -56,15 +56,15 @@ class ProgressDisplay {
   StopRequest& stop_;
   const std::optional<double> time_limit_s_, allotted_s_;
   const std::string label_;  // with blanks behind it
+  ProgressFile* const file_;
   const std::chrono::steady_clock::time_point start_;
   bool shown_;
   bool terminal_;
   int last_tenth_ = 0;
   double last_line_ = 0.0;  // seconds
   std::mutex mutex_;
-  std::condition_variable wake_;
-  bool finished_ = false;
-  std::thread thread_;
+  std::condition_variable_any wake_;
+  std::jthread thread_;
 };
 
 }  // namespace emberline

@@ -41,8 +41,6 @@ class ProgressFile {
   explicit ProgressFile(const std::string& path);
   // Without finish() the run has failed.
   ~ProgressFile();
-  ProgressFile(const ProgressFile&) = delete;
-  ProgressFile& operator=(const ProgressFile&) = delete;
 
   // Asks `source` from now on, on the thread of its own; null: what it said last holds.
   void watch(std::function<RenderProgress()> source);

@@ -1,8 +1,7 @@
-#include "renderer/app/render_command.h"
+#include "renderer/app/commands.h"
 
 #include "renderer/app/command_frame.h"
 #include "renderer/app/frame_range.h"
-#include "renderer/app/range_command.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/output/finished_frame.h"

@@ -2,13 +2,96 @@
 
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+#include <utility>
+
 #include "io/files/atomic_file.h"
+#include "renderer/app/failure.h"
 #include "renderer/core/log.h"
 #include "renderer/core/version.h"
+#include "renderer/engine/frame_scene.h"
 #include "renderer/engine/setting_table.h"
 #include "renderer/output/report.h"
 
 namespace emberline {
+namespace {
+
+// Runs a step of opening the scene; its exceptions become UnusableScene.
+template <typename Step>
+auto first_time(const Step& step) {
+  try {
+    return step();
+  } catch (const std::exception& error) {
+    const Failure failure = failure_of(error);
+    throw UnusableScene(failure.exit_code, failure.message);
+  }
+}
+
+}  // namespace
+
+CameraDescription PosedScene::camera_of(const FrameSettings& settings) const {
+  return turned(pose.camera, open->posed(settings), pose.bounds);
+}
+
+void PosedScene::report(RenderReport& report) const {
+  report.camera = pose.camera.name;
+  report.coverage = open->coverage();
+  report.repairs = open->repairs();
+  report.features = open->scene().features();
+  report.memory = open->scene().memory();
+}
+
+ReadPose RunScene::load(const RenderOptions& options, const SceneBuildOptions& build,
+                        LoadProgress& progress) {
+  const std::optional<double> time = chosen_time(options);
+  if (posed_ && (!posed_->open->can_pose() || time == posed_->pose.time)) {
+    return {posed_->pose, std::nullopt};
+  }
+  ReadScene read = posed_ ? posed_->open->read(options, edits_, progress) : first_time([&] {
+    return open(options, {.build = build, .poses = frames_ && time}, progress);
+  });
+  RenderOptions still = options;
+  still.turntable.reset();
+  ScenePose pose{time, choose_camera(still, read.description(), read.edits()), {}};
+  if (options.turntable) pose.bounds = framed_bounds(read.description());
+  return {std::move(pose), std::move(read)};
+}
+
+ReadScene RunScene::open(const RenderOptions& options, const OpenOptions& asked,
+                         LoadProgress& progress) {
+  loaded_ = LoadedFiles(options, progress);
+  edits_ = load_edits(options, progress);
+  ReadScene read(options, edits_, asked, progress);
+  files_ = read.description().files;
+  loaded_.add(files_);
+  return read;
+}
+
+const PosedScene& RunScene::build(ReadPose frame, LoadProgress& progress) {
+  if (!frame.read) return *posed_;
+  if (posed_) {
+    posed_->open->pose(*std::move(frame.read), progress);
+    posed_->pose = std::move(frame.pose);
+  } else {
+    posed_ = first_time([&] {
+      return PosedScene{(*std::move(frame.read)).build(progress), std::move(frame.pose)};
+    });
+  }
+  posed_->warnings = warnings_so_far().size();
+  return *posed_;
+}
+
+const nlohmann::json& RunScene::inputs(const RenderOptions& options, LoadProgress& progress) {
+  if (inputs_->is_null()) *inputs_ = loaded_.fingerprints(options, progress);
+  return *inputs_;
+}
+
+void RunScene::register_inputs(FileRegister& files) const {
+  if (!edits_.environment.file.empty()) {
+    files.read(edits_.environment.file, "it is the environment of --edits");
+  }
+  files.read(files_, "the scene reads");
+}
 
 RenderRun::RenderRun(const RenderOptions& options)
     : limits(limits_of(options.limits, options.scene)),

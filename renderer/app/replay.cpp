@@ -1,10 +1,10 @@
-#include "renderer/app/replay.h"
-
+// `--replay X,Y,SAMPLE`: one sample of the frame alone, exactly as the render computed it.
 #include <fmt/format.h>
 
 #include <array>
 #include <iterator>
 
+#include "renderer/app/command_frame.h"
 #include "renderer/app/standard_output.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/option_values.h"
@@ -12,8 +12,9 @@
 
 namespace emberline {
 
-int run_replay(const RenderJob& job, const std::string& address) {
-  const Frame& frame = job.frame();
+int CommandFrame::replay() {
+  const std::string& address = *options_.replay;
+  const Frame& frame = job_->frame();
   std::array<int64_t, 3> numbers{};
   if (!parse_numbers(address, ',', numbers)) {
     throw UsageError("--replay: '{}' is not X,Y,SAMPLE", shortened(address));
@@ -27,7 +28,7 @@ int run_replay(const RenderJob& job, const std::string& address) {
   }
   const int x = int(numbers[0]), y = int(numbers[1]);
   const auto sample = uint32_t(numbers[2]);
-  const auto [value, ray, rays] = job.replay(x, y, sample);
+  const auto [value, ray, rays] = job_->replay(x, y, sample);
   // %a prints every bit, so that two replays can be compared exactly.
   std::string text;
   const auto out = std::back_inserter(text);

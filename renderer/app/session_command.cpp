@@ -1,4 +1,4 @@
-#include "renderer/app/session_command.h"
+#include "renderer/app/commands.h"
 
 #include <unistd.h>
 

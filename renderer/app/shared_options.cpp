@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <array>
 
-#include "renderer/app/number_option.h"
-#include "renderer/core/option_values.h"
 #include "renderer/core/shortened.h"
 #include "renderer/engine/run_limits.h"
 #include "renderer/engine/setting_rules.h"
@@ -23,6 +21,16 @@ std::string help_of(const Setting& setting, const FrameSettings& settings) {
 }
 
 }  // namespace
+
+CLI::Option* add_parsed(CLI::App* app, const std::string& name, const std::string& type,
+                        const std::string& help, const std::string& what,
+                        const std::function<bool(const std::string& text)>& read) {
+  const auto check = [name, what, read](const std::string& text) {
+    if (read(text)) return;
+    throw CLI::ValidationError(name, fmt::format("'{}' is not {}", shortened(text), what));
+  };
+  return app->add_option_function<std::string>(name, check, help)->type_name(type);
+}
 
 CLI::Option* add_text(CLI::App* app, const std::string& option, std::string& target,
                       const std::string& type, const std::string& help) {
@@ -157,14 +165,15 @@ void add_heatmaps(CLI::App* app, RenderOptions& o) {
   add_heatmap_style(app, o.heatmap_style, heatmap);
 }
 
-void add_display_name(CLI::App* app, DisplaySettings& o) {
-  add_text(app, "--display", o.display, "NAME", "OpenColorIO display [the config's default]");
-}
-
 void add_grading(CLI::App* app, DisplaySettings& o) {
   app->add_option("--view", o.view, "OpenColorIO view [the display's default]");
   app->add_option("--look", o.look, "OpenColorIO look [none]");
   add_number(app, "--exposure", o.exposure, -64.0f, 64.0f, "stops, for .png and .jpg [0]");
+}
+
+void add_display_options(CLI::App* app, DisplaySettings& o) {
+  add_text(app, "--display", o.display, "NAME", "OpenColorIO display [the config's default]");
+  add_grading(app, o);
 }
 
 void add_outputs(CLI::App* app, RenderOptions& o, const char* output_help,
@@ -172,8 +181,7 @@ void add_outputs(CLI::App* app, RenderOptions& o, const char* output_help,
   add_text(app, "-o,--output", o.outputs, "FILE", output_help);
   add_heatmaps(app, o);
   add_text(app, "--report", o.reports, "FILE", report_help);
-  add_display_name(app, o.display);
-  add_grading(app, o.display);
+  add_display_options(app, o.display);
 }
 
 }  // namespace emberline

@@ -1,4 +1,4 @@
-// Options that several subcommands have.
+// Options that several subcommands have, and how options are read.
 #pragma once
 
 #include <fmt/format.h>
@@ -9,9 +9,11 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include "renderer/core/names.h"
+#include "renderer/core/option_values.h"
 #include "renderer/engine/setting_table.h"
 #include "renderer/output/render_options.h"
 
@@ -30,6 +32,26 @@ std::string table_help(const std::string& what, const Table& table) {
     text += fmt::format("\n  {}: {}", entry.name, entry.summary);
   }
   return text;
+}
+
+// `read` takes the option's text, or returns false for one that is not `what`: "a number above 0".
+CLI::Option* add_parsed(CLI::App* app, const std::string& name, const std::string& type,
+                        const std::string& help, const std::string& what,
+                        const std::function<bool(const std::string& text)>& read);
+
+// An option whose value is one number in [min, max]. `Target` is the number or an optional of it.
+template <typename T, typename Target>
+CLI::Option* add_number(CLI::App* app, const std::string& name, Target& target, T min, T max,
+                        const std::string& help) {
+  const auto read = [&target, min, max](const std::string& text) {
+    const std::optional<T> value = parse_number<T>(text);
+    if (!value || *value < min || *value > max) return false;
+    target = *value;
+    return true;
+  };
+  const char* kind = std::is_integral_v<T> ? "whole number" : "number";
+  return add_parsed(app, name, fmt::format("{}..{}", min, max), help,
+                    fmt::format("a {} from {} to {}", kind, min, max), read);
 }
 
 // An option whose value is a text, such as the name of a file. A list takes one each time that it
@@ -74,8 +96,9 @@ void add_machine_options(CLI::App* app, RenderOptions& options);
 // How a heatmap looks; if not null, each option needs `needed`.
 void add_heatmap_style(CLI::App* app, HeatmapStyle& style, CLI::Option* needed);
 void add_heatmaps(CLI::App* app, RenderOptions& options);
-void add_display_name(CLI::App* app, DisplaySettings& options);
 void add_grading(CLI::App* app, DisplaySettings& options);
+// The same, and --display.
+void add_display_options(CLI::App* app, DisplaySettings& options);
 // Pictures and a report, of a command that is not `render`.
 void add_outputs(CLI::App* app, RenderOptions& options, const char* output_help,
                  const char* report_help);

@@ -54,15 +54,8 @@ std::string shell_quoted(std::string_view argument) {
     return std::string(argument);
   }
   std::string text = "'";
-  for (const char c : argument) {
-    if (c == '\'') {
-      text += "'\\''";
-    } else {
-      text += c;
-    }
-  }
-  text += '\'';
-  return text;
+  for (const char c : argument) text += c == '\'' ? "'\\''" : std::string(1, c);
+  return text + '\'';
 }
 
 std::string shell_command(int argc, const char* const* argv) {

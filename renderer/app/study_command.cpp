@@ -1,8 +1,7 @@
-#include "renderer/app/study_command.h"
+#include "renderer/app/commands.h"
 
 #include <algorithm>
 
-#include "renderer/app/convergence_command.h"
 #include "renderer/app/progress.h"
 #include "renderer/app/standard_output.h"
 #include "renderer/app/stop_signal.h"

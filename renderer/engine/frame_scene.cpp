@@ -6,7 +6,6 @@
 #include <cmath>
 #include <utility>
 
-#include "io/gltf/gltf_file.h"
 #include "io/json/edits_file.h"
 #include "renderer/core/constants.h"
 #include "renderer/core/errors.h"

@@ -23,13 +23,11 @@ enum class EnvironmentSampling { kGuided, kByLight };
 // Samples [first, end) of each pixel.
 struct SampleSpan {
   uint32_t first = 0, end = 0;
-  bool operator==(const SampleSpan&) const = default;
 };
 
 // When the shutter is open, in frames from the frame's time on.
 struct Shutter {
   double open = 0, close = 0;
-  bool operator==(const Shutter&) const = default;
 };
 
 // A view from all round the scene: the camera turns about the vertical axis through its centre.
@@ -42,7 +40,6 @@ struct Turntable {
 // The sun of a clear sky, in degrees: above the horizon; from -Z over +X, which is east.
 struct SunPosition {
   double elevation = 0, azimuth = 0;
-  bool operator==(const SunPosition&) const = default;
 };
 
 // Names are those of the tables: driver_table(), integrator_table() and so on.

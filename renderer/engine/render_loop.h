@@ -1,17 +1,24 @@
-// A frame's workers, and what they count. Private to render_job.cpp and render_tiles.cpp.
+// A frame's workers, what they count, and how they share tiles. Private to render_job.cpp,
+// render_tiles.cpp and shared_tiles.cpp.
 #pragma once
 
 #include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <atomic>
+#include <condition_variable>
+#include <cstddef>
+#include <exception>
 #include <mutex>
 #include <stop_token>
 #include <utility>
+#include <vector>
 
 #include "renderer/core/parallel.h"
+#include "renderer/drivers/frame.h"
+#include "renderer/drivers/frame_driver.h"
+#include "renderer/engine/render_sink.h"
 #include "renderer/engine/render_worker.h"
-#include "renderer/engine/shared_tiles.h"
 
 namespace emberline {
 
@@ -61,5 +68,101 @@ class RenderLoop {
 
 // Puts the driver's own picture into the film, where it is another than the film's means.
 void show_picture(const FrameDriver& driver, FilmTile& film);
+
+// Shares the last tiles of a frame: a worker that finds no tile left helps with the rounds of other
+// workers' tiles, so that no thread is idle while the most expensive tile is finished.
+// The parts of one round of a driver, which any number of workers take in their order.
+class RoundWork {
+ public:
+  // The parts [begin, end). `film_is_ahead`: pixels may have some of their samples already.
+  RoundWork(const FrameDriver& driver, FilmTile& film, size_t begin, size_t end, bool film_is_ahead)
+      : driver_(driver),
+        film_(film),
+        film_is_ahead_(film_is_ahead),
+        seed_(driver.round().seed),
+        begin_(begin),
+        end_(end),
+        next_(begin) {}
+
+  // Renders parts while there are any and go_on() says so. From several threads, each with a worker
+  // of its own.
+  template <typename GoOn>
+  void take_parts(RenderWorker& worker, RenderSink& sink, const std::stop_token& stop,
+                  const GoOn& go_on) {
+    std::vector<PixelWork> list;
+    worker.set_seed(seed_);
+    while (go_on()) {
+      const size_t part = next_.fetch_add(1, std::memory_order_relaxed);
+      if (part >= end_) break;
+      expand(part, list);
+      if (!worker.render(list, film_, sink, stop)) cut_short(part);
+    }
+  }
+
+  // Hands out no further part: the frame is lost.
+  void abandon() { next_.store(end_, std::memory_order_relaxed); }
+
+  size_t parts_left() const { return end_ - std::min(end_, next_.load(std::memory_order_relaxed)); }
+  // Call after all workers have returned and unless it was abandoned. `stopped`: remaining parts
+  // are due to a stop request.
+  RenderedParts rendered(bool stopped) const;
+
+ private:
+  void expand(size_t part, std::vector<PixelWork>& list) const;
+  void cut_short(size_t part);
+
+  const FrameDriver& driver_;
+  FilmTile& film_;
+  const bool film_is_ahead_;
+  const uint32_t seed_;
+  const size_t begin_, end_;
+  std::atomic<size_t> next_;
+  std::mutex mutex_;
+  std::vector<size_t> cut_short_;
+};
+
+class SharedTiles {
+ public:
+  SharedTiles(RenderSink& sink, const std::stop_token& stop) : sink_(sink), stop_(stop) {}
+
+  // Helps the owners until there are none, or a stop is requested. Not on an owner's thread.
+  void help(RenderWorker& worker);
+
+ private:
+  friend class TileOwner;
+  struct OpenRound {
+    RoundWork& work;
+    int helpers = 0;
+    RenderCounters counters = {};    // the helpers'
+    std::exception_ptr thrown = {};  // the last exception of a helper
+  };
+
+  OpenRound* longest_round() const;
+  // Returns what was thrown, after which no further part begins.
+  std::exception_ptr take_parts(RoundWork& work, RenderWorker& worker);
+
+  RenderSink& sink_;
+  const std::stop_token& stop_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  int owners_ = 0;
+  std::vector<OpenRound*> open_;
+};
+
+// Marks a worker as the owner of tiles while it lives.
+class TileOwner {
+ public:
+  explicit TileOwner(SharedTiles& tiles);
+  ~TileOwner();
+  TileOwner(const TileOwner&) = delete;
+  TileOwner& operator=(const TileOwner&) = delete;
+
+  // Carries out the round together with the helpers, whose counts are added to `counters`. Returns
+  // after all helpers have. If one throws, no further part begins, and it is rethrown here.
+  void carry_out(RoundWork& work, RenderWorker& worker, RenderCounters& counters);
+
+ private:
+  SharedTiles& tiles_;
+};
 
 }  // namespace emberline

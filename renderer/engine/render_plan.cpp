@@ -89,8 +89,7 @@ RenderPlan::RenderPlan(const FrameSettings& s, const PrepareOptions& options)
       shutter_frames(shutter_frames_of(s)),
       clamp_indirect(s.clamp_indirect.value_or(0.0f)),
       find_empty_pixels(options.find_empty_pixels),
-      filter(s.filter_radius ? PixelFilter::create(s.filter, *s.filter_radius)
-                             : PixelFilter::create(s.filter)) {
+      filter(PixelFilter::create(s.filter, s.filter_radius)) {
   check_rules(s);
   driver_settings.bucket_size = s.bucket_size;
   driver_settings.bucket_order = s.bucket_order;
@@ -189,15 +188,9 @@ size_t RenderPlan::buckets() const {
 }
 
 bool shares_evenly(const FrameSettings& settings) {
-  switch (find_driver(settings.driver).sharing) {
-    case Sharing::kEven:
-      return true;
-    case Sharing::kEvenWithoutThreshold:
-      return !settings.noise_threshold;
-    case Sharing::kByError:
-      return false;
-  }
-  return true;
+  const Sharing sharing = find_driver(settings.driver).sharing;
+  return sharing == Sharing::kEven ||
+         (sharing == Sharing::kEvenWithoutThreshold && !settings.noise_threshold);
 }
 
 bool finishes_tiles(const FrameSettings& settings) { return find_driver(settings.driver).tiles; }

@@ -11,7 +11,6 @@
 #include "renderer/scene/empty_pixels.h"
 #include "renderer/scene/light_groups.h"
 #include "renderer/scene/scene.h"
-#include "renderer/scene/surface_roles.h"
 
 namespace emberline {
 namespace {

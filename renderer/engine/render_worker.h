@@ -4,7 +4,6 @@
 #include <span>
 #include <stop_token>
 #include <utility>
-#include <vector>
 
 #include "renderer/core/flush_denormals.h"
 #include "renderer/drivers/frame.h"

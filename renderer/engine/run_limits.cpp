@@ -12,7 +12,6 @@
 #include "renderer/core/log.h"
 #include "renderer/core/readable.h"
 #include "renderer/engine/process_usage.h"
-#include "renderer/engine/slurm_allocation.h"
 
 namespace emberline {
 namespace {

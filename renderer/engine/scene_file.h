@@ -42,8 +42,6 @@ class SceneFile {
 class SceneSource {
  public:
   explicit SceneSource(std::shared_ptr<MemoryBudget> budget) : budget_(std::move(budget)) {}
-  SceneSource(const SceneSource&) = delete;
-  SceneSource& operator=(const SceneSource&) = delete;
   // Must come after the scene's destructor.
   ~SceneSource();
 

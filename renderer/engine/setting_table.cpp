@@ -14,7 +14,6 @@
 #include "io/display/working_space.h"
 #include "io/exr/writer.h"
 #include "io/json/input.h"
-#include "io/json/reader.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/names.h"
 #include "renderer/core/option_values.h"
@@ -95,8 +94,7 @@ Setting number(const std::string& name, SettingGroup group, T least, T most,
     }
     settings.*Member = *value;
   };
-  return {
-      name, group, fmt::format("{}..{}", least, most), help, {}, false, read, member_text<Member>};
+  return {name, group, fmt::format("{}..{}", least, most), help, read, member_text<Member>};
 }
 
 template <typename Table>
@@ -115,7 +113,7 @@ Setting named(const std::string& name, SettingGroup group, const std::string& ki
   const auto read = [=](FrameSettings& settings, std::string_view text) {
     settings.*Member = find_named(table, fmt::format("`{}`", name), kind, text).name;
   };
-  return {name, group, "NAME", help, choices_of(table), false, read, member_text<Member>};
+  return {name, group, "NAME", help, read, member_text<Member>, choices_of(table)};
 }
 
 // A value of `table`, or, of an optional member, none.
@@ -129,7 +127,7 @@ Setting choice(const std::string& name, SettingGroup group, const std::string& k
     const std::optional<T> value = settings.*Member;
     return std::string(value ? name_of(table, *value) : "");
   };
-  return {name, group, "NAME", help, choices_of(table), false, read, text};
+  return {name, group, "NAME", help, read, text, choices_of(table)};
 }
 
 template <auto Member>
@@ -137,7 +135,7 @@ Setting word(const std::string& name, SettingGroup group, const std::string& typ
              const std::string& help) {
   const bool file = type == "FILE" || type == "DIR";
   const auto read = [](FrameSettings& settings, std::string_view text) { settings.*Member = text; };
-  return {name, group, type, help, {}, file, read, member_text<Member>};
+  return {name, group, type, help, read, member_text<Member>, {}, file};
 }
 
 template <auto Member>
@@ -146,7 +144,7 @@ Setting flag(const std::string& name, SettingGroup group, const std::string& hel
     if (text != "yes" && text != "no") refuse(name, text, "yes or no");
     settings.*Member = text == "yes";
   };
-  return {name, group, "", help, {}, false, read, member_text<Member>};
+  return {name, group, "", help, read, member_text<Member>};
 }
 
 // `N` numbers with `separator` between them, of which `make` makes the member's value, or nothing:
@@ -162,7 +160,7 @@ Setting numbers(const std::string& name, SettingGroup group, const std::string& 
     if (!value) refuse(name, text, expected);
     settings.*Member = *value;
   };
-  return {name, group, type, help, {}, false, read, member_text<Member>};
+  return {name, group, type, help, read, member_text<Member>};
 }
 
 template <auto Member>
@@ -188,7 +186,7 @@ Setting size() {
     settings.height = v[1];
   };
   const auto text = [](const FrameSettings& s) { return fmt::format("{}x{}", s.width, s.height); };
-  return {"size", kSample, "WxH", "frame in pixels", {}, false, read, text};
+  return {"size", kSample, "WxH", "frame in pixels", read, text};
 }
 
 Setting crop() {
@@ -240,8 +238,6 @@ Setting turntable() {
           "N|K/N",
           "N frames (`frames` 1-N) with the camera once round the scene, about the vertical axis "
           "through its centre; K/N: frame K of them. The scene stands still, but for `animation`",
-          {},
-          false,
           read,
           member_text<&FrameSettings::turntable>};
 }
@@ -278,7 +274,7 @@ Setting names(const std::string& name, const std::string& help, const Table& tab
     check(text);
     settings.*Member = text;
   };
-  return {name, kChannels, "LIST", help, choices_of(table), false, read, member_text<Member>};
+  return {name, kChannels, "LIST", help, read, member_text<Member>, choices_of(table)};
 }
 
 // Not said unless it differs from the default.

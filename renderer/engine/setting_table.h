@@ -38,14 +38,14 @@ struct SettingChoice {
 struct Setting {
   std::string name;  // of its option, without the dashes
   SettingGroup group;
-  std::string type;                         // of its value, for --help; empty: on or off
-  std::string help;                         // a line; in brackets what holds where nothing is given
-  std::vector<SettingChoice> choices = {};  // the valid names, if its value is one of a table
-  bool file = false;                        // its value is a path
+  std::string type;  // of its value, for --help; empty: on or off
+  std::string help;  // a line; in brackets what holds where nothing is given
   // Throws UsageError: the option, the text, what is valid.
   std::function<void(FrameSettings& settings, std::string_view text)> read;
   // A text of which read() makes the same value; empty: none is given.
   std::function<std::string(const FrameSettings& settings)> text;
+  std::vector<SettingChoice> choices = {};  // the valid names, if its value is one of a table
+  bool file = false;                        // its value is a path
 };
 
 std::span<const Setting> setting_table();

@@ -1,4 +1,4 @@
-#include "renderer/engine/shared_tiles.h"
+#include "renderer/engine/render_loop.h"
 
 #include "renderer/film/film.h"
 
@@ -45,13 +45,7 @@ void TileOwner::carry_out(RoundWork& work, RenderWorker& worker, RenderCounters&
     tiles_.open_.push_back(&round);
     tiles_.changed_.notify_all();
   }
-  std::exception_ptr thrown;
-  try {
-    tiles_.take_parts(work, worker);
-  } catch (...) {
-    thrown = std::current_exception();
-    work.abandon();
-  }
+  const std::exception_ptr thrown = tiles_.take_parts(work, worker);
   std::unique_lock lock(tiles_.mutex_);
   std::erase(tiles_.open_, &round);
   tiles_.changed_.wait(lock, [&] { return round.helpers == 0; });
@@ -70,13 +64,7 @@ void SharedTiles::help(RenderWorker& worker) {
     }
     ++round->helpers;
     lock.unlock();
-    std::exception_ptr thrown;
-    try {
-      take_parts(round->work, worker);
-    } catch (...) {
-      thrown = std::current_exception();
-      round->work.abandon();
-    }
+    const std::exception_ptr thrown = take_parts(round->work, worker);
     lock.lock();  // the owner goes on when it is free again
     if (--round->helpers == 0) changed_.notify_all();
     if (thrown) {
@@ -87,8 +75,14 @@ void SharedTiles::help(RenderWorker& worker) {
   }
 }
 
-void SharedTiles::take_parts(RoundWork& work, RenderWorker& worker) {
-  work.take_parts(worker, sink_, stop_, [this] { return !stop_.stop_requested(); });
+std::exception_ptr SharedTiles::take_parts(RoundWork& work, RenderWorker& worker) {
+  try {
+    work.take_parts(worker, sink_, stop_, [this] { return !stop_.stop_requested(); });
+    return nullptr;
+  } catch (...) {
+    work.abandon();
+    return std::current_exception();
+  }
 }
 
 // With the most parts left; null: there are none.

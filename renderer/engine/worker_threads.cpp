@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdlib>
-#include <exception>
 #include <latch>
 #include <string_view>
 #include <system_error>
@@ -18,7 +17,7 @@
 #include "io/files/atomic_file.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
-#include "renderer/engine/slurm_allocation.h"
+#include "renderer/engine/process_usage.h"
 
 namespace emberline {
 namespace {

@@ -1,9 +1,10 @@
 // A thread that does one thing after another for a session: loading, grading, writing.
 #pragma once
 
-#include <tbb/concurrent_queue.h>
-
+#include <condition_variable>
+#include <deque>
 #include <functional>
+#include <mutex>
 #include <thread>
 #include <utility>
 
@@ -14,24 +15,35 @@ class TaskThread {
   TaskThread() : thread_([this] { work(); }) {}
   // Does what has been posted, and ends.
   ~TaskThread() {
-    tasks_.push(nullptr);
+    post(nullptr);
     thread_.join();
   }
 
   // Any thread. The task must not throw.
-  void post(std::function<void()> task) { tasks_.push(std::move(task)); }
+  void post(std::function<void()> task) {
+    {
+      const std::lock_guard lock(mutex_);
+      tasks_.push_back(std::move(task));
+    }
+    posted_.notify_one();
+  }
 
  private:
   void work() {
     while (true) {
-      std::function<void()> task;
-      tasks_.pop(task);
+      std::unique_lock lock(mutex_);
+      posted_.wait(lock, [this] { return !tasks_.empty(); });
+      const std::function<void()> task = std::move(tasks_.front());
+      tasks_.pop_front();
+      lock.unlock();
       if (!task) return;
       task();
     }
   }
 
-  tbb::concurrent_bounded_queue<std::function<void()>> tasks_;  // one without a function ends it
+  std::mutex mutex_;
+  std::condition_variable posted_;
+  std::deque<std::function<void()>> tasks_;  // one without a function ends it
   std::thread thread_;
 };
 

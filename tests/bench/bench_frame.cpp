@@ -7,7 +7,7 @@
 #include <array>
 #include <atomic>
 
-#include "renderer/app/number_option.h"
+#include "renderer/app/shared_options.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/names.h"
 #include "renderer/core/option_values.h"

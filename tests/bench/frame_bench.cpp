@@ -17,7 +17,7 @@
 
 #include "bench/frame_benches.h"
 #include "bench/ray_recorder.h"
-#include "renderer/app/number_option.h"
+#include "renderer/app/shared_options.h"
 #include "renderer/engine/process_usage.h"
 #include "renderer/output/report.h"
 

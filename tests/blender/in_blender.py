@@ -533,7 +533,7 @@ def long_render():
     watch = engine.EmberlineRenderEngine._watch
 
     def told(self, process, *more):
-        print(f"child {process.pid}", flush=True)
+        print(f"child {process._child.pid}", flush=True)
         return watch(self, process, *more)
 
     engine.EmberlineRenderEngine._watch = told

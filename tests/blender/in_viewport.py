@@ -379,7 +379,7 @@ def viewport_large():
 def viewport_ends():
     """A renderer that is killed is one line; other shading, or Blender's end, ends it; two viewports have one each."""
     yield from begin()
-    child = the_viewport()._session.pid
+    child = the_viewport()._session._child.pid
     os.kill(child, signal.SIGKILL)
     yield from until(lambda: "signal 9" in (the_viewport()._said or ""), "its end is not said")
     yield from shown(0.5)
@@ -406,7 +406,7 @@ def viewport_ends():
     for viewed in both:
         viewed.spaces.active.shading.type = "RENDERED"
     yield from until(lambda: len(viewport._viewports) == 2 and all(v._picture for v in viewport._viewports), "they do not begin anew")
-    children = {v._session.pid for v in viewport._viewports}
+    children = {v._session._child.pid for v in viewport._viewports}
     check(len(children) == 2, "two viewports share a session")
     for viewed in both:
         viewed.spaces.active.shading.type = "SOLID"

@@ -1,4 +1,4 @@
-// The end of a frame of tiles: who has none left helps with those of others (shared_tiles.h).
+// The end of a frame of tiles: who has none left helps with those of others (render_loop.h).
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>

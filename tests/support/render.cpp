@@ -52,7 +52,7 @@ RenderPlan plan_of(const RenderSettings& s) {
 RenderedImage blank_image(const RenderPlan& plan) {
   RenderedImage image;
   image.crop = plan.crop;
-  for (const FilmChannel& c : film_channels(plan.aovs)) image.channels.push_back(c.name);
+  for (const PictureChannel& c : film_channels(plan.aovs)) image.channels.push_back(c.name);
   image.values.assign(size_t(image.crop.area()) * image.channels.size(), 0.0f);
   return image;
 }

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "io/image/input.h"
-#include "renderer/app/render_command.h"
+#include "renderer/app/commands.h"
 #include "renderer/film/filter.h"
 #include "support/edits.h"
 #include "support/session_owner.h"

@@ -10,9 +10,10 @@ from .glb import point
 class View:
     """`width`, `height`: of the frame that is rendered, of which `crop` (x0, y0, x1, y1, from the top) is shown."""
 
-    def __init__(self, width, height, crop, edit, placed=None):
-        """`placed`: the camera's matrix, of unit axes."""
+    def __init__(self, width, height, crop, edit, placed=None, left=0, bottom=0):
+        """`placed`: the camera's matrix, of unit axes. `left`, `bottom`: in a 3D viewport, of the crop in its region, in pixels."""
         self.width, self.height, self.crop, self.edit, self.placed = width, height, crop, edit, placed
+        self.left, self.bottom = left, bottom
 
     def follow(self, glb, animation, views):
         """Where one of `views`, of each moment, is another than this, the view becomes that of a camera of the file, which moves.
@@ -51,13 +52,26 @@ def pixels(render):
     return width, height, border
 
 
-def _focus_distance(camera, placed, depsgraph):
-    focus = camera.dof.focus_object
-    if not focus:
-        return camera.dof.focus_distance
-    at = focus.evaluated_get(depsgraph).matrix_world.translation
-    back = placed.matrix_world.to_3x3().col[2].normalized()
-    return abs(back.dot(placed.matrix_world.translation - at))
+def _add_lens(edit, slope, placed, depsgraph):
+    """The lens of a camera whose view has half the height `slope` at distance 1."""
+    camera = placed.data
+    dof, focus = camera.dof, camera.dof.focus_object
+    if not dof.use_dof or dof.aperture_fstop <= 0:
+        return
+    # Ours counts for film 24 mm high: the same opening has another number.
+    opening = 1e-3 * camera.lens / dof.aperture_fstop
+    edit["f_stop"] = 0.012 / slope / opening
+    distance = dof.focus_distance
+    if focus:
+        at = focus.evaluated_get(depsgraph).matrix_world.translation
+        back = placed.matrix_world.to_3x3().col[2].normalized()
+        distance = abs(back.dot(placed.matrix_world.translation - at))
+    edit["focus_distance"] = max(distance, 1e-6)
+
+
+def _up(top):
+    """The edit's "up", whose numbers are from -1 to 1: rounding may take an axis beyond."""
+    return [min(max(c, -1.0), 1.0) for c in point(top)]
 
 
 def view(depsgraph):
@@ -91,34 +105,20 @@ def view(depsgraph):
     back, top = matrix.col[2].normalized(), matrix.col[1].normalized()
     if not (back.length > 0 and top.length > 0 and all(map(math.isfinite, eye))):
         raise Refused(f"Emberline: camera '{placed.name}' looks nowhere (its scale is 0)")
-    edit = {"look_from": point(eye), "look_at": point(Vector(eye) - back), "up": point(top)}
+    edit = {"look_from": point(eye), "look_at": point(Vector(eye) - back), "up": _up(top)}
     right = top.cross(back).normalized()
     if matrix.determinant() < 0:
         edit["mirrored"] = True
         right = -right
     placed_plainly = Matrix((right, top, back)).transposed().to_4x4()
     placed_plainly.translation = eye
-    edit["up"] = [min(max(c, -1.0), 1.0) for c in edit["up"]]
     if camera.type == "ORTHO":
         edit["orthographic_height"] = camera.ortho_scale * whole[1] / fitted
         return View(*whole, crop, edit, placed_plainly)
     slope = 0.5 * sensor / camera.lens * whole[1] / fitted
     edit["fov_y"] = math.degrees(2 * math.atan(slope))
-    dof = camera.dof
-    if dof.use_dof and dof.aperture_fstop > 0:
-        # Ours counts for film 24 mm high: the same opening has another number.
-        opening = 1e-3 * camera.lens / dof.aperture_fstop
-        edit["f_stop"] = 0.012 / slope / opening
-        edit["focus_distance"] = max(_focus_distance(camera, placed, depsgraph), 1e-6)
+    _add_lens(edit, slope, placed, depsgraph)
     return View(*whole, crop, edit, placed_plainly)
-
-
-class RegionView(View):
-    """What a 3D viewport shows; the crop lies `left` and `bottom` of the region's corner, in its pixels."""
-
-    def __init__(self, width, height, crop, edit, left, bottom):
-        super().__init__(width, height, crop, edit)
-        self.left, self.bottom = left, bottom
 
 
 def _region_border(context, depsgraph, width, height):
@@ -168,17 +168,13 @@ def region_view(context, depsgraph):
     through_camera = region_data.view_perspective == "CAMERA"
     if flat and not through_camera:
         eye = eye + back * space.clip_end  # a user's view has no front end
-    edit = {"look_from": point(eye), "look_at": point(eye - back), "up": [min(max(c, -1.0), 1.0) for c in point(top)]}
+    edit = {"look_from": point(eye), "look_at": point(eye - back), "up": _up(top)}
     slope = whole[1] / height / projection[1][1]
     if flat:
         edit["orthographic_height"] = 2 * slope
-        return RegionView(*whole, crop, edit, left, bottom)
+        return View(*whole, crop, edit, left=left, bottom=bottom)
     edit["fov_y"] = math.degrees(2 * math.atan(slope))
     placed = depsgraph.scene_eval.camera
     if through_camera and placed and placed.type == "CAMERA":
-        placed = placed.evaluated_get(depsgraph)
-        dof = placed.data.dof
-        if dof.use_dof and dof.aperture_fstop > 0:
-            edit["f_stop"] = 0.012 / slope / (1e-3 * placed.data.lens / dof.aperture_fstop)
-            edit["focus_distance"] = max(_focus_distance(placed.data, placed, depsgraph), 1e-6)
-    return RegionView(*whole, crop, edit, left, bottom)
+        _add_lens(edit, slope, placed.evaluated_get(depsgraph), depsgraph)
+    return View(*whole, crop, edit, left=left, bottom=bottom)

@@ -121,11 +121,7 @@ class Process:
                 )
         except OSError as error:
             raise Refused(f"Emberline: {arguments[0]} cannot be started: {error.strerror}") from error
-        guard.watch(self.pid)
-
-    @property
-    def pid(self):
-        return self._child.pid
+        guard.watch(self._child.pid)
 
     def wait(self, seconds):
         """The exit code, None while it is at work."""
@@ -133,7 +129,7 @@ class Process:
             code = self._child.wait(seconds)
         except subprocess.TimeoutExpired:
             return None
-        guard.forget(self.pid)
+        guard.forget(self._child.pid)
         return code
 
     def progress(self):
@@ -147,7 +143,7 @@ class Process:
     def kill(self):
         self._child.kill()
         self._child.wait()
-        guard.forget(self.pid)
+        guard.forget(self._child.pid)
 
     def fault(self, code):
         """One line on what went wrong."""

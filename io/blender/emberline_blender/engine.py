@@ -6,6 +6,7 @@ import shutil
 import threading
 import time
 import traceback
+from concurrent import futures
 
 import bpy
 
@@ -34,24 +35,22 @@ def _do_main_thread_jobs():
 def _on_main_thread(engine, function):
     if threading.current_thread() is threading.main_thread():
         return function()
-    done, box = threading.Event(), {}
+    future = futures.Future()
 
     def job():
+        if not future.set_running_or_notify_cancel():
+            return
         try:
-            if not box.get("abandoned"):
-                box["value"] = function()
+            future.set_result(function())
         except BaseException as error:  # goes to the thread that waits
-            box["error"] = error
-        done.set()
+            future.set_exception(error)
 
     _main_thread_jobs.put(job)
-    while not done.wait(_LOOK):
+    while not futures.wait((future,), _LOOK).done:
         if engine.test_break():
-            box["abandoned"] = True
+            future.cancel()
             raise _Cancelled
-    if "error" in box:
-        raise box["error"]
-    return box["value"]
+    return future.result()
 
 
 class EmberlineRenderEngine(bpy.types.RenderEngine):

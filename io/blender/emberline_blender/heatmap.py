@@ -67,9 +67,4 @@ class EMBERLINE_OT_heatmap(bpy.types.Operator):
             self.report({"INFO"}, f"The image '{IMAGE}' is there for an Image Editor")
 
 
-def register():
-    bpy.utils.register_class(EMBERLINE_OT_heatmap)
-
-
-def unregister():
-    bpy.utils.unregister_class(EMBERLINE_OT_heatmap)
+register, unregister = bpy.utils.register_classes_factory((EMBERLINE_OT_heatmap,))

@@ -37,18 +37,18 @@ def _unnormalized(light):
     return 4 * math.pi * light.shadow_soft_size**2 if light.shadow_soft_size > 0 else 4.0
 
 
-def shown_node(tree, output, wanted):
-    """The node that the tree's active output of type `output` shows, if it is of type `wanted`."""
+def shown_node(tree, output):
+    """The node that the tree's active output of type `output` shows."""
     for node in tree.nodes if tree else ():
         if node.type == output and node.is_active_output and node.inputs["Surface"].is_linked:
-            source = node.inputs["Surface"].links[0].from_node
-            return source if source.type == wanted else None
+            return node.inputs["Surface"].links[0].from_node
     return None
 
 
 def emission_node(light):
     """The node that makes the light, where it has nodes and they are no more than that."""
-    return shown_node(light.node_tree, "OUTPUT_LIGHT", "EMISSION") if light.use_nodes else None
+    source = shown_node(light.node_tree, "OUTPUT_LIGHT") if light.use_nodes else None
+    return source if source and source.type == "EMISSION" else None
 
 
 def in_view(scene, camera, light, placed):

@@ -104,9 +104,9 @@ def of_object(scene, placed):
     layer = bpy.context.view_layer
     if placed.type != "LIGHT" and layer and placed.visible_camera and placed.indirect_only_get(view_layer=layer):
         said.append("it is seen by camera rays, too: its collection is indirect only")
-    for flag, what in (("camera", "camera"), ("diffuse", "diffuse"), ("glossy", "glossy"), ("transmission", "transmission"), ("shadow", "shadow")):
-        if placed.type != "LIGHT" and not getattr(placed, f"visible_{what}", True):
-            said.append(f"it is seen by {flag} rays, too")
+    for kind in ("camera", "diffuse", "glossy", "transmission", "shadow"):
+        if placed.type != "LIGHT" and not getattr(placed, f"visible_{kind}", True):
+            said.append(f"it is seen by {kind} rays, too")
     if placed.type != "LIGHT" and getattr(placed, "is_shadow_catcher", False):
         said.append("it is no shadow catcher")
     linking = getattr(placed, "light_linking", None)

@@ -1,7 +1,7 @@
 """Materials on their way through Blender's exporter: what it needs before, and what it leaves out."""
 import copy
 
-from . import images
+from . import images, lights
 
 
 def used_nodes(tree):
@@ -61,22 +61,16 @@ class Copies:
 
     @staticmethod
     def _take_values(node, evaluated):
-        for to, of in zip(node.inputs, evaluated.inputs if evaluated else ()):
-            if hasattr(to, "default_value"):
-                to.default_value = of.default_value
-        for to, of in zip(node.outputs, evaluated.outputs if evaluated else ()):
+        if not evaluated:
+            return
+        for to, of in (*zip(node.inputs, evaluated.inputs), *zip(node.outputs, evaluated.outputs)):
             if hasattr(to, "default_value"):
                 to.default_value = of.default_value
 
 
 def surface_node(material):
     """What the material's active output shows."""
-    if not material.use_nodes or not material.node_tree:
-        return None
-    for node in material.node_tree.nodes:
-        if node.type == "OUTPUT_MATERIAL" and node.is_active_output and node.inputs["Surface"].is_linked:
-            return node.inputs["Surface"].links[0].from_node
-    return None
+    return lights.shown_node(material.node_tree, "OUTPUT_MATERIAL") if material.use_nodes else None
 
 
 def restore_names(glb, names):

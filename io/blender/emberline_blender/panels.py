@@ -171,17 +171,8 @@ class EMBERLINE_PT_passes(_Panel, bpy.types.Panel):
         column.prop(layer.emberline, "use_pass_error")
 
 
-CLASSES = (
-    EMBERLINE_PT_sampling,
-    EMBERLINE_PT_where,
-    EMBERLINE_PT_light_paths,
-    EMBERLINE_PT_motion_blur,
-    EMBERLINE_PT_film,
-    EMBERLINE_PT_threads,
-    EMBERLINE_OT_look_again,
-    EMBERLINE_PT_limits,
-    EMBERLINE_PT_passes,
-)
+# In the order in which they stand above.
+_register_classes, _unregister_classes = bpy.utils.register_classes_factory((EMBERLINE_OT_look_again, *_Panel.__subclasses__()))
 
 
 def _all_panels(base=bpy.types.Panel):
@@ -202,8 +193,7 @@ _before = {}  # Blender's panels: what engines they had
 
 
 def register():
-    for c in CLASSES:
-        bpy.utils.register_class(c)
+    _register_classes()
     # Sets of our own: panels of one kind may share theirs.
     for panel in list(_of_blender()):
         _before[panel] = panel.__dict__.get("COMPAT_ENGINES")
@@ -217,5 +207,4 @@ def unregister():
         else:
             panel.COMPAT_ENGINES = engines
     _before.clear()
-    for c in reversed(CLASSES):
-        bpy.utils.unregister_class(c)
+    _unregister_classes()

@@ -3,6 +3,7 @@
 Blender's own exporter writes the materials: it is given a scene with a triangle of each, which is removed again, so that nothing of
 the user's is touched. Meshes, each once, where they stand, and the lights are added to its file.
 """
+import collections
 import contextlib
 import os
 import types
@@ -183,12 +184,8 @@ def worn_by(placed):
     return tuple(slot.material.name_full if slot.material else "" for slot in placed.material_slots)
 
 
-class _Thing:
-    """A mesh or a light. `track`: where it stands at each moment; `key`: of its mesh; `holdout`: the camera sees a hole."""
-
-    def __init__(self, name, data, track, group, key=None, unseen=False, holdout=False):
-        self.name, self.data, self.track, self.group, self.key, self.unseen = name, data, track, group, key, unseen
-        self.holdout = holdout
+# A mesh or a light. `track`: where it stands at each moment; `key`: of its mesh; `holdout`: the camera sees a hole.
+_Thing = collections.namedtuple("_Thing", "name data track group key unseen holdout", defaults=(None, False, False))
 
 
 class Export:

@@ -1,4 +1,5 @@
 """`emberline session` as a child (renderer/session/PROTOCOL.md): commands go in without waiting, pictures come back."""
+import collections
 import json
 import mmap
 import queue
@@ -11,11 +12,8 @@ from . import guard
 from .command import Refused, environment
 
 
-class Picture:
-    """R G B A, linear, rows from the bottom as Blender's textures have them."""
-
-    def __init__(self, message, pixels):
-        self.message, self.pixels = message, pixels
+# R G B A, linear, rows from the bottom as Blender's textures have them.
+Picture = collections.namedtuple("Picture", "message pixels")
 
 
 class Session:
@@ -33,10 +31,6 @@ class Session:
         self._commands, self._closing = queue.SimpleQueue(), False
         for run in (self._write, self._read):
             threading.Thread(target=run, daemon=True).start()
-
-    @property
-    def pid(self):
-        return self._child.pid
 
     def say(self, do, **members):
         self._commands.put({"do": do, **members})

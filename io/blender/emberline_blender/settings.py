@@ -103,20 +103,23 @@ class EmberlineSettings(bpy.types.PropertyGroup):
     )
 
 
+def _passes_changed(_settings, context):
+    if context.view_layer:
+        context.view_layer.update_render_passes()
+
+
 class EmberlineLayerSettings(bpy.types.PropertyGroup):
     use_pass_samples: BoolProperty(
         name="Sample Count",
         description="Samples of each pixel",
         default=False,
-        update=lambda self,
-        context: _passes_changed(context),
+        update=_passes_changed,
     )
     use_pass_error: BoolProperty(
         name="Error",
         description="Standard error of the pixel, radiance",
         default=False,
-        update=lambda self,
-        context: _passes_changed(context),
+        update=_passes_changed,
     )
 
 
@@ -140,11 +143,6 @@ class EmberlinePreferences(bpy.types.AddonPreferences):
             self.layout.label(text=str(fault), icon="ERROR")
 
 
-def _passes_changed(context):
-    if context.view_layer:
-        context.view_layer.update_render_passes()
-
-
 def preferred_command():
     addon = bpy.context.preferences.addons.get(__package__)
     return bpy.path.abspath(addon.preferences.command) if addon and addon.preferences else ""
@@ -155,8 +153,10 @@ def filter_radius(own):
     return own.filter_width * _RADII[own.pixel_filter] if own.pixel_filter in _RADII else 0.5
 
 
-def _sample_options(own, render):
-    arguments = ["--filter", own.pixel_filter, "--filter-radius", repr(max(filter_radius(own), 0.01))]
+def _sample_options(scene, samples, seed):
+    own, render = scene.emberline, scene.render
+    arguments = ["--spp", str(samples), "--max-depth", str(own.max_bounces + 1), "--seed", str(seed % 2**32)]
+    arguments += ["--filter", own.pixel_filter, "--filter-radius", repr(max(filter_radius(own), 0.01))]
     if own.clamp_indirect > 0:
         arguments += ["--clamp-indirect", repr(own.clamp_indirect)]
     if own.use_denoising:
@@ -169,30 +169,26 @@ def _sample_options(own, render):
 
 
 def options(scene):
-    own, render = scene.emberline, scene.render
+    own = scene.emberline
     seed = own.seed + (scene.frame_current if own.use_animated_seed else 0)
-    arguments = ["--driver", own.driver, "--spp", str(own.samples), "--max-depth", str(own.max_bounces + 1)]
-    arguments += ["--seed", str(seed % 2**32)]
+    arguments = ["--driver", own.driver] + _sample_options(scene, own.samples, seed)
     if own.use_noise_threshold and own.driver != "bisection":
         arguments += ["--noise-threshold", repr(own.noise_threshold)]
     if own.time_limit > 0:
         arguments += ["--time-limit", repr(max(own.time_limit, 0.001))]
-    return arguments + _sample_options(own, render)
+    return arguments
 
 
 def viewport_options(scene):
     """The same of a viewport, which has a driver of its own and no time limit."""
-    own, render = scene.emberline, scene.render
-    arguments = ["--spp", str(own.viewport_samples), "--max-depth", str(own.max_bounces + 1), "--seed", str(own.seed % 2**32)]
-    return arguments + _sample_options(own, render)
+    return _sample_options(scene, scene.emberline.viewport_samples, scene.emberline.seed)
 
 
-CLASSES = (EmberlineSettings, EmberlineLayerSettings, EmberlinePreferences)
+_register_classes, _unregister_classes = bpy.utils.register_classes_factory((EmberlineSettings, EmberlineLayerSettings, EmberlinePreferences))
 
 
 def register():
-    for c in CLASSES:
-        bpy.utils.register_class(c)
+    _register_classes()
     bpy.types.Scene.emberline = PointerProperty(type=EmberlineSettings)
     bpy.types.ViewLayer.emberline = PointerProperty(type=EmberlineLayerSettings)
 
@@ -200,5 +196,4 @@ def register():
 def unregister():
     del bpy.types.ViewLayer.emberline
     del bpy.types.Scene.emberline
-    for c in reversed(CLASSES):
-        bpy.utils.unregister_class(c)
+    _unregister_classes()

@@ -12,7 +12,8 @@ _LINEAR = ("Linear", "Linear Rec.709", "Non-Color", "Raw")
 
 def background_node(world):
     """The Background node of the world's active output, if that is what it is."""
-    return lights.shown_node(world.node_tree, "OUTPUT_WORLD", "BACKGROUND")
+    source = lights.shown_node(world.node_tree, "OUTPUT_WORLD")
+    return source if source and source.type == "BACKGROUND" else None
 
 
 def environment_node(world):

@@ -1,9 +1,7 @@
 // Frames: rendered, saved, extended, merged.
-#include <algorithm>
 #include <cstring>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -66,8 +64,7 @@ std::shared_ptr<api::RenderedPicture> render(Scene& scene, const api::Settings* 
                                              double checkpoint_interval, bool keep_checkpoint,
                                              const py::kwargs& options) {
   for (const auto& row : api::Settings::help()) {
-    std::string name = row.name;
-    std::ranges::replace(name, '-', '_');
+    const std::string name = argument_name(row.name);
     if (row.of_scene && options.contains(name)) {
       throw api::UsageError(name + ": is decided when the scene is loaded; give it to Scene()");
     }
@@ -86,9 +83,8 @@ std::shared_ptr<api::RenderedPicture> render(Scene& scene, const api::Settings* 
 std::shared_ptr<Scene> load_stored(const std::string& file) {
   return result_of([&](Call& call) {
     const api::StoredFrame stored = api::stored_frame(file);
-    api::Scene scene(stored.scene, stored.settings, {}, call.given_up());
-    return std::make_shared<Scene>(
-        Scene{LoadedScene(new api::Scene(std::move(scene))), stored.settings, stored.settings});
+    return std::make_shared<Scene>(api::Scene(stored.scene, stored.settings, {}, call.given_up()),
+                                   stored.settings);
   });
 }
 

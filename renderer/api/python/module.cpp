@@ -1,8 +1,6 @@
 // `import emberline`: the library's interface (renderer/api/emberline.h) in Python.
 #include "renderer/api/python/module.h"
 
-#include <string>
-
 namespace emberline::python {
 namespace {
 

@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "renderer/api/emberline.h"
@@ -25,10 +26,11 @@ struct LeaveInForks {
   }
 };
 
-using LoadedScene = std::unique_ptr<api::Scene, LeaveInForks>;
-
 struct Scene {
-  LoadedScene scene;
+  Scene(api::Scene made, const api::Settings& with)
+      : scene(new api::Scene(std::move(made))), loaded(with), settings(with) {}
+
+  std::unique_ptr<api::Scene, LeaveInForks> scene;
   api::Settings loaded;    // with these,
   api::Settings settings;  // and with those of its pose: what render() takes
   int renders = 0;         // under way; read and written with the GIL

@@ -18,9 +18,10 @@ std::shared_ptr<Scene> load(const py::object& path, const api::Settings* setting
   apply(options, all);
   const api::Resources resources = resources_of(threads, memory_limit, load_timeout);
   return result_of([&](Call& call) {
-    api::Scene scene = animated ? api::Scene::animated(file, all, resources, call.given_up())
-                                : api::Scene(file, all, resources, call.given_up());
-    return std::make_shared<Scene>(Scene{LoadedScene(new api::Scene(std::move(scene))), all, all});
+    return std::make_shared<Scene>(animated
+                                       ? api::Scene::animated(file, all, resources, call.given_up())
+                                       : api::Scene(file, all, resources, call.given_up()),
+                                   all);
   });
 }
 

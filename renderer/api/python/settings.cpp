@@ -1,6 +1,4 @@
 // Errors, and settings by the names of the command's options.
-#include <algorithm>
-#include <array>
 #include <string>
 #include <vector>
 
@@ -41,9 +39,8 @@ std::string describe(const api::Settings& settings) {
   for (const std::string& name : given(settings)) {
     const std::string value = settings.get(name);
     if (value == defaults.get(name)) continue;
-    std::string option = name;
-    std::ranges::replace(option, '-', '_');
-    all += (all.empty() ? "" : ", ") + option + "=" + std::string(py::repr(text(value)));
+    all +=
+        (all.empty() ? "" : ", ") + argument_name(name) + "=" + std::string(py::repr(text(value)));
   }
   return "Settings(" + all + ")";
 }

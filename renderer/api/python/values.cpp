@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <climits>
-#include <cmath>
-#include <optional>
 #include <vector>
 
 #include "renderer/api/python/calls.h"
@@ -129,6 +127,12 @@ std::string setting_name(std::string_view name) {
   std::string dashed(name);
   std::ranges::replace(dashed, '_', '-');
   return dashed;
+}
+
+std::string argument_name(std::string_view name) {
+  std::string argument(name);
+  std::ranges::replace(argument, '-', '_');
+  return argument;
 }
 
 std::string setting_text(const std::string& name, const py::handle& value) {

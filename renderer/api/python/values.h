@@ -22,6 +22,7 @@ std::string path_of(const py::handle& path);
 
 // "noise_threshold" is "noise-threshold".
 std::string setting_name(std::string_view name);
+std::string argument_name(std::string_view name);  // and back
 // As the command's option has it: True is "yes", (320, 200) of "size" is "320x200", a list has
 // commas. Throws TypeError.
 std::string setting_text(const std::string& name, const py::handle& value);

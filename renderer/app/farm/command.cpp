@@ -1,4 +1,4 @@
-#include "renderer/app/farm/command.h"
+#include "renderer/app/commands.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

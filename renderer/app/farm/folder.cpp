@@ -51,10 +51,6 @@ std::string FarmFolder::progress(uint32_t part) const {
   return file(fmt::format("progress/part-{}.json", part));
 }
 
-std::string FarmFolder::log(uint32_t part) const {
-  return file(fmt::format("logs/part-{}.log", part));
-}
-
 std::string FarmFolder::checkpoint(uint32_t part, uint32_t parts) const {
   RenderOptions options;
   options.outputs = {output};

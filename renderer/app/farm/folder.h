@@ -29,7 +29,6 @@ struct FarmFolder {
 
   std::string file(const std::string& name) const { return path + "/" + name; }
   std::string progress(uint32_t part) const;
-  std::string log(uint32_t part) const;
   std::string checkpoint(uint32_t part, uint32_t parts) const;
   // Slurm reads % and \ in the names of logs, and there is no way to write both. In a folder with
   // such a name, or with control characters, the scripts open their logs themselves.

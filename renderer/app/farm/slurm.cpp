@@ -1,20 +1,86 @@
 #include "renderer/app/farm/slurm.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <poll.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <sstream>
 
-#include "renderer/app/farm/run_tool.h"
+#include "io/files/descriptor.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/option_values.h"
 #include "renderer/core/shortened.h"
 
 namespace emberline {
 namespace {
+
+struct Pipe {
+  Pipe() {
+    std::array<int, 2> ends;
+    if (::pipe2(ends.data(), O_CLOEXEC) != 0) throw RenderError("pipe: {}", std::strerror(errno));
+    read = Descriptor(ends[0]);
+    write = Descriptor(ends[1]);
+  }
+
+  Descriptor read, write;
+};
+
+struct ToolResult {
+  int exit_code = 0;  // 128 and more: ended by a signal
+  std::string out, err;
+};
+
+// Both at once: a program that fills one waits until it is read.
+void read_both(Pipe& out, Pipe& err, ToolResult& result) {
+  std::array<pollfd, 2> ends = {pollfd{out.read, POLLIN, 0}, pollfd{err.read, POLLIN, 0}};
+  while (ends[0].fd >= 0 || ends[1].fd >= 0) {
+    if (::poll(ends.data(), ends.size(), -1) < 0 && errno != EINTR) return;
+    for (size_t i = 0; i < ends.size(); ++i) {
+      if (ends[i].fd < 0 || ends[i].revents == 0) continue;
+      char block[4096];
+      const ssize_t count = ::read(ends[i].fd, block, sizeof block);
+      if (count > 0) (i == 0 ? result.out : result.err).append(block, size_t(count));
+      if (count == 0 || (count < 0 && errno != EINTR)) ends[i].fd = -1;
+    }
+  }
+}
+
+// The words are the program, which is looked for in PATH, and its arguments; no shell reads them.
+// Nothing where there is no such program. Throws RenderError where the system starts none.
+std::optional<ToolResult> run_tool(const std::vector<std::string>& words) {
+  Pipe out, err;
+  posix_spawn_file_actions_t actions;
+  ::posix_spawn_file_actions_init(&actions);
+  ::posix_spawn_file_actions_adddup2(&actions, out.write, STDOUT_FILENO);
+  ::posix_spawn_file_actions_adddup2(&actions, err.write, STDERR_FILENO);
+  std::vector<char*> arguments;
+  for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
+  arguments.push_back(nullptr);
+  pid_t child = -1;
+  const int error =
+      ::posix_spawnp(&child, arguments[0], &actions, nullptr, arguments.data(), environ);
+  ::posix_spawn_file_actions_destroy(&actions);
+  if (error == ENOENT || error == EACCES) return std::nullopt;
+  if (error != 0) throw RenderError("{} does not start: {}", words[0], std::strerror(error));
+  out.write = Descriptor();
+  err.write = Descriptor();
+  ToolResult result;
+  read_both(out, err, result);
+  int status = 0;
+  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  result.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  return result;
+}
 
 RenderError no_slurm(const std::string& program) {
   return RenderError(

@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <filesystem>
+#include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -14,7 +14,6 @@
 #include "io/json/reader.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
-#include "renderer/core/names.h"
 #include "renderer/core/readable.h"
 #include "renderer/core/utf8.h"
 #include "renderer/output/frame_merge.h"
@@ -25,18 +24,10 @@ namespace {
 using Json = nlohmann::ordered_json;
 using enum PartState;
 
-constexpr std::array<NamedValue<PartState>, 6> kStates = {{
-    {"waiting", "", kWaiting},
-    {"running", "", kRunning},
-    {"done", "", kDone},
-    {"stopped", "", kStopped},
-    {"failed", "", kFailed},
-    {"unknown", "", kUnknown},
-}};
+constexpr std::string_view kStates[] = {"waiting", "running", "done",
+                                        "stopped", "failed",  "unknown"};
 
-std::string state_name(PartState state) {
-  return std::string(name_of(std::span<const NamedValue<PartState>>(kStates), state));
-}
+std::string_view state_name(PartState state) { return kStates[size_t(state)]; }
 
 // The last line that is not empty, of the last 4 KiB.
 std::string last_line(const std::string& path) {
@@ -62,9 +53,9 @@ bool read_progress(const std::string& path, PartStatus& status) {
     const JsonReader json(document, path);
     PartStatus read = status;
     const std::string state = json["state"].text();
-    const auto entry = std::ranges::find(kStates, state, &NamedValue<PartState>::name);
-    if (entry == kStates.end()) json["state"].expected("running, done, stopped or failed");
-    read.state = entry->value;
+    const auto* const named = std::ranges::find(kStates, state);
+    if (named == std::end(kStates)) json["state"].expected("running, done, stopped or failed");
+    read.state = PartState(named - kStates);
     read.done = json["done"].number(0, 1);
     read.samples = json["samples"].whole(0, UINT64_MAX);
     read.elapsed_s = json["elapsed_s"].number(0, kLongest);
@@ -165,7 +156,7 @@ PartStatus part_status(const FarmFolder& folder, const FarmRecord& record, const
   }
   apply(queue, id, status);
   if (status.state == kRunning && !queue.known) doubt(folder.progress(part), status);
-  explain(folder.log(part), status);
+  explain(folder.file(fmt::format("logs/part-{}.log", part)), status);
   return status;
 }
 
@@ -256,9 +247,9 @@ std::string status_json(const FarmStatus& status) {
 // Parts that wait for their turn or are done are counted alone.
 std::string status_text(const FarmStatus& status) {
   std::string text = printable(status.output) + fmt::format(": {} parts", status.parts.size());
-  for (const NamedValue<PartState>& state : kStates) {
-    const auto count = std::ranges::count(status.parts, state.value, &PartStatus::state);
-    if (count > 0) text += fmt::format(", {} {}", count, state.name);
+  for (size_t i = 0; i < std::size(kStates); ++i) {
+    const auto count = std::ranges::count(status.parts, PartState(i), &PartStatus::state);
+    if (count > 0) text += fmt::format(", {} {}", count, kStates[i]);
   }
   text += "; " + readable_percent(status.done);
   if (status.left_s && *status.left_s > 0)

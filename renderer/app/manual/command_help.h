@@ -31,4 +31,17 @@ struct CommandHelp {
 
 CommandHelp command_help(const CLI::App& root);
 
+// Man pages.
+// man(7) of one command; those below the root have pages of their own, those below them a section.
+std::string manual_page(const CommandHelp& command);
+// "emberline-render.1"
+std::string manual_name(const CommandHelp& command);
+
+// What a shell completes after `emberline`: commands, options, names that an option takes, files by
+// their suffix.
+// To be sourced; needs bash 4 and no other file.
+std::string bash_completion(const CommandHelp& root);
+// For a folder of $fpath, as _emberline.
+std::string zsh_completion(const CommandHelp& root);
+
 }  // namespace emberline

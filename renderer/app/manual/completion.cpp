@@ -1,4 +1,4 @@
-#include "renderer/app/manual/completion.h"
+#include "renderer/app/manual/command_help.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

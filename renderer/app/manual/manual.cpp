@@ -1,4 +1,4 @@
-#include "renderer/app/manual/manual.h"
+#include "renderer/app/manual/command_help.h"
 
 #include <algorithm>
 #include <cctype>
@@ -89,23 +89,20 @@ std::string title(const CommandHelp& command) {
          " \\- " + roff(command.summary) + "\n.SH SYNOPSIS\n";
 }
 
-constexpr const char* kExitStatus = R"(.SH EXIT STATUS
-.TP
-.B 0
-done
-.TP
-.B 1
-the render or a write failed
-.TP
-.B 2
-the command line is wrong
-.TP
-.B 3
-the input is unusable
-.TP
-.B 130
-stopped by the user, a signal or a time limit; what there was is written
-)";
+constexpr std::pair<int, const char*> kExitCodes[] = {
+    {0, "done"},
+    {1, "the render or a write failed"},
+    {2, "the command line is wrong"},
+    {3, "the input is unusable"},
+    {130, "stopped by the user, a signal or a time limit; what there was is written"}};
+
+std::string exit_status() {
+  std::string text = ".SH EXIT STATUS\n";
+  for (const auto& [code, meaning] : kExitCodes) {
+    text += ".TP\n.B " + std::to_string(code) + "\n" + meaning + "\n";
+  }
+  return text;
+}
 
 }  // namespace
 
@@ -121,7 +118,7 @@ std::string manual_page(const CommandHelp& command) {
   if (!is_root) {
     for (const CommandHelp& below : command.commands) text += section_below(below);
   }
-  text += kExitStatus;
+  text += exit_status();
   return is_root ? text : text + ".SH SEE ALSO\n" + bold("emberline") + "(1)\n";
 }
 

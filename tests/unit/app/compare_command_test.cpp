@@ -1,5 +1,5 @@
 // emberline compare on files: what it prints, what it writes, and which errors it gives.
-#include "renderer/app/compare_command.h"
+#include "renderer/app/commands.h"
 
 #include <gtest/gtest.h>
 

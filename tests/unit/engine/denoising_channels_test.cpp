@@ -56,7 +56,7 @@ TEST(HalfChannels, AreMeansOfEachHalf) {
   EXPECT_EQ(value_of(film, 1, "half2.G"), 6.0f);
   EXPECT_EQ(value_of(film, 1, "half2.visibility"), 1.0f);
   EXPECT_EQ(value_of(film, 1, "half2.samples"), 1.0f);
-  for (const FilmChannel& channel : half_channels()) {
+  for (const PictureChannel& channel : half_channels()) {
     EXPECT_EQ(value_of(film, 0, channel.name), 0.0f) << channel.name;
   }
 }

@@ -444,7 +444,7 @@ void expect_layers(const std::string& path, const ExrHeader& header, double loss
                     Imf::Slice::Make(Imf::FLOAT, values.data(), crop, 4, 4 * size_t(width)));
       part.setFrameBuffer(buffer);
       part.readPixels(crop.min.y, crop.max.y);
-      const auto channel = std::ranges::find(header.channels, i.name(), &ExrChannel::name);
+      const auto channel = std::ranges::find(header.channels, i.name(), &PictureChannel::name);
       ASSERT_NE(channel, header.channels.end()) << i.name();
       const auto c = size_t(channel - header.channels.begin());
       const Imf::PixelType type = channel->type == ChannelType::kHalf   ? Imf::HALF
@@ -465,7 +465,7 @@ void expect_layers(const std::string& path, const ExrHeader& header, double loss
     }
   }
   if (file.parts() == 1) return;
-  for (const ExrChannel& channel : header.channels) {
+  for (const PictureChannel& channel : header.channels) {
     EXPECT_EQ(part_of[channel.name], layer_of(channel.name));
   }
   EXPECT_EQ(part_of["G"], "RGBA");
@@ -479,7 +479,7 @@ TEST_F(ExrWriterTest, PartsTypesAndCompressions) {
       header.parts = parts.value;
       header.compression = compression.value;
       if (is_lossy(compression.value) && parts.value == ExrParts::kOne) {
-        std::erase_if(header.channels, [](const ExrChannel& channel) {
+        std::erase_if(header.channels, [](const PictureChannel& channel) {
           return channel.name.starts_with("Crypto") || channel.name.starts_with("N.");
         });
       }

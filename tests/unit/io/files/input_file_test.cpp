@@ -65,7 +65,7 @@ TEST(InputFile, IdentityIsThatOfTheFileAndNotOfItsName) {
   write_text(folder / "b", "a");
   ASSERT_EQ(::link((folder / "a").c_str(), (folder / "hard").c_str()), 0);
   ASSERT_EQ(::symlink("a", (folder / "soft").c_str()), 0);
-  const FileIdentity a = InputFile(folder / "a").identity();
+  const FileIdentity a = InputFile(folder / "a").named("a").identity;
   EXPECT_EQ(file_identity(folder / "hard"), a);
   EXPECT_EQ(file_identity(folder / "soft"), a);
   EXPECT_NE(file_identity(folder / "b"), a);

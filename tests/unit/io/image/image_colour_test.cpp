@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "io/image/input.h"
-#include "renderer/app/denoise_command.h"
+#include "renderer/app/commands.h"
 #include "renderer/core/errors.h"
 #include "renderer/output/rgb_file.h"
 #include "support/encoded_images.h"
