@@ -1,13 +1,13 @@
-// The table of channels (renderer/film/channels.h) for people and for programs.
+// Lists the table of channels (renderer/film/channels.h) as text or JSON.
 #pragma once
 
 #include <string>
 
 namespace emberline {
 
-// As JSON a list of {"name", "channels", "setting", "value", "unit", "whole_numbers", "half",
-// "lossy", "denoised", "summary"}, in the order in which pictures have them; no channels where the
-// scene names them.
+// JSON: a list of {"name", "channels", "setting", "value", "unit", "whole_numbers", "half",
+// "lossy", "denoised", "summary"} in picture order. "channels" is empty where the scene determines
+// the names.
 std::string channel_list(bool as_json);
 
 }  // namespace emberline

@@ -21,7 +21,7 @@ using Json = nlohmann::json;
 
 constexpr uint64_t kBlockBytes = uint64_t(4) << 20;
 
-// Throws InputError with all that differs.
+// Throws InputError that lists all differences.
 void check_frame(const RecordFile& file, const Json& now,
                  std::initializer_list<std::string_view> but = {}) {
   const Json then = parse_json(file.head(), file.path());
@@ -47,7 +47,7 @@ Tiles tiles_of(const RecordFile& file) {
   return tiles;
 }
 
-// Reads all that counts: of two records of one number the later. One at a time is in memory.
+// Reads the record that counts for each number: the last one. Holds one record in memory at a time.
 bool records_are_whole(const RecordFile& file) {
   std::map<std::pair<uint32_t, uint64_t>, RecordEntry> records;
   for (const RecordEntry& record : file.records()) {
@@ -65,7 +65,7 @@ void warn_of_lost_tiles(const std::string& why) {
   log_warning(why + "; the tiles that are lost are rendered anew");
 }
 
-// Nothing where the file has no such tile, or, with a warning, a damaged one.
+// Returns nullopt if the file lacks the tile or, with a warning, if the tile is damaged.
 std::optional<std::vector<std::byte>> load_tile(const RecordFile* file, const Tiles& tiles,
                                                 size_t tile, uint64_t most) {
   const auto at = tiles.find(tile);
@@ -192,7 +192,7 @@ Checkpoint::Checkpoint(const CheckpointOptions& options, const Json& head)
   made_ = !there;
   file_ = there ? std::make_unique<LockedFile>(path_) : std::make_unique<LockedFile>(path_, head_);
   if (there && options.resume) earlier_ = std::make_unique<RecordFile>(path_);
-  // Of one that has nothing yet, nothing is lost.
+  // An existing file without records has nothing to resume.
   if (earlier_ && earlier_->end() == file_->size() && earlier_->records().empty()) {
     earlier_.reset();
   }
@@ -212,7 +212,7 @@ Checkpoint::Checkpoint(const CheckpointOptions& options, const Json& head)
   thread_ = std::thread([this] { run(); });
 }
 
-// After an error. What this run has made and saved nothing in is of no use.
+// Runs after an error. A file that this run created and saved nothing in is removed.
 Checkpoint::~Checkpoint() {
   if (!thread_.joinable()) return;
   try {
@@ -242,13 +242,13 @@ void Checkpoint::save(size_t tile, std::span<const std::byte> state) {
     file_->append(record);
     tiles_waiting_ = true;
     report_.bytes = file_->size();
-  } catch (const std::exception& error) {  // also of memory
+  } catch (const std::exception& error) {  // including out of memory
     const std::lock_guard lock(mutex_);
     failed(error.what());
   }
 }
 
-// The frame goes on: what is not saved is lost only if this run is.
+// Rendering continues; a failed save matters only if this run ends early.
 void Checkpoint::failed(const std::string& error) {
   error_ = error;
   if (!warned_ && !ending_)
@@ -285,7 +285,7 @@ bool Checkpoint::wanted() const {
 
 void Checkpoint::save(RenderJob& job) {
   std::unique_lock lock(mutex_);
-  wake_.wait(lock, [&] { return !busy_; });  // at a stop; else nobody asks meanwhile
+  wake_.wait(lock, [&] { return !busy_; });  // at a stop; otherwise callers check wanted() first
   const Stopwatch pause;
   asked_ = false;
   next_s_ = clock_.seconds() + interval_s_;
@@ -304,11 +304,11 @@ void Checkpoint::save(RenderJob& job) {
   wake_.notify_all();
 }
 
-// Copies will have so much, or a little more. The first touch of a large copy's memory takes longer
-// than the copy: it is done before the first is wanted, while others render.
+// Sets the expected size of copies. First touch of a large copy's memory takes longer than the copy
+// itself, so the thread does it before the first save, while workers render.
 void Checkpoint::copies(uint64_t film_bytes) {
   const std::lock_guard lock(mutex_);
-  copy_bytes_ = film_bytes + film_bytes / 8;  // a driver's state grows
+  copy_bytes_ = film_bytes + film_bytes / 8;  // the driver's state grows
 }
 
 void Checkpoint::touch_copy() {
@@ -318,7 +318,7 @@ void Checkpoint::touch_copy() {
     prefer_huge_pages(copy.data(), copy.capacity());
     copy.resize(copy_bytes_);
     copy_ = std::move(copy);
-  } catch (const std::bad_alloc&) {  // then a pause is as long as it is
+  } catch (const std::bad_alloc&) {  // then the first pause pays for the first touch
     copy_bytes_ = 0;
   }
 }
@@ -363,11 +363,11 @@ void Checkpoint::run() {
         write_behind(copy_);
       } catch (const RenderError& error) {  // it names the file
         why = error.what();
-      } catch (const std::exception& error) {  // also of memory
+      } catch (const std::exception& error) {  // including out of memory
         why = path_ + ": " + error.what();
       }
       lock.lock();
-      error_.clear();  // it has the whole frame, whatever failed before
+      error_.clear();  // the file has the whole frame now, whatever failed before
       if (!why.empty()) failed(why);
       writing_ = false;
       busy_ = false;
@@ -393,8 +393,8 @@ void Checkpoint::run() {
   }
 }
 
-// Another program may have removed, replaced, cut or overwritten the file in the meantime. Where it
-// was cut, what was appended later leaves a hole: so the bytes themselves are read.
+// Another program may have removed, replaced, truncated or overwritten the file. Appending after a
+// truncation leaves a hole, so the contents are read back.
 void Checkpoint::check_file() {
   try {
     if (file_->is_named()) {

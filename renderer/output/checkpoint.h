@@ -1,16 +1,16 @@
-// What there is of a frame, in a file, so that a later run goes on from there to the same bits.
+// Saves an unfinished frame to a file, so that a later run can resume it to the same bits.
 //
-// A frame of tiles appends each as it is finished; another replaces the whole file from time to
-// time. The file (io/files/record_file.h) has a head in JSON (checkpoint_head.h):
-//   "bits"        kBitsVersion; "emberline" the version for people
-//   "settings"    all that decide bits, as texts by name (setting_table.h); "schedule" the others
-//   "inputs"      fingerprints of the files that were read; "files" where they were
-//   "machine"     host, instruction sets, processor's maker, Embree's version
-//   "light layers"  names, with light groups
-// and records. Of tiles: one each, whose bytes are those of a TileResult, the film and the driver's
-// state; of two of one tile the later counts. Of one film: blocks of at most 4 MiB that together
-// are what RenderJob::save() makes, and an empty record behind the last. What these classes save
-// is theirs to say (archive()); numbers are the machine's own, little-endian.
+// A tiled frame appends each tile as it finishes; a frame with one film replaces the whole file at
+// intervals. The file (io/files/record_file.h) starts with a JSON head (checkpoint_head.h):
+//   "bits"        kBitsVersion; "emberline" has the readable version
+//   "settings"    settings that decide bits, by name (setting_table.h); "schedule" has the others
+//   "inputs"      fingerprints of the input files; "files" has their paths
+//   "machine"     host, instruction sets, processor maker, Embree version
+//   "light layers"  layer names, with light groups
+// Records follow the head. A tiled frame has one record per tile with the bytes of a TileResult,
+// the film and the driver state; if a tile has two records, the later one counts. A frame with one
+// film stores RenderJob::save() in blocks of at most 4 MiB, followed by an empty end record. Each
+// class defines its own bytes in archive(); numbers are in native byte order (little-endian).
 #pragma once
 
 #include <atomic>
@@ -34,73 +34,73 @@
 
 namespace emberline {
 
-// Kinds of records. A tile's number is its own (bucket_number()); of a frame of one film, blocks of
-// its state are numbered from 0 on, and an empty record with their number ends them.
+// Record kinds. A tile record is numbered by bucket_number(). Block records are numbered from 0,
+// and the end record has the next number.
 inline constexpr uint32_t kTileRecord = 1, kBlockRecord = 2, kEndRecord = 3;
 
-// Refuses a name under which there is another file than a checkpoint, or a link to nothing: it
-// would be replaced, or made through the link. Throws UsageError; InputError for a file that
-// `resume` is to go on with.
+// Rejects a path that holds a file other than a checkpoint, or a dangling link: writing would
+// replace the file or create the link's target. Throws UsageError, or InputError with `resume`.
 void check_checkpoint(const std::string& path, bool resume);
 
-// Whether a name may hold what an earlier run of this output has left, whatever its settings:
-// OUTPUT.checkpoint, and no link, which may be the file of another frame.
+// Whether the path is OUTPUT.checkpoint and not a link, which could be another frame's file. Such a
+// file may be replaced whatever its settings.
 bool is_own_checkpoint(const RenderOptions& options);
-// Refuses to begin a checkpoint anew that is of another frame and not this output's own. A `head`
-// without "inputs" is compared in its settings alone. Throws UsageError.
+// Rejects starting over a checkpoint of another frame. A `head` without "inputs" is compared by its
+// settings alone. Throws UsageError.
 void check_begins_anew(const std::string& path, const nlohmann::json& head);
 
-// Of a frame of one film, at most so many bytes; nothing if none was saved yet. Throws InputError.
+// Returns the saved state of a frame with one film, at most `most` bytes, or nullopt if none was
+// saved. Throws InputError.
 std::optional<std::vector<std::byte>> film_state(const RecordFile& file, uint64_t most);
 
 struct CheckpointReport {
-  std::string file;                          // empty: none was asked for
-  int written = 0;                           // how often; of a frame of tiles: brought to the disk
-  uint64_t bytes = 0;                        // the file's last size
-  double paused_s = 0, longest_pause_s = 0;  // while nothing rendered
+  std::string file;                          // empty: no checkpoint was requested
+  int written = 0;                           // number of saves; tiled frames: of syncs to disk
+  uint64_t bytes = 0;                        // final file size
+  double paused_s = 0, longest_pause_s = 0;  // time that rendering was paused
   bool kept = false;
-  std::string error;  // why not all is saved that was to be; empty: all is
+  std::string error;  // why the save is incomplete; empty: it succeeded
 };
 
 struct CheckpointOptions {
   std::string path;
   bool by_tiles = false;
-  bool resume = false;      // goes on with one that is there
-  double interval_s = 300;  // between two
+  bool resume = false;      // resume from an existing file
+  double interval_s = 300;  // between two saves
   bool own = true;          // is_own_checkpoint()
-  // The checkpoint of an equal frame that is finished, and had fewer samples or a higher threshold:
-  // it goes on in this one, which takes its place when it is done. Empty: none.
+  // Checkpoint of a finished frame that this one extends: equal settings except for fewer samples
+  // or a higher threshold. This checkpoint replaces it when done. Empty: none.
   std::string finished;
-  // Whether a checkpoint was asked for since this was asked last. Any thread. Empty: nobody does.
+  // Whether a save was requested since the last call. Called from any thread. May be empty.
   std::function<bool()> save_now = {};
 };
 
 class Checkpoint final : public TileStore {
  public:
-  // Takes the file for this run, which goes on with what is there or begins a new one. Throws
-  // RenderError where another run has it or it cannot be written, InputError for one that is
-  // damaged or of another frame: with the list of what differs.
+  // Locks the file and resumes from its contents or starts a new one. Throws RenderError if another
+  // run has locked it or it cannot be written, InputError if it is damaged or of another frame
+  // (listing the differences).
   Checkpoint(const CheckpointOptions& options, const nlohmann::json& head);
   ~Checkpoint() override;
 
   bool goes_on() const { return earlier_ != nullptr; }
 
-  // Tiles: any thread.
+  // Tile calls: any thread.
   std::optional<std::vector<std::byte>> load(size_t tile, uint64_t most) override;
   std::optional<std::vector<std::byte>> load_finished(size_t tile, uint64_t most) override;
   void unusable(bool finished) override;
   void save(size_t tile, std::span<const std::byte> state) override;
 
-  // Before the job renders: it goes on with what an earlier run has left, or with the frame that is
-  // extended, whose states are of at most `most` bytes. Throws InputError that names the file.
+  // Call before the job renders: resumes from an earlier run or from the frame that is extended,
+  // whose states have at most `most` bytes. Throws InputError that names the file.
   void begin(RenderJob& job, uint64_t most);
-  // One film: whether it is time to save. Then the job is to pause. Any thread.
+  // Frames with one film: whether a save is due, for which the job must pause. Any thread.
   bool wanted() const;
-  // Copies the frame at once and writes it behind, when the one before is written.
+  // Copies the frame and writes the copy in the background, after the previous write.
   void save(RenderJob& job);
 
-  // Waits until all is on the disk. The file goes if it is not to be kept. It takes the place of
-  // what was extended if the frame is done and the file whole.
+  // Waits until everything is on disk. Removes the file unless `keep`; if the frame is done and the
+  // file is intact, it replaces the extended checkpoint.
   CheckpointReport finish(bool done, bool keep);
 
  private:
@@ -119,8 +119,8 @@ class Checkpoint final : public TileStore {
   const std::string head_;
   const double interval_s_;
   std::unique_ptr<LockedFile> file_;
-  std::unique_ptr<RecordFile> earlier_;   // what was there
-  std::unique_ptr<RecordFile> finished_;  // what is extended
+  std::unique_ptr<RecordFile> earlier_;   // from an earlier run
+  std::unique_ptr<RecordFile> finished_;  // the frame that is extended
   std::unordered_map<uint64_t, RecordEntry> tiles_, finished_tiles_;
   CheckpointReport report_;
   Stopwatch clock_;
@@ -129,12 +129,12 @@ class Checkpoint final : public TileStore {
   mutable std::atomic<bool> asked_{false};
   mutable std::mutex mutex_;
   std::condition_variable wake_;
-  std::vector<std::byte> copy_;  // to be written; the thread's alone while it is busy
+  std::vector<std::byte> copy_;  // waiting to be written; owned by the thread while busy_
   uint64_t copy_bytes_ = 0;
   bool writing_ = false, ending_ = false, warned_ = false, tiles_waiting_ = false;
-  bool made_ = false;              // by this run
-  std::string error_;              // why not all is saved
-  std::atomic<bool> busy_{false};  // with the copy
+  bool made_ = false;              // the file was created by this run
+  std::string error_;              // why the save is incomplete
+  std::atomic<bool> busy_{false};  // the thread is using copy_
   std::thread thread_;
 };
 

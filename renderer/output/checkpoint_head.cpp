@@ -26,11 +26,11 @@ namespace {
 
 using Json = nlohmann::json;
 
-// Settings that decide no bits of a frame that is finished.
+// Settings that do not affect the bits of a finished frame.
 constexpr std::array<std::string_view, 6> kFree = {"time-limit", "bucket-order",    "denoise",
                                                    "half",       "exr-compression", "exr-parts"};
 
-// Members of one object that the other has not, or has otherwise.
+// Calls `found` for each member of `part` that only one head has or whose value differs.
 void compare(
     const Json& now, const Json& then, const char* part,
     const std::function<void(const std::string& name, const Json* now, const Json* then)>& found) {
@@ -52,7 +52,7 @@ void compare(
   }
 }
 
-// A head that is not ours may differ in thousands of ways.
+// A head that is not ours may have thousands of differences.
 void shorten(std::vector<std::string>& list) {
   constexpr size_t kMost = 16;
   if (list.size() <= kMost) return;
@@ -66,8 +66,8 @@ std::string text_of(const Json* value) {
   return shortened(value->dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
-// The files of settings beside the scene's own. Whoever renders, these are their names in
-// checkpoints.
+// Input files other than the scene's own. The names go into checkpoints, so they are the same for
+// all clients.
 std::vector<std::pair<std::string, std::string>> named_inputs(const FrameSettings& settings,
                                                               const LoadProgress& progress) {
   std::vector<std::pair<std::string, std::string>> files;
@@ -129,7 +129,7 @@ Json checkpoint_head(const RenderOptions& options, const RenderPlan& plan,
   Json& settings = head["settings"] = Json::object();
   Json& free = head["schedule"] = Json::object();
   for (const auto& [name, text] : setting_texts(recorded_settings(options), {}, false)) {
-    // The order of buckets says which of them a part has.
+    // The bucket order decides which buckets a part has.
     const bool decides =
         std::ranges::find(kFree, name) == kFree.end() || (options.part && name == "bucket-order");
     if (name != "aov") (decides ? settings : free)[name] = text;
@@ -141,7 +141,7 @@ Json checkpoint_head(const RenderOptions& options, const RenderPlan& plan,
       channels += (channels.empty() ? "" : ",") + std::string(aov.name);
   }
   if (!channels.empty()) settings["aov"] = channels;
-  // The state of the adaptive driver holds more with these.
+  // These make the state of the adaptive driver larger.
   if (!options.trees.empty()) settings["tree"] = "yes";
   if (options.explained) {
     settings["explain"] = fmt::format("{},{}", options.explained->x, options.explained->y);
@@ -214,7 +214,7 @@ std::vector<std::string> differences(const Json& now, const Json& then,
 std::vector<std::string> machine_differences(const Json& now, const Json& then) {
   std::vector<std::string> list;
   compare(now, then, "machine", [&](const std::string& name, const Json* here, const Json* there) {
-    // What Embree takes is a setting; our own code gives the same bits with all.
+    // Embree's instruction set is a setting, and our code gives the same bits on all of them.
     if (name == "host" || name == "instruction sets") return;
     list.push_back(fmt::format("{}: {} (now {})", shortened(name), text_of(there), text_of(here)));
   });

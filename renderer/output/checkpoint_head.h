@@ -1,5 +1,5 @@
-// What a checkpoint says of its frame: all that its bits depend on, to be compared; where its files
-// were, and which machine it is of, to be told.
+// The JSON head of a checkpoint: everything its bits depend on, for comparison, and its files'
+// paths and its machine, for messages.
 #pragma once
 
 #include <initializer_list>
@@ -16,22 +16,22 @@
 
 namespace emberline {
 
-// Fingerprints of all files that a frame is made of, for a head's "inputs"; reads them. Throws what
-// loading them throws.
+// Reads all input files of a frame and returns their fingerprints for the head's "inputs". Throws
+// what loading them throws.
 nlohmann::json input_fingerprints(const FrameSettings& settings, LoadProgress& progress);
 
-// The files that a scene was loaded from, and their states then, which cost no reading:
-// fingerprints can be taken later, when a frame is saved for the first time.
+// The files that a scene was loaded from and their state at that time, recorded without reading
+// them, so that fingerprints can be taken at the first save.
 class LoadedFiles {
  public:
   LoadedFiles() = default;
-  // Those that the settings name, before they are read. Throws InputError.
+  // Records the files named by the settings; call before they are read. Throws InputError.
   LoadedFiles(const FrameSettings& settings, const LoadProgress& progress);
-  // Those that the scene's description has.
+  // Adds the files named by the scene description.
   void add(const std::vector<NamedFile>& files);
 
-  // input_fingerprints(), of what was loaded: throws InputError where one is another file by now,
-  // or has another size or time. Edits count if the settings name them still.
+  // Returns input_fingerprints() of the loaded files. Throws InputError if a file was replaced or
+  // its size or time changed since. The edits' files count only if the settings still name them.
   nlohmann::json fingerprints(const FrameSettings& settings, LoadProgress& progress) const;
 
  private:
@@ -40,21 +40,21 @@ class LoadedFiles {
   std::vector<NamedFile> files_, of_edits_;
 };
 
-// `plan` has the channels that are rendered.
+// `plan` determines the channels.
 nlohmann::json checkpoint_head(const RenderOptions& options, const RenderPlan& plan,
                                const SceneLayers& layers, const nlohmann::json& inputs);
-// The settings in a head, those that decide no bits too; without the scene's files. Throws
-// InputError that names `place`: anything may stand there.
+// Returns the settings in a head, including those that decide no bits, without the scene's files.
+// The head may be arbitrary JSON: throws InputError that names `place`.
 FrameSettings settings_of(const nlohmann::json& head, const std::string& place);
-// "files" has where the frame's files were, by their settings' names, "machine" what made it;
-// empty: it does not say.
+// Returns a text of "files" (paths by setting) or "machine". Empty if absent.
 std::string text_in(const nlohmann::json& head, const char* part, const char* name);
 
-// What keeps a frame of `now` from going on with a checkpoint of `then`, a few words each; nothing
-// if its bits are the same. Settings in `but` may differ. Anything may stand in `then`.
+// Lists in a few words each what prevents a frame of `now` from resuming `then`; empty if the bits
+// are the same. Settings in `but` may differ. `then` may be arbitrary JSON.
 std::vector<std::string> differences(const nlohmann::json& now, const nlohmann::json& then,
                                      std::initializer_list<std::string_view> but = {});
-// The same of machine and libraries: bits may differ by rounding between kinds of processor.
+// As differences(), for machine and libraries: bits may differ by rounding between processor
+// makers.
 std::vector<std::string> machine_differences(const nlohmann::json& now, const nlohmann::json& then);
 
 }  // namespace emberline

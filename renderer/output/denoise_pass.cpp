@@ -21,7 +21,7 @@ namespace emberline {
 namespace {
 
 constexpr int kReadRows = 64;
-// Memory of denoise() for a pixel, and for each light group there, with the results.
+// Bytes that denoise() needs per pixel, results included, and in addition per light group.
 constexpr uint64_t kFilterBytes = 368, kPartBytes = 88;
 constexpr std::array kChannels = {"R", "G", "B"};
 constexpr std::array kColour = {".R", ".G", ".B"};
@@ -33,8 +33,8 @@ bool has(Names channels, const std::string& name) {
   return std::ranges::find(channels, name) != channels.end();
 }
 
-// "light.key" and so on: those of the first half, in an order that a file does not change, since
-// they are added up.
+// Returns "light.key" and so on, from the first half's channels. Sorted, since the layers are
+// summed and file order must not change the bits.
 std::vector<std::string> light_layers(Names channels) {
   const std::string begin = std::string(kHalfNames[0]) + "." + kLightLayer;
   std::vector<std::string> layers;
@@ -47,24 +47,23 @@ std::vector<std::string> light_layers(Names channels) {
   return layers;
 }
 
-// The rows of a band, and the rows that are read at once.
 int band_rows(int tile_size) { return (kDenoiseBandRows + tile_size - 1) / tile_size * tile_size; }
 int read_rows(int rows_at_once) {
   return (kReadRows + rows_at_once - 1) / rows_at_once * rows_at_once;
 }
-// The rows of a band, its margins, and what is read beyond them.
+// Rows of a band, its margins and the excess of the last read.
 int64_t window_rows(const Rect& crop, int tile_size, int rows_at_once) {
   return std::min(int64_t(crop.height()),
                   int64_t(band_rows(tile_size)) + 2 * kDenoiseMargin + rows_at_once);
 }
 
-// Rows of a frame as planes: the upper ones go, lower ones come.
+// A sliding window of rows, stored as planes.
 class PlaneWindow {
  public:
   PlaneWindow(int width, Names channels)
       : width_(size_t(width)), names_(channels.begin(), channels.end()), planes_(channels.size()) {}
 
-  // As many as there will ever be.
+  // Reserves the largest number of rows that the window will hold.
   void reserve(int64_t rows) {
     for (std::vector<float>& plane : planes_) plane.reserve(size_t(rows) * width_);
   }
@@ -100,7 +99,7 @@ class PlaneWindow {
   HalfColour colours(const std::string& layer) const {
     return {halves(layer + "R"), halves(layer + "G"), halves(layer + "B")};
   }
-  // All channels of a pixel; returns the end.
+  // Writes all channels of a pixel and returns the end.
   float* put(size_t i, float* pixel) const {
     for (const std::vector<float>& plane : planes_) *pixel++ = plane[i];
     return pixel;
@@ -151,7 +150,7 @@ class Pass {
   }
 
  private:
-  // Rows [begin, end) of the crop, counted from its top.
+  // Filters rows [begin, end) of the crop, counted from its top.
   void pass(int begin, int end) {
     window_.drop_above(std::max(0, begin - kDenoiseMargin));
     read_until(std::min(height_, end + kDenoiseMargin));
@@ -167,7 +166,8 @@ class Pass {
     write(picture, begin, end);
   }
 
-  // As the pixels came, after a stop; of their error nothing is known but that it is no larger.
+  // Returns the input after a stop. The error is set to its upper bound, since the true one is
+  // unknown.
   DenoisedPicture unfiltered(int begin, int end) {
     constexpr float kMostError = 0.5f;
     stopped_ = true;
@@ -191,7 +191,7 @@ class Pass {
     return picture;
   }
 
-  // A pixel without samples shows what it does in the frame, its neighbours perhaps.
+  // Pixels without samples show the frame's value, which may come from their neighbours.
   void show_unsampled(int begin, int end, DenoisedPicture* picture) const {
     const HalfPlanes samples = window_.halves("samples");
     const size_t first = window_.index_of(0, begin), count = window_.index_of(0, end) - first;

@@ -45,7 +45,7 @@ bool is_whole_tree(const std::string& path) {
   return is_there(path) && read_json(path).is_object();
 }
 
-// Whichever moments were reached: those that are there.
+// Checks only the snapshots that exist: which moments were reached is unknown.
 bool are_whole_snapshots(const std::string& folder) {
   std::error_code error;
   for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end;
@@ -69,7 +69,7 @@ bool is_finished(const RenderOptions& options) {
            std::ranges::all_of(options.reports, is_whole_report) &&
            (options.snapshots.empty() || are_whole_snapshots(options.snapshots));
   } catch (const InputError&) {
-    return false;  // one that cannot be read
+    return false;  // unreadable
   }
 }
 

@@ -1,14 +1,13 @@
-// Whether a frame need not be rendered again: --skip-existing.
+// --skip-existing: whether a frame is already finished.
 #pragma once
 
 #include "renderer/output/render_options.h"
 
 namespace emberline {
 
-// All pictures, heatmaps, trees and reports of the options are there and whole: none was cut short
-// (picture_mark.h), and none says that its frame was stopped (of a JSON report
-// "complete"). Snapshots that are there are whole, and no checkpoint waits to go on with. The
-// settings are not compared.
+// True if all pictures, heatmaps, trees and reports of the options exist, are not truncated
+// (picture_mark.h) and are not from a stopped frame (JSON reports: "complete"). Existing snapshots
+// must be intact, and no checkpoint may be waiting to be resumed. Settings are not compared.
 bool is_finished(const RenderOptions& options);
 
 }  // namespace emberline

@@ -1,4 +1,4 @@
-// FLIP per pixel as a picture.
+// Writes FLIP per pixel as a picture.
 #pragma once
 
 #include <cstdint>
@@ -9,9 +9,9 @@
 
 namespace emberline {
 
-// Black (0) over purple and orange to light yellow (1), the colours of magma; pixels that are not
-// finite, where `masked` is not 0, are green. `flip` is per pixel of a picture of `image`'s size.
-// Throws UsageError for the suffix, RenderError.
+// Uses the magma map: black (0) via purple and orange to light yellow (1). Masked pixels (`masked`
+// not 0), which are not finite, are green. `flip` has one value per pixel of `image`. Throws
+// UsageError for an unknown suffix, RenderError.
 void write_flip_picture(const std::string& path, const RgbImage& image,
                         const std::vector<float>& flip, const std::vector<uint8_t>& masked);
 

@@ -1,5 +1,5 @@
-// The channels of a frame as its files and the library's pictures have them: the film's, then those
-// whose names the scene gives, of its light groups and its mattes.
+// The channels of a frame in files and in the library's pictures: the film's, then those named by
+// the scene (light groups and mattes).
 #pragma once
 
 #include <mutex>
@@ -19,11 +19,11 @@ struct FrameContents {
   int cryptomatte_levels = 0;
 };
 
-// The channels of a tile, with these layers of light groups.
+// Channels of a tile with these light-group layers.
 std::vector<PictureChannel> tile_channels(const FrameContents& contents,
                                           const std::vector<std::string>& light_layers);
-// What they become in a frame that is whole: summed up as with_shared_sums() has them and, if it is
-// `denoised`, with denoise_results() behind them.
+// Channels of a finished frame: shared samples summed as in with_shared_sums() and, if `denoised`,
+// followed by denoise_results().
 std::vector<PictureChannel> finished_channels(const std::vector<PictureChannel>& of_tile,
                                               bool denoised);
 
@@ -31,19 +31,19 @@ class FrameChannels {
  public:
   explicit FrameChannels(const FrameContents& contents);
 
-  // Once the scene is known, before the first tile.
+  // Call once the scene is loaded, before the first tile.
   void add_scene(const SceneLayers& layers);
 
-  // As tile_channels() has them.
+  // As tile_channels().
   const std::vector<PictureChannel>& list() const { return list_; }
-  // Their values, interleaved, rows from the tile's first. Any thread.
+  // Resolves the tile's channels, interleaved, row by row. Any thread.
   void resolve(const FilmTile& tile, std::vector<float>& pixels);
-  // By kind, of the tiles so far.
+  // Per kind, over the tiles so far.
   std::vector<CryptomatteReport> mattes() const;
 
  private:
   const FrameContents contents_;
-  const size_t of_film_;  // channels
+  const size_t of_film_;  // number of film channels
   std::vector<PictureChannel> list_;
   mutable std::mutex mutex_;
   std::vector<CryptomatteReport> mattes_;

@@ -1,4 +1,4 @@
-// The checkpoint of a frame on its way: when it is saved, and whether the file stays.
+// Decides when a frame's checkpoint is saved and whether the file is kept.
 #pragma once
 
 #include <functional>
@@ -11,14 +11,14 @@
 
 namespace emberline {
 
-// Until it is open, its functions do nothing.
+// Its functions do nothing until it is open.
 class FrameCheckpoint {
  public:
   explicit FrameCheckpoint(const RenderOptions& options) : options_(options) {}
 
-  // Takes the file that the options name, before the job renders: it goes on with what is there,
-  // whose state is of at most `most` bytes. `own`: is_own_checkpoint(). `save_now` as
-  // CheckpointOptions has it. Throws what Checkpoint does.
+  // Locks the file named by the options and resumes from its state, which has at most `most` bytes.
+  // Call before the job renders. `own`: is_own_checkpoint(). `save_now`: see CheckpointOptions.
+  // Throws as Checkpoint does.
   void open(const nlohmann::json& head, bool own, const std::function<bool()>& save_now,
             uint64_t most, RenderJob& job);
   bool is_open() const { return checkpoint_.has_value(); }
@@ -27,14 +27,14 @@ class FrameCheckpoint {
   void save(RenderJob& job) {
     if (checkpoint_) checkpoint_->save(job);
   }
-  // After the job has rendered: saves a frame that is done and whose file stays.
+  // Call after rendering: saves a finished frame whose file is kept.
   void rendered(bool stopped, PixelStop cause, RenderJob& job);
-  // There is no picture, or not in all files: saves the frame, unless that is done already.
+  // Call when an output could not be written: saves the frame unless that is already done.
   void not_written(bool stopped, RenderJob& job);
-  // Waits until all is on the disk. The file stays where there is something to go on with, a frame
-  // that is not done or not written, and where the options say so.
+  // Waits until everything is on disk. Keeps the file if the frame is unfinished or was not
+  // written, or if the options ask for it.
   CheckpointReport finish(bool stopped, bool written, RenderJob& job);
-  // Says in the log why not all is saved that was to be.
+  // Logs why the save is incomplete.
   void log_failure(const CheckpointReport& report) const;
 
  private:

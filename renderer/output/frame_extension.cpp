@@ -14,7 +14,7 @@
 namespace emberline {
 namespace {
 
-// What was asked for, over what the frame had. More of a frame is never less of anything.
+// Replaces the frame's limits by the requested ones, which may only add work.
 void set_more(const FrameSettings& more, const std::string& path, FrameSettings& settings) {
   const auto refuse = [&](const char* option, const auto& has) {
     throw UsageError("`{}`: {} has {} already, and only more can be asked for", option, path, has);

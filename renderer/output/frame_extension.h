@@ -1,4 +1,4 @@
-// `extend`: a finished frame whose checkpoint was kept gets more samples.
+// `extend`: adds samples to a finished frame whose checkpoint was kept.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -8,12 +8,12 @@
 
 namespace emberline {
 
-// The settings in a checkpoint's head, with the files that it was made of. Throws InputError that
+// Returns the settings in a checkpoint's head, including its input files. Throws InputError that
 // names `path`, the checkpoint.
 FrameSettings stored_settings(const nlohmann::json& head, const std::string& path);
 
-// Sets what `more` has of `spp`, `noise-threshold`, `max-spp` and `time-limit`. Throws InputError
-// for a frame that cannot go on, UsageError for less than it has.
+// Applies `spp`, `noise-threshold`, `max-spp` and `time-limit` of `more`. Throws InputError for a
+// frame that cannot be extended, UsageError for less than it has.
 void extend_settings(const FrameSettings& more, const std::string& path, FrameSettings& settings);
 
 }  // namespace emberline

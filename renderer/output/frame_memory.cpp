@@ -16,7 +16,7 @@ namespace {
 
 uint64_t sum_of(uint64_t a, uint64_t b) { return a > UINT64_MAX - b ? UINT64_MAX : a + b; }
 
-// Throws UsageError that begins with what `subject` says.
+// Throws UsageError that begins with `subject()`.
 template <class Subject>
 void add_memory(uint64_t bytes, MemoryReservation& memory, const Subject& subject) {
   try {
@@ -26,20 +26,19 @@ void add_memory(uint64_t bytes, MemoryReservation& memory, const Subject& subjec
   }
 }
 
-// The encoder of DWAA and DWAB comes with the image library. Measured: 104 to 110 MB, tables
-// included.
+// The DWAA and DWAB encoder of the image library takes 104 to 110 MB, tables included (measured).
 uint64_t lossy_encoder_bytes(const RenderOptions& options) {
   const bool used =
       is_lossy(options.exr_compression) && std::ranges::any_of(options.outputs, is_exr);
   return used ? uint64_t(112) << 20 : 0;
 }
 
-// An upper bound of film_bytes() of the render and outputs and of what encoding a picture takes on
-// top, without light groups.
+// Upper bound of film_bytes() of render and outputs plus the memory for encoding a picture, without
+// light groups.
 uint64_t frame_bytes(const RenderOptions& options, const OutputSettings& settings,
                      const RenderPlan& plan) {
   uint64_t per_pixel = kept_bytes_per_pixel(plan.drivers(), plan.aovs);
-  if (!checkpoint_path(options).empty()) per_pixel *= 2;  // a copy of it is written behind
+  if (!checkpoint_path(options).empty()) per_pixel *= 2;  // a copy is written in the background
   if (!plan.driver->tiles) {
     per_pixel +=
         4 * sizeof(float) + shown_layer_bytes_per_pixel(PathLayers(settings.aovs).list().size());
@@ -66,14 +65,14 @@ uint64_t light_group_bytes(const RenderOptions& options, const OutputSettings& s
   return bytes + output_bytes(options, settings, layers) - output_bytes(options, settings, {});
 }
 
-// What light groups add to a pixel of a tile: to the film of all samples and, for denoising, to
-// that of a half.
+// Bytes that light groups add per pixel of a tile, for the full film and, with denoising, for one
+// half.
 uint64_t light_tile_bytes_per_pixel(const AovSet& aovs, size_t lights) {
   const uint64_t films = aovs.contains(Aov::kDenoising) ? 2 : 1;
   return films * LightGroupSums::bytes_per_pixel(int(lights));
 }
 
-// The lists of the frame's buckets, and where each output has them.
+// Reserves the frame's bucket list and each output's tile offsets.
 void reserve_bucket_lists(const RenderOptions& options, const OutputSettings& settings,
                           MemoryReservation& memory) {
   const uint64_t count = bucket_count(settings.crop, settings.tile_size);
@@ -102,14 +101,14 @@ uint64_t output_bytes(const RenderOptions& options, const OutputSettings& settin
                       const std::vector<std::string>& layers) {
   uint64_t per_pixel = 0;
   for (const std::string& path : options.outputs) {
-    // The picture, and its file as long as that may be.
+    // The picture, and its file at most that large.
     if (!is_exr(path)) per_pixel += 2 * (settings.transparent ? 4 : 3);
   }
   for (const std::string& path : options.heatmaps) {
     per_pixel += sizeof(float) + (is_exr(path) ? 0 : 2 * 3);
   }
   const uint64_t bytes = bytes_of(uint64_t(settings.crop.area()), per_pixel);
-  // By an adaptive driver on the way, in the end for the files: one after the other.
+  // The adaptive driver denoises while rendering, the outputs at the end; never both at once.
   const bool on_the_way = options.allocation == ErrorMetric::kDenoised;
   if (options.outputs.empty() && !on_the_way) return bytes;
   const std::vector<std::string> names = names_of(tile_channels(settings, layers));
@@ -123,7 +122,7 @@ uint64_t output_bytes(const RenderOptions& options, const OutputSettings& settin
   return sum_of(bytes, more);
 }
 
-// As pixels, as rows of an EXR and on the way through its library: measured, of 5 and 15 channels.
+// Counts pixels, EXR rows and the EXR library's copies; measured with 5 and 15 channels.
 uint64_t written_bytes_per_pixel(size_t channels) { return 5 * sizeof(float) * channels; }
 
 void reserve_pixels(uint64_t bytes, const Rect& crop, MemoryReservation& memory) {

@@ -1,4 +1,4 @@
-// What a frame will hold until it is written, before there is any of it: for a budget.
+// Predicts the memory that a frame needs until it is written, for the budget.
 #pragma once
 
 #include <cstdint>
@@ -11,21 +11,21 @@
 
 namespace emberline {
 
-// Adds what the frame holds until it is written: its film and files, the lists of its buckets, and
-// the tiles that so many threads work on at once. Throws UsageError: sizes are the settings'.
+// Reserves the frame's film, files and bucket lists, and the tiles that `threads` threads work on
+// at once. Throws UsageError, since sizes are settings.
 void reserve_frame(const RenderOptions& options, const OutputSettings& settings,
                    const RenderPlan& plan, int threads, MemoryReservation& memory);
-// What these layers of light groups, which are known later, add to that.
+// Reserves in addition what light groups need; their layers are known later.
 void reserve_lights(const RenderOptions& options, const OutputSettings& settings,
                     const RenderPlan& plan, const std::vector<std::string>& layers, int threads,
                     MemoryReservation& memory);
-// Adds bytes of a frame of the crop's size. Throws UsageError.
+// Reserves memory proportional to the crop. Throws UsageError.
 void reserve_pixels(uint64_t bytes, const Rect& crop, MemoryReservation& memory);
 
-// What the files hold of it until they are written, with these layers of light groups.
+// Bytes that the output files hold until they are written, with these light-group layers.
 uint64_t output_bytes(const RenderOptions& options, const OutputSettings& settings,
                       const std::vector<std::string>& layers);
-// What writing so many channels of a tile takes of each of its pixels, about.
+// Approximate bytes per pixel for writing a tile of `channels` channels.
 uint64_t written_bytes_per_pixel(size_t channels);
 
 }  // namespace emberline

@@ -27,7 +27,7 @@
 namespace emberline {
 namespace {
 
-// What is wrong with the settings there is not about this run's options.
+// Reports invalid settings as an error of the file, since they are not this run's options.
 template <typename Make>
 auto of_settings(const std::string& path, const Make& make) {
   try {
@@ -54,7 +54,7 @@ StoredFrame::StoredFrame(const std::string& path, MemoryBudget* budget)
       layers_(scene_layers_of(*head_, path)),
       extras_(extras_of(plan_, settings_, layers_)),
       by_tiles_(plan_.driver->tiles) {
-  // A head of some kilobytes may tell of millions of buckets.
+  // A head of a few kilobytes may imply millions of buckets.
   if (budget) {
     budget->reserve(MemoryPart::kFilm, bucket_list_bytes(plan_.crop, tile_size()), path);
   }
@@ -77,7 +77,7 @@ void StoredFrame::load_film(MemoryBudget& budget) {
   if (by_tiles_) return;
   const uint64_t of_pixel = film_bytes_per_pixel(plan_.aovs, extras_) +
                             plan_.driver->bytes_per_pixel(plan_.driver_settings);
-  // The film, and the state that it is read from.
+  // The film and the state that it is read from.
   const uint64_t most = bytes_of(uint64_t(plan_.crop.area()), 2 * of_pixel);
   budget.reserve(MemoryPart::kFilm, most, path());
   const auto state = film_state(file_, most + (1 << 20));
@@ -98,7 +98,7 @@ void StoredFrame::load_film(MemoryBudget& budget) {
   if (!finished) film_.reset();
 }
 
-// As Frame::no_counts() of the frame that wrote it.
+// As Frame::no_counts() of the frame that wrote the checkpoint.
 TileResult StoredFrame::blank_result() const {
   TileResult result;
   if (settings_.clamp_indirect) {
@@ -163,7 +163,7 @@ FrameMerge::FrameMerge(const std::vector<std::string>& paths, bool allow_holes, 
   }
   check_frames(strict);
   const FrameSettings& settings = first().settings();
-  // The buckets, and of each group of samples who has them, their errors and counts.
+  // One list for the bucket schedule, and per group its parts, errors and counts.
   const uint64_t lists = bucket_list_bytes(first().plan().crop, first().tile_size());
   for (size_t i = 0; i <= frames_.size(); ++i) {
     budget.reserve(MemoryPart::kFilm, lists, first().path());
@@ -182,8 +182,8 @@ void FrameMerge::check_going() const {
   if (stop_.stop_requested()) throw Cancelled();
 }
 
-// Each thread has a film, a second one where there are several groups of samples, and first the
-// state that a film is read from, then what is written.
+// Each thread holds a film, a second one if there are several groups, and either the state that a
+// film is read from or the data being written.
 void FrameMerge::reserve(const RenderOptions& options, const OutputSettings& settings, int threads,
                          MemoryBudget& budget) const {
   const std::vector<std::string>& lights = first().layers().lights;
@@ -221,7 +221,7 @@ void FrameMerge::check_frames(bool strict) const {
   }
 }
 
-// Tiles of the same samples belong together.
+// Groups the parts by seed and sample range.
 void FrameMerge::make_groups() {
   const auto key = [](const auto& g) { return std::tie(g.seed, g.first_sample, g.end_sample); };
   for (const auto& frame : frames_) {
@@ -294,7 +294,7 @@ FrameSettings FrameMerge::settings() const {
   return settings;
 }
 
-// Of a pixel, samples are added by seed, and of a seed in their order.
+// A pixel's samples are added by seed, then in index order.
 void FrameMerge::merge_tile(const Rect& tile, FilmTile& film, FilmTile& more,
                             RenderCounters& counters) {
   const size_t number = number_of(tile);
@@ -329,7 +329,7 @@ void FrameMerge::deliver(const AovSet& aovs, RenderSink& sink) {
   std::mutex mutex;
   const auto threads = size_t(std::max(1, tbb::this_task_arena::max_concurrency()));
   parallel_tasks(std::min(tiles_.size(), threads), [&](size_t) {
-    const FlushDenormals flush;  // as the workers of a frame that is rendered at once
+    const FlushDenormals flush;  // as in the render workers
     FilmTile film(aovs, first().film_extras());
     FilmTile more(aovs, first().film_extras());
     RenderCounters counters;
@@ -352,7 +352,7 @@ void FrameMerge::deliver(const AovSet& aovs, RenderSink& sink) {
   combine_errors();
 }
 
-// Independent estimates, averaged with the weights of their samples.
+// Averages independent estimates, weighted by their samples.
 void FrameMerge::combine_errors() {
   double sum = 0, samples = 0;
   std::optional<double> error;

@@ -1,4 +1,4 @@
-// Parts of one frame as one: tiles from here and there, sample ranges, frames of several seeds.
+// Merges parts of one frame: different tiles, sample ranges, or seeds.
 #pragma once
 
 #include <cstdint>
@@ -19,11 +19,11 @@
 
 namespace emberline {
 
-// A part of a frame as `render` has left it: a checkpoint that was kept.
+// A part of a frame: a kept checkpoint of `render`.
 class StoredFrame {
  public:
-  // Throws InputError: no checkpoint, damaged, with settings that cannot be, or with lists of
-  // buckets that do not fit into the budget.
+  // Throws InputError if it is no checkpoint, is damaged, has invalid settings, or has bucket lists
+  // that exceed the budget.
   explicit StoredFrame(const std::string& path, MemoryBudget* budget = nullptr);
 
   const std::string& path() const { return file_.path(); }
@@ -36,18 +36,18 @@ class StoredFrame {
   const FilmExtras& film_extras() const { return extras_; }
   const SceneLayers& layers() const { return layers_; }
 
-  // All of it at once, if its driver has one film.
+  // Loads the whole film if the driver has only one.
   void load_film(MemoryBudget& budget);
-  // By bucket_number().
+  // Tiles are numbered by bucket_number().
   bool has(size_t tile) const;
-  // Fills the film, which is reset to the tile; by tiles also the result. Any thread. Throws
-  // InputError.
+  // Loads a tile into the film, which is already reset to the tile; tiled frames also return its
+  // result. Any thread. Throws InputError.
   TileResult load(size_t tile, FilmTile& film) const;
-  // Whether it has all tiles of this part, undamaged: reads them.
+  // Whether it has all tiles of this part, undamaged. Reads them.
   bool is_whole(const FramePart& part) const;
-  // How many tiles it has, of those that its part has.
+  // Fraction of its part's tiles that it has.
   double share() const;
-  // Of a frame of one film.
+  // Result of a frame with one film.
   const std::optional<TileResult>& whole() const { return whole_; }
 
  private:
@@ -61,43 +61,41 @@ class StoredFrame {
   size_t number_of(const Rect& tile) const { return bucket_number(plan_.crop, tile, tile_size()); }
   TileResult blank_result() const;
   std::vector<Rect> own_;                  // tiles of its part of the frame
-  std::vector<const RecordEntry*> tiles_;  // by number; null: it has none
+  std::vector<const RecordEntry*> tiles_;  // by number; null if missing
   std::optional<FilmTile> film_;
   std::optional<TileResult> whole_;
 };
 
 class FrameMerge {
  public:
-  // Checks that the parts are of one frame and no two of them have the same samples, and that they
-  // have all; with `allow_holes` some may be missing. With `strict` all are of one kind of machine.
-  // Throws InputError: which part, and what it is about. It and deliver() throw Cancelled soon
-  // after a stop.
+  // Checks that the parts belong to one frame, share no samples and, unless `allow_holes`, lack
+  // none; with `strict` also that they come from one kind of machine. Throws InputError that names
+  // the part. The constructor and deliver() throw Cancelled soon after a stop request.
   FrameMerge(const std::vector<std::string>& paths, bool allow_holes, bool strict,
              MemoryBudget& budget, std::stop_token stop = {});
 
-  // The frame as if it had been rendered at once.
   const StoredFrame& first() const { return *frames_.front(); }
   const std::vector<std::unique_ptr<StoredFrame>>& frames() const { return frames_; }
   FrameSettings settings() const;
   bool complete() const { return complete_; }
 
-  // Before deliver(): counts what it takes, with what becomes of each tile and of the whole frame
-  // until these outputs are written. Throws InputError.
+  // Call before deliver(): reserves its memory, including that of each tile and of the frame until
+  // these outputs are written. Throws InputError.
   void reserve(const RenderOptions& options, const OutputSettings& settings, int threads,
                MemoryBudget& budget) const;
-  // Hands every tile to the sink, with the parts' channels and, if it is among `aovs`, `part`.
-  // On the calling thread's TBB arena, two films a thread. Throws InputError, and what the sink
+  // Passes every tile to the sink with the parts' channels and, if `aovs` has it, `part`. Runs on
+  // the calling thread's TBB arena with two films per thread. Throws InputError and what the sink
   // throws.
   void deliver(const AovSet& aovs, RenderSink& sink);
-  // After deliver().
+  // Valid after deliver().
   const RenderCounters& counters() const { return counters_; }
   std::optional<double> error_estimate() const { return error_; }
 
  private:
-  // Frames that add up to all tiles with the same samples of each pixel.
+  // Parts with the same samples per pixel, which together have all tiles.
   struct Group {
     uint32_t seed = 0, first_sample = 0, end_sample = 0;
-    std::vector<const StoredFrame*> of_tile;  // by number; null where none has it
+    std::vector<const StoredFrame*> of_tile;  // by number; null if missing
     std::vector<std::optional<double>> errors;
     std::vector<uint64_t> samples;
   };
@@ -115,7 +113,7 @@ class FrameMerge {
 
   const std::stop_token stop_;
   std::vector<std::unique_ptr<StoredFrame>> frames_;
-  std::vector<Rect> tiles_;  // in the order of the bucket driver
+  std::vector<Rect> tiles_;  // in bucket order
   std::vector<Group> groups_;
   bool complete_ = true;  // no samples are missing
   RenderCounters counters_;

@@ -1,4 +1,4 @@
-// Heatmaps as files: of a frame while it renders, and of the channels of a picture.
+// Heatmaps as files, from a rendering frame or from the channels of a picture.
 #pragma once
 
 #include <cstdint>
@@ -22,28 +22,28 @@ struct HeatmapRequest {
   std::string path;
   const HeatmapQuantity* quantity = nullptr;
 };
-// The n-th --heatmap-of belongs to the n-th --heatmap; those left are of samples. Throws UsageError
-// for an unknown quantity and for a style that does not fit.
+// Pairs each --heatmap-of with the --heatmap at the same position; the remaining heatmaps show
+// samples. Throws UsageError for an unknown quantity or an unsuitable style.
 std::vector<HeatmapRequest> heatmap_requests(const RenderOptions& options);
 
-// Throws UsageError, which starts with the option's name, for an unknown suffix and for a picture
-// too large for its format.
+// Throws UsageError that starts with `option` for an unknown suffix, or for a picture too large for
+// its format.
 void check_heatmap_format(const std::string& option, const std::string& path, const Rect& crop);
 
-// Throws UsageError for a range or a logarithmic scale that the quantities have no use for.
+// Throws UsageError for a range or logarithmic scale that does not apply to the quantities.
 void check_heatmap_style(const HeatmapStyle& style,
                          std::span<const HeatmapQuantity* const> quantities);
 
-// Whether the ends of a range are of use: squares stay finite in float, and steps between them are
-// told apart.
+// Whether the range is usable: squares stay finite in float and steps between its ends are
+// distinguishable.
 bool is_heatmap_range(double least, double most);
 
-// Throws InputError that names `place` where the quantity needs a channel that is not there.
+// Throws InputError that names `place` if a channel that the quantity needs is missing.
 void check_heatmap_channels(const std::string& place, const HeatmapQuantity& quantity,
                             std::span<const std::string> channels);
 
-// .png and .jpg: the picture with its legend. .exr: the values as they are, in one channel named as
-// the quantity, NaN where there is none; of the style nothing counts.
+// .png and .jpg: the picture with its legend. .exr: raw values in one channel named after the
+// quantity, NaN where undefined; the style is ignored.
 class HeatmapFile {
  public:
   struct Frame {
@@ -51,20 +51,20 @@ class HeatmapFile {
     Rect crop;
     std::vector<std::pair<std::string, std::string>> attributes;
   };
-  // Opens the file, as ExrWriter does: a path that cannot be written is known before rendering, and
-  // without finish() nothing is left behind. `channels`: see QuantityPlane. Throws RenderError.
+  // Opens the file at once, as ExrWriter does, so that an unwritable path fails before rendering.
+  // Without finish() no file is left. `channels`: see QuantityPlane. Throws RenderError.
   HeatmapFile(const HeatmapRequest& request, const HeatmapStyle& style, const Frame& frame,
               std::span<const std::string> channels);
 
-  // As QuantityPlane's.
+  // See QuantityPlane::write_tile().
   void write_tile(const Rect& rect, std::span<const float> pixels) {
     plane_.write_tile(rect, pixels);
   }
   const std::string& path() const { return path_; }
-  // Held from construction on: four bytes a pixel.
+  // Four bytes per pixel, allocated at construction.
   uint64_t bytes() const { return plane_.bytes(); }
 
-  // Draws, writes and renames. Call once, when no thread writes any more. Throws RenderError.
+  // Draws, writes and renames. Call once, after the last write_tile(). Throws RenderError.
   void finish();
 
  private:

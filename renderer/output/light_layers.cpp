@@ -14,7 +14,7 @@
 namespace emberline {
 namespace {
 
-// EXR holds names of 255 bytes, of which the channel takes two and a number some.
+// EXR names hold 255 bytes, of which the channel and a number take some.
 constexpr size_t kLongestName = 200;
 
 std::string safe_name(const std::string& name) {

@@ -1,5 +1,4 @@
-// `--light-groups`: what each light gave as layers of the EXR, for compositors who change lights
-// after the render.
+// `--light-groups`: each light's contribution as EXR layers, for relighting in compositing.
 #pragma once
 
 #include <span>
@@ -13,20 +12,20 @@ namespace emberline {
 
 class FilmTile;
 
-// A layer for each group: "light." and its name. EXR parts layers by full stops, and compositors
-// make identifiers of their names, so all but ASCII letters, digits, '-' and '_' becomes '_'. A
-// name that is empty or taken gets a number.
+// Returns a layer name per group: "light." and its name. EXR separates layers by full stops and
+// compositors use the names as identifiers, so every character except ASCII letters, digits, '-'
+// and '_' becomes '_'. Empty or duplicate names get a number.
 std::vector<std::string> light_layer_names(std::span<const LightGroup> groups);
 
-// The channels of these layers: .R .G .B of each; with the halves of `denoising` those of each half
-// behind them, as half1.light.NAME.
+// Returns .R .G .B of each layer; with `denoising`, followed by those of each half as
+// half1.light.NAME.
 std::vector<std::string> light_channel_names(const std::vector<std::string>& layers,
                                              const AovSet& aovs);
 
-// Writes the values of these of the tile's pixel i; returns the end.
+// Writes the values of these channels for pixel i of the tile and returns the end.
 float* put_light_layers(const FilmTile& tile, size_t i, float* values);
 
-// "light groups (2: key, environment)", for the report.
+// For the report, such as "light groups (2: key, environment)".
 std::string describe(const LightGroups& groups);
 
 }  // namespace emberline

@@ -12,19 +12,19 @@
 namespace emberline {
 namespace {
 
-// Conditions on what is no setting of a frame, and on what of a setting matters to a range.
+// Conditions on options that are no frame settings, or that matter only for frame ranges.
 struct OptionState {
   std::string_view name, value;
   bool (*holds)(const RenderOptions& options);
 };
 
-// N frames of a turn, and not one of them.
+// A turntable of N frames, as opposed to one frame of it.
 bool is_whole_turn(const RenderOptions& o) {
   return o.frames.empty() && o.turntable && !o.turntable->frame && !o.frame;
 }
 
 constexpr OptionState kStates[] = {
-    // A replay writes nothing.
+    // A replay writes nothing, so it needs no EXR.
     {"output", "FILE.exr",
      [](const RenderOptions& o) { return o.replay || std::ranges::any_of(o.outputs, is_exr); }},
     {"report", "FILE.html",

@@ -1,4 +1,4 @@
-// Which options of `render` go together, beside the rules for the settings of a frame.
+// Rules for combining options of `render`, in addition to the rules for frame settings.
 #pragma once
 
 #include <span>
@@ -10,10 +10,9 @@ namespace emberline {
 
 std::span<const SettingRule> option_rules();
 
-// Whether a condition on an option or a setting holds.
 bool option_holds(const RenderOptions& options, const SettingIs& is);
 
-// Throws UsageError for options, or settings, that do not go together.
+// Throws UsageError for options or settings that exclude each other.
 void check_options(const RenderOptions& options);
 
 }  // namespace emberline

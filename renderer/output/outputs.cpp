@@ -25,9 +25,9 @@ namespace {
 
 constexpr const char* kSamplesAttribute = "emberline:samples";
 constexpr const char* kClampedAttribute = "emberline:clamped";
-constexpr size_t kMostDigits = 20;  // of a number of 64 bits
+constexpr size_t kMostDigits = 20;  // of a 64-bit number
 
-// When it is, where the settings say so, and its primaries.
+// Time code and frame rate, if the settings give a time, and the primaries.
 ExrView view_of(const FrameSettings& settings) {
   ExrView view;
   view.space = settings.working_space;
@@ -35,7 +35,7 @@ ExrView view_of(const FrameSettings& settings) {
   if (!time) return view;
   view.frames_per_second = frame_rate_fraction(settings.fps);
   const double frame = settings.frame.value_or(*time * settings.fps);
-  constexpr double kNearest = 1e-6;  // to a whole one
+  constexpr double kNearest = 1e-6;  // tolerance for a whole frame number
   if (std::abs(frame - std::round(frame)) < kNearest)
     view.time_code = smpte_time_code(std::llround(frame), settings.fps);
   return view;
@@ -99,7 +99,7 @@ ExrHeader frame_header(const OutputSettings& settings, std::vector<PictureChanne
   if (settings.clamps) {
     header.attributes.emplace_back(kClampedAttribute, std::string(kMostDigits, ' '));
   }
-  // Behind those that is_marked_incomplete() looks for: names may be megabytes.
+  // After the attributes that is_marked_incomplete() looks for, since names may be megabytes.
   for (auto& attribute : cryptomatte_attributes(layers.cryptomattes)) {
     header.attributes.push_back(std::move(attribute));
   }
@@ -199,9 +199,9 @@ FrameOutputs::FrameOutputs(const std::vector<std::string>& paths, const OutputSe
   }
 }
 
-// Its file, with all channels that are known of.
+// Opens the file with all channels known so far.
 void FrameOutputs::begin(ExrOutput& exr) {
-  exr.writer.reset();  // takes its file with it
+  exr.writer.reset();  // deletes its file
   exr.writer = std::make_unique<ExrWriter>(
       exr.path,
       frame_header(settings_, finished_channels(channels_.list(), settings_.denoise), layers_));
@@ -255,7 +255,7 @@ void FrameOutputs::write(ExrOutput& exr, const Rect& tile, const std::vector<flo
   }
 }
 
-// Once the frame is rendered, finish() reports what has failed.
+// After rendering, finish() reports the failure instead.
 void FrameOutputs::spool(const Rect& tile, const std::vector<float>& pixels) {
   try {
     spool_->write_tile(tile, pixels);

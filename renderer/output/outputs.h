@@ -1,4 +1,4 @@
-// The files a frame is written to while it renders.
+// Writes a frame's files while it renders.
 #pragma once
 
 #include <atomic>
@@ -28,77 +28,74 @@
 
 namespace emberline {
 
-// How the files of a frame are written. The header is for EXR files, without channels and camera.
+// How a frame's files are written. The EXR header lacks channels and camera.
 struct OutputSettings : ExrHeader, FrameContents {
   Rect crop;
   DisplaySettings display;
   bool transparent = false;              // PNG gets an alpha channel
-  std::vector<HeatmapRequest> heatmaps;  // whose channels are among `aovs`
+  std::vector<HeatmapRequest> heatmaps;  // their channels are in `aovs`
   HeatmapStyle heatmap_style;
   bool clamps = false;            // --clamp-indirect
-  bool denoise = false;           // the files get the denoised picture, too
-  std::vector<std::string> half;  // layers
+  bool denoise = false;           // files also get the denoised picture
+  std::vector<std::string> half;  // layer names
 };
 
-// With the channels that the heatmaps need.
+// Includes the channels that the heatmaps need.
 OutputSettings output_settings(const RenderOptions& options, const Rect& crop);
 
-// What an EXR's header says of its frame: "emberline:complete" is "true " or "false", and
-// "emberline:samples" their number, with blanks behind it; with --clamp-indirect
-// "emberline:clamped" is the share of the light that it took. It is known when the header has long
-// been written, so there is room for it.
+// State recorded in the EXR header: "emberline:complete" ("true " or "false"), "emberline:samples"
+// and, with --clamp-indirect, "emberline:clamped" (the fraction of light removed). The values are
+// padded with blanks, because they are set long after the header is written.
 struct FrameState {
   bool complete = false;
   uint64_t samples = 0;
   double clamped_share = 0.0;
 };
 
-// The header of a whole frame's EXR, whose state is set before it is finished. Channels that
-// `--half` names become half floats.
+// Header of a whole frame's EXR; set_state() must be called before it is finished. Channels named
+// by `--half` become half floats.
 ExrHeader frame_header(const OutputSettings& settings, std::vector<PictureChannel> channels,
                        const SceneLayers& layers);
 void set_state(const OutputSettings& settings, const FrameState& state, ExrWriter& writer);
 
-// Writes a whole film as an EXR. `values`: its channels as FilmTile::resolve() gives them.
+// Writes a whole film as an EXR; `values` as FilmTile::resolve() returns them.
 void write_film_exr(const std::string& path, const AovSet& aovs, int width, int height,
                     const Rect& crop, std::vector<std::pair<std::string, std::string>> attributes,
                     std::vector<float> values);
 
-// Passes finished tiles on to every file, heatmaps included. Those of a frame with the channels of
-// `denoising` wait in a scratch file until finish_spooled() has the rows around them.
+// Passes finished tiles on to every file, heatmaps included. With `denoising` channels, tiles wait
+// in a scratch file until finish_spooled() has the rows around them.
 class FrameOutputs final : public RenderSink {
  public:
-  // Opens the files at once, so that a path that cannot be written is known before the render and
-  // not after it. Throws RenderError for an unwritable path, UsageError for an unknown display.
-  // `stop` is asked why the frame was cut short.
+  // Opens the files at once, so that an unwritable path fails before rendering. `stop` provides the
+  // stop cause. Throws RenderError for an unwritable path, UsageError for an unknown display.
   FrameOutputs(const std::vector<std::string>& paths, const OutputSettings& settings,
                const StopRequest& stop);
 
-  // A file that cannot be written (a full disk) is named by finish(); throws RenderError when it is
-  // the last one, so that nobody renders for nothing.
+  // A file that fails (for example on a full disk) is reported by finish(). Throws RenderError when
+  // the last file fails, since continuing would be useless.
   void tile_finished(const FilmTile& tile) override;
   PixelStop stop_cause() const override { return stop_.cause(); }
 
-  // Adds what is known since the scene is: the EXR files are begun anew with it. To be called
-  // before the first tile. Throws RenderError for a file that cannot be.
+  // Adds the scene's layers and restarts the EXR files with them. Call before the first tile.
+  // Throws RenderError.
   void add_scene(const SceneLayers& layers);
 
-  // From now on tiles are those of a frame that is rendered, and that is not given up any more when
-  // no file can be written: see tile_finished.
+  // Call when rendering has ended: from then on tile_finished() no longer throws when all files
+  // have failed.
   void rendering_ended() { rendered_ = true; }
-  // Once all tiles have come: writes those that wait, denoised if the settings ask for it, on the
-  // calling thread's TBB arena. A file that cannot be written is named by finish(). A stop leaves
-  // what is not denoised yet as it is.
+  // Call after the last tile: writes spooled tiles, denoised if the settings ask for it, on the
+  // calling thread's TBB arena. finish() reports files that fail. A stop request leaves the rest
+  // unfiltered.
   std::optional<DenoiseReport> finish_spooled(const std::stop_token& stop = {});
-  // Completes and renames the files, each for itself. What became of the frame goes into the EXR's
-  // header.
+  // Completes and renames each file independently. `state` goes into the EXR header.
   void finish(const FrameState& state, WriteAttempts& attempts);
 
-  // The most that the film held, for the report: each thread's pixel sums and channels, and the
-  // pictures (.png, .jpg) and heatmaps that are kept until the end.
+  // Peak film memory for the report: each thread's pixel sums and channels, plus the pictures
+  // (.png, .jpg) and heatmaps kept until the end.
   uint64_t film_bytes() const;
   std::string display_description() const;
-  // By kind of --cryptomatte, of the tiles so far.
+  // Per kind of --cryptomatte, over the tiles so far.
   std::vector<CryptomatteReport> cryptomattes() const { return channels_.mattes(); }
 
  private:
@@ -114,36 +111,35 @@ class FrameOutputs final : public RenderSink {
   DenoiseReport denoise(const std::stop_token& stop);
   void write_tiles();
   void write_denoised(const Rect& tile, const std::vector<float>& pixels);
-  bool nothing_left() const;  // to write a tile to
+  bool nothing_left() const;  // every EXR has failed and there is no other output
 
   const OutputSettings settings_;
-  std::deque<ExrOutput> exrs_;  // of which none moves
+  std::deque<ExrOutput> exrs_;  // a deque, so that elements never move
   FrameChannels channels_;
   SceneLayers layers_;
   std::unique_ptr<PixelSpool> spool_;
-  std::string spool_failure_;  // why it is of no use any more
+  std::string spool_failure_;  // empty: the spool is usable
   bool rendered_ = false;
   std::vector<std::unique_ptr<DisplayImageWriter>> images_;
   std::vector<std::unique_ptr<HeatmapFile>> heatmaps_;
   std::shared_ptr<const DisplayTransform> transform_;
   const StopRequest& stop_;
   mutable std::mutex mutex_;
-  std::map<std::thread::id, uint64_t> thread_bytes_;  // at most, of each thread that brought a tile
+  std::map<std::thread::id, uint64_t> thread_bytes_;  // peak per thread
 };
 
-// Enters the files that the options name for reading.
+// Registers the files that the options name for reading.
 void register_inputs(const RenderOptions& options, FileRegister& files);
 
-// Enters the files that they name for writing: of one frame, and of all frames of a range together.
+// Registers the files to be written: of one frame, and of a whole range.
 void register_frame_outputs(const RenderOptions& options, FileRegister& files);
 void register_run_outputs(const RenderOptions& options, FileRegister& files);
 
-// Throws UsageError for an -o with an unknown suffix, or a format that holds no such picture.
+// Throws UsageError for an -o with an unknown suffix, or a format that cannot hold the picture.
 void check_picture_format(const std::string& path, const Rect& crop);
 
-// Enters what the options read and write. Throws UsageError for what is wrong with the names alone:
-// an unknown suffix, one file named twice, an input that would be overwritten, a frame larger than
-// the format holds.
+// Registers all inputs and outputs. Throws UsageError for an unknown suffix, a file named twice, an
+// output that would overwrite an input, or a frame too large for its format.
 void check_output_paths(const RenderOptions& options, const Rect& crop, FileRegister& files);
 
 }  // namespace emberline

@@ -18,7 +18,7 @@ namespace {
 // Rows per task of a picture: about 0.1 ms.
 constexpr size_t kRowGrain = 16;
 
-const Rgb kBorder(1.0f, 0.25f, 0.02f);  // orange: rare in pictures, seen on bright and dark
+const Rgb kBorder(1.0f, 0.25f, 0.02f);  // orange: rare in pictures, visible on bright and dark
 constexpr float kBorderOpacity = 0.5f;
 
 ByteImage picture_with_leaves(const LivePicture& picture, const RefinementTree& tree,
@@ -29,7 +29,7 @@ ByteImage picture_with_leaves(const LivePicture& picture, const RefinementTree& 
   picture.resolve(rgba);
   for (size_t i = 0; i < pixels; ++i) std::copy_n(&rgba[4 * i], 3, &rgb[3 * i]);
   DisplayTransform(options.display, options.working_space).apply(rgb.data(), pixels);
-  // Over the displayed picture, where borders stand out alike against light and dark.
+  // Applied after the display transform, so that borders are equally visible on light and dark.
   for (size_t i = 0; i < pixels; ++i) std::copy_n(&rgb[3 * i], 3, &rgba[4 * i]);
   draw_leaf_borders(tree, rgba, crop.width());
   ByteImage image;

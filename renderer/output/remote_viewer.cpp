@@ -11,16 +11,16 @@
 namespace emberline {
 namespace {
 
-// Between two pictures of the whole; more often is hardly seen as more.
+// Between whole pictures; a higher rate is hardly visible.
 constexpr double kLeastInterval = 0.1;
 
-// Of the render's time, what pictures of the whole may cost it: the pauses while they are copied
-// (workers idle), and the sending thread's share of the machine. Half of the 2 % that a viewer may
-// cost in all; the other half is left to what is not seen from here (the system's own work on the
-// data, caches, a viewer on the same machine).
+// Fraction of the render time that whole pictures may cost: pauses for copying (workers idle) plus
+// the sending thread's share of the machine. It is half of the 2 % that a viewer may cost; the
+// other half covers costs that are not measured here (kernel, caches, a viewer on the same
+// machine).
 constexpr double kMostShare = 0.01;
 
-// With buckets smaller than this, pictures go in tiles of several.
+// Buckets smaller than this are sent as tiles of several.
 constexpr int kLeastTile = 32;
 
 std::string image_name(const RenderOptions& options) {

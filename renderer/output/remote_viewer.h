@@ -1,4 +1,4 @@
-// `--display tev://HOST:PORT`: the frame in another program's window while it renders.
+// `--display tev://HOST:PORT`: shows the frame in another program while it renders.
 #pragma once
 
 #include "io/viewer/tev_stream.h"
@@ -8,20 +8,20 @@
 
 namespace emberline {
 
-// Finished tiles as they come; of progressive drivers, pictures of the whole as often as costs
-// hardly anything.
+// Sends finished tiles as they come. For progressive drivers it sends whole pictures at a rate that
+// costs almost no render time.
 class RemoteViewer {
  public:
-  // Needs options.viewer. The image has the output's name and the scene's.
+  // Needs options.viewer. The image is named after the output and the scene.
   RemoteViewer(const RenderOptions& options, const Rect& crop, int threads);
 
   // Any thread.
   void add(const FilmTile& tile);
-  // At a driver's pause, `elapsed_s` into the rendering: shows the picture if it is time for it.
+  // Call at a driver's pause, `elapsed_s` into rendering: sends the picture if one is due.
   void look(const LivePicture& picture, double elapsed_s);
-  // Whether look() would show it. Any thread, while look() is not called.
+  // Whether look() would send it. Any thread, but not during look().
   bool wanted(double elapsed_s) const;
-  // Waits for what is on its way, but not long; hardly at all for a user who has stopped the frame.
+  // Waits briefly for pending data, and hardly at all after a user stop.
   void finish(PixelStop stop_cause);
 
   uint64_t bytes() const { return stream_.most_bytes(); }
@@ -33,7 +33,7 @@ class RemoteViewer {
   TevStream stream_;
   bool shown_ = false;
   double shown_at_s_ = 0.0;
-  double paused_s_ = 0.0;  // the time that drivers waited for pictures
+  double paused_s_ = 0.0;  // render time spent on copying pictures
 };
 
 }  // namespace emberline

@@ -14,48 +14,47 @@
 
 namespace emberline {
 
-// The driver that a window begins with, beside those of driver_table(): bisection until every pixel
-// has a sample, then adaptive.
+// The window's default driver, in addition to driver_table(): bisection until every pixel has a
+// sample, then adaptive.
 inline constexpr const char* kLiveDriver = "live";
 
 struct RenderOptions : FrameSettings {
-  std::string command_line;   // for the records
-  std::string settings_file;  // that the settings were read from; empty: none
+  std::string command_line;   // recorded in outputs
+  std::string settings_file;  // source of the settings; empty: none
 
-  // Results.
   std::vector<std::string> outputs;
-  std::vector<std::string> heatmaps;    // files
-  std::vector<std::string> heatmap_of;  // of the n-th; samples if there are fewer
+  std::vector<std::string> heatmaps;    // file paths
+  std::vector<std::string> heatmap_of;  // quantity of the n-th heatmap; default: samples
   HeatmapStyle heatmap_style;
-  std::vector<std::string> reports;  // .html: a page; any other name: JSON
-  std::string snapshots;             // a folder; empty: none
+  std::vector<std::string> reports;  // .html: a page; other suffixes: JSON
+  std::string snapshots;             // folder; empty: none
   std::optional<std::string> snapshot_at;
   std::string snapshot_format = "png";
   std::string reference;
   DisplaySettings display;
-  std::optional<TevAddress> viewer;   // that watches
+  std::optional<TevAddress> viewer;   // receives the frame while it renders
   std::optional<std::string> replay;  // X,Y,SAMPLE
-  std::optional<Vec2i> explained;     // a pixel of the frame
-  std::vector<std::string> trees;     // files of the refinement tree
-  std::string save_settings;          // a file; empty: none
-  std::string checkpoint;             // a file; empty: checkpoint_path()
-  bool resumable = false;             // the checkpoint stays when the frame is done
-  bool resume = false;                // goes on with what is there
+  std::optional<Vec2i> explained;     // pixel of the frame
+  std::vector<std::string> trees;     // refinement tree files
+  std::string save_settings;          // file; empty: none
+  std::string checkpoint;             // file; empty: checkpoint_path()
+  bool resumable = false;             // keep the checkpoint when the frame is done
+  bool resume = false;                // resume from an existing checkpoint
   double checkpoint_interval_s = 300;
-  std::string extended;       // the checkpoint of a frame that goes on; empty: none
-  std::string progress_file;  // a file; empty: none
-  std::vector<int> frames;    // numbers, in order; empty: one frame, which these options say
+  std::string extended;       // checkpoint of the frame to extend; empty: none
+  std::string progress_file;  // file; empty: none
+  std::vector<int> frames;    // frame numbers, in order; empty: the one frame of these options
   bool skip_existing = false;
-  bool stop_on_error = false;  // else the range goes on behind a bad frame
-  std::string range_report;    // a file; empty: none
-  int threads = 0;             // 0: all
+  bool stop_on_error = false;  // default: the range continues after a failed frame
+  std::string range_report;    // file; empty: none
+  int threads = 0;             // 0: all cores
   LimitOptions limits;
 };
 
 bool is_part(const FrameSettings& settings);
-// The checkpoint stays when the frame is done.
+// Whether the checkpoint is kept when the frame is done.
 bool keeps_checkpoint(const RenderOptions& options);
-// Where the checkpoint is: beside the first output unless it was named. Empty: there is none.
+// Path of the checkpoint: beside the first output unless named. Empty: none.
 std::string checkpoint_path(const RenderOptions& options);
 
 }  // namespace emberline

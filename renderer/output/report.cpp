@@ -146,7 +146,7 @@ OrderedJson optics_json(const OpticsCounters& optics) {
            optics.point_light_samples > 0 ? OrderedJson(optics.blocked_share()) : OrderedJson()}};
 }
 
-// Null where nothing was to be clamped.
+// Null if clamping was off.
 OrderedJson clamped_json(const RenderReport& r) {
   const ClampedLight& clamped = r.counters.clamped;
   if (!clamped.clamps()) return OrderedJson();
@@ -162,7 +162,7 @@ OrderedJson clamped_json(const RenderReport& r) {
           {"groups", groups}};
 }
 
-// Null where none were asked for.
+// Null if none were requested.
 OrderedJson cryptomattes_json(const RenderReport& r) {
   OrderedJson kinds;
   for (const CryptomatteReport& kind : r.cryptomattes) {
@@ -174,7 +174,7 @@ OrderedJson cryptomattes_json(const RenderReport& r) {
   return kinds;
 }
 
-// Null where nothing was denoised.
+// Null without denoising.
 OrderedJson denoise_json(const std::optional<DenoiseReport>& denoise) {
   if (!denoise) return OrderedJson();
   return {{"error_before", denoise->error_before},
@@ -262,7 +262,7 @@ std::string report_json(const RenderOptions& options, const RenderReport& r) {
   json["optics"] = optics_json(c.optics);
   json["clamped"] = clamped_json(r);
   json["cryptomattes"] = cryptomattes_json(r);
-  // Uniform sampling decides nothing from an error estimate, so none is made.
+  // Uniform sampling makes no error estimate.
   json["error"] = {{"estimator", r.estimator},
                    {"of", options.allocation == ErrorMetric::kDenoised ? "denoised" : "raw"},
                    {"estimate", number_or_null(r.error_estimate)}};

@@ -17,27 +17,26 @@
 namespace emberline {
 
 struct RenderTimes {
-  // Wall time from the command's beginning until its reports are written, and its parts; what they
-  // leave is less than 2 % of it. setup: reading options and --reference, opening the outputs.
+  // Wall time from the start of the command until its reports are written, and its parts, which
+  // leave less than 2 % unaccounted for. setup: reading options and --reference, opening the
+  // outputs.
   double wall_s = 0, setup_s = 0, load_s = 0, build_s = 0, render_s = 0, write_s = 0;
-  double snapshots_s = 0;  // copying them, which render_s leaves out, and encoding and measuring
-  // Before wall_s: from the start of the process, the loading of its libraries.
+  double snapshots_s = 0;  // copying (not in render_s), encoding and measuring snapshots
+  // Before wall_s: loading the process and its libraries.
   std::optional<double> start_s;
-  double cpu_s = 0;         // processor time of the process
-  double render_cpu_s = 0;  // processor time of the render_s
-  // From the start of the process (loading the program's libraries included) until the first
-  // samples were done: one worker's first 2048, about a millisecond. Absent if none ever were.
+  double cpu_s = 0;         // CPU time of the process
+  double render_cpu_s = 0;  // CPU time during render_s
+  // From process start (library loading included) to the first samples: one worker's first 2048,
+  // about a millisecond. Absent if no samples were taken.
   std::optional<double> first_sample_s, first_sample_cpu_s;
 };
 
-// One pass over the frame.
 struct PassReport {
   double elapsed_s = 0;                  // since rendering began
   uint64_t samples = 0;                  // so far
   std::optional<double> error_estimate;  // of the picture at the end of this pass
 };
 
-// A part of a merged frame.
 struct PartReport {
   std::string file, host, instruction_sets;
 };
@@ -47,12 +46,12 @@ struct RenderReport {
   RenderCounters counters;
   SceneMemory memory;
   uint64_t film_bytes = 0;
-  std::shared_ptr<const MemoryBudget> budget;  // what was allowed, and reserved of it
+  std::shared_ptr<const MemoryBudget> budget;  // the limit and what was reserved
   std::vector<std::string> features;
   std::string estimator = "none";
   std::optional<double> error_estimate;
   std::optional<DenoiseReport> denoise;
-  std::vector<std::string> warnings;  // as given to the user, in order
+  std::vector<std::string> warnings;  // as shown to the user, in order
   CoverageReport coverage;
   LoadRepairs repairs;
   std::vector<std::string> light_layers;  // names, with --light-groups
@@ -63,38 +62,38 @@ struct RenderReport {
   int threads = 0;
   std::vector<PassReport> passes;
   std::vector<SnapshotReport> snapshots;
-  uint64_t earlier_samples = 0;  // of the total, that the checkpoint had
+  uint64_t earlier_samples = 0;  // samples from the checkpoint, included in the total
   CheckpointReport checkpoint;
   std::vector<PartReport> parts;
   PixelStop stop_cause = PixelStop::kNone;
-  std::vector<std::string> failed_outputs;  // files that could not be written; reports aside
+  std::vector<std::string> failed_outputs;  // files that could not be written, except reports
   bool complete = true;                     // the frame has no holes and was not stopped
   int exit_code = 0;
 };
 
-// The keys are those of the design: time, samples, rays, memory, numerics, error, features, gltf,
-// passes; beside them settings, versions and output.
+// Keys: time, samples, rays, memory, numerics, error, features, gltf, passes, settings, versions,
+// output and others.
 std::string report_json(const RenderOptions& options, const RenderReport& report);
 
-// The words after --replay that compute the sample again: with --seed where it is not `seed`.
+// Arguments for --replay that recompute the sample, with --seed if it differs from `seed`.
 std::string replay_words(const NonFiniteSample& sample, uint32_t seed);
 
-// Nothing where all samples were finite. `how`: "with", and options without which render would not
-// meet the first of them again.
+// Warns unless all samples were finite. `how`: "with", plus the options needed to reproduce the
+// first one.
 void warn_of_non_finite(const RenderCounters& counters, uint32_t seed,
                         const std::string& how = "with");
 
-// The settings with what a frame takes where they say nothing, as its records have them.
+// Fills in the defaults that a frame uses, as its records show them.
 FrameSettings recorded_settings(FrameSettings settings);
-// Settings, versions and seed as strings: the EXR's header attributes.
+// Settings, versions and seed as strings, for EXR header attributes.
 std::vector<std::pair<std::string, std::string>> settings_attributes(const RenderOptions& options);
 
-// "embree" -> "3.13.5" and so on, for what this binary runs with.
+// Versions of the libraries in use, such as {"embree", "3.13.5"}.
 std::vector<std::pair<std::string, std::string>> library_versions();
-// What this binary was compiled for, and the widest that Embree uses on this machine: "x86-64-v3,
-// Embree avx2".
+// The instruction set this binary was compiled for and the widest that Embree uses here, for
+// example "x86-64-v3, Embree avx2".
 std::string instruction_sets();
-// "Intel", "AMD", "ARM" or "other". Makers round Embree's reciprocals in ways of their own.
+// "Intel", "AMD", "ARM" or "other". Embree's reciprocals round differently between makers.
 std::string processor_maker();
 
 }  // namespace emberline

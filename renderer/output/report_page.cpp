@@ -19,7 +19,7 @@ namespace {
 
 using Row = std::vector<PageCell>;
 
-// A table of names and values without a head.
+// A name-value table without a header.
 PageTable pairs(std::vector<Row> rows) { return {"", {{""}, {"", true}}, std::move(rows)}; }
 
 std::string file_name(const std::string& path) {
@@ -113,8 +113,8 @@ void add_numbers(HtmlPage& page, const RenderOptions& o, const RenderReport& r) 
   page.table(pairs(std::move(rows)));
 }
 
-// Bars of equal width, or of equal ratio where the counts differ much; their borders are whole
-// numbers, so that no bar covers fewer counts than it seems to.
+// Returns bars of equal width, or of equal ratio if `logarithmic`. Borders are whole numbers, so
+// that every bar covers the counts that it appears to cover.
 std::vector<double> bar_borders(uint32_t least, uint32_t most, bool logarithmic) {
   constexpr int kBars = 40;
   std::vector<double> borders = {double(least)};
@@ -147,7 +147,7 @@ Markup samples_histogram(const std::map<uint32_t, uint64_t>& pixels) {
   return histogram_chart(chart);
 }
 
-// The legend's figures as text, which a phone shows larger than the picture.
+// Repeats the legend's numbers as text, which is more readable on a phone.
 std::string map_caption(const ReportPictures::Map& map) {
   const PlaneStatistics s = plane_statistics(map.plane);
   std::string text(map.quantity->summary);
@@ -229,7 +229,7 @@ void add_error_chart(HtmlPage& page, const RenderOptions& o, const RenderReport&
        "of slope -1/2."}});
 }
 
-// At most so many rows, evenly chosen, the last among them.
+// Row limit: tables keep evenly spaced rows, including the last.
 constexpr size_t kMostRows = 24;
 
 template <typename Entry>

@@ -1,4 +1,4 @@
-// The report as a page for people: --report FILE.html.
+// The report as an HTML page: --report FILE.html.
 #pragma once
 
 #include <string>
@@ -10,11 +10,11 @@
 
 namespace emberline {
 
-// Whether a report of that name is a page: its suffix is .html or .htm.
+// True for the suffixes .html and .htm.
 bool is_page(std::string_view path);
 
-// One self-contained HTML file: picture, maps, histogram, charts, tables, and the command that
-// renders the frame again. Throws RenderError for a picture that cannot be encoded.
+// Returns a self-contained HTML file: picture, maps, histogram, charts, tables, and the command
+// that renders the frame again. Throws RenderError if a picture cannot be encoded.
 std::string report_page(const RenderOptions& options, const RenderReport& report,
                         const ReportPictures& pictures);
 

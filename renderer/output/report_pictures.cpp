@@ -50,13 +50,13 @@ void ReportPictures::add(const FilmTile& tile) {
   const Rect& rect = tile.rect();
   const size_t stride = film_channels_.size(), pixels = size_t(rect.area());
   std::map<uint32_t, uint64_t> counts;
-  auto count = counts.end();  // neighbours mostly have equal counts
+  auto count = counts.end();  // cached, since neighbouring pixels mostly have equal counts
   for (size_t i = 0; i < pixels; ++i) {
     const uint32_t samples = tile.sample_count(rect.x_of(i), rect.y_of(i));
     if (count == counts.end() || count->first != samples) count = counts.try_emplace(samples).first;
     ++count->second;
   }
-  // Tiles share pixels here where the frame is reduced.
+  // Tiles share pixels here if the frame is reduced.
   const std::lock_guard lock(mutex_);
   for (const auto& [samples, number] : counts) pixels_by_samples_[samples] += number;
   for (size_t i = 0; i < pixels; ++i) {
@@ -90,7 +90,7 @@ ByteImage ReportPictures::picture() const {
 std::vector<ReportPictures::Map> ReportPictures::maps() const {
   std::vector<Map> maps;
   for (const MapSums& sums : maps_) {
-    // Where no tile came the channels are 0, as in the EXR.
+    // Where no tile was added the channels are 0, as in the EXR.
     const std::vector<float> zeros(sums.channels.size(), 0.0f);
     const float untouched = sums.quantity->value(zeros.data());
     Plane plane{width_, height_, sums.sums};
@@ -108,7 +108,7 @@ std::map<uint32_t, uint64_t> ReportPictures::pixels_by_samples() const {
   std::map<uint32_t, uint64_t> pixels = pixels_by_samples_;
   uint64_t came = 0;
   for (const auto& [samples, count] : pixels) came += count;
-  // A stopped frame's tiles that were not begun.
+  // Tiles of a stopped frame that were never started.
   if (came < uint64_t(crop_.area())) pixels[0] += uint64_t(crop_.area()) - came;
   return pixels;
 }

@@ -1,6 +1,6 @@
-// What the report's page shows of the frame: the picture and a map of each quantity that the film
-// has channels for. Made only if a page was asked for; a frame that is streamed out bucket by
-// bucket is kept nowhere else.
+// Pictures for the report page: the frame and a map of each quantity that the film has channels
+// for. Created only if a page was requested, since a frame streamed out by bucket is stored nowhere
+// else.
 #pragma once
 
 #include <cstdint>
@@ -24,29 +24,29 @@ struct RenderOptions;
 
 class ReportPictures {
  public:
-  // A page needs no more pixels a side; larger frames are averaged over squares of pixels as their
-  // tiles come, so that what is kept does not grow with them.
+  // Upper limit on the page's pixels per side. Larger frames are averaged over squares of pixels as
+  // tiles arrive, so memory does not grow with the frame.
   static constexpr int kMostPixels = 1280;
 
   // `aovs` are the film's. Throws UsageError for an unknown display or view.
   ReportPictures(const RenderOptions& options, const Rect& crop, const AovSet& aovs);
 
-  // A finished tile within the crop, each pixel once. From any thread.
+  // Adds a finished tile within the crop; each pixel once. Any thread.
   void add(const FilmTile& tile);
 
-  // One pixel here is factor x factor of the frame's (fewer at the right and lower edge).
+  // One pixel here covers factor x factor frame pixels (fewer at the right and lower edges).
   int factor() const { return factor_; }
-  // As displayed; black where no tile came.
+  // Display values; black where no tile was added.
   ByteImage picture() const;
 
   struct Map {
     const HeatmapQuantity* quantity;
-    // Means (of errors: root mean squares) of the pixels that have a value; of reasons one pixel's.
+    // Means over pixels with a value (errors: root mean squares; reasons: one pixel's value).
     Plane plane;
   };
   std::vector<Map> maps() const;
 
-  // How many of the crop's pixels got so many samples: exact, whatever the factor.
+  // Exact number of the crop's pixels by sample count, whatever the factor.
   std::map<uint32_t, uint64_t> pixels_by_samples() const;
 
   uint64_t bytes() const;
@@ -54,7 +54,7 @@ class ReportPictures {
  private:
   struct MapSums {
     const HeatmapQuantity* quantity;
-    std::vector<size_t> channels;  // of the film
+    std::vector<size_t> channels;  // film channels
     std::vector<float> sums;
     std::vector<uint32_t> counts;
   };
@@ -68,7 +68,7 @@ class ReportPictures {
   std::vector<std::string> film_channels_;
   std::mutex mutex_;
   std::vector<float> rgb_;       // sums
-  std::vector<uint32_t> count_;  // pixels that came
+  std::vector<uint32_t> count_;  // pixels added
   std::vector<MapSums> maps_;
   std::map<uint32_t, uint64_t> pixels_by_samples_;
 };

@@ -1,4 +1,4 @@
-// Picture files, for whatever shows their channels or measures R, G and B against another's.
+// Reads picture files to show their channels or to compare their R, G and B.
 #pragma once
 
 #include <span>
@@ -10,11 +10,11 @@
 
 namespace emberline {
 
-// All channels of a picture; warns of a frame that was stopped before it was complete. Throws
-// InputError.
+// Reads all channels of a picture and warns if its frame was stopped early. Throws InputError.
 FloatImage read_frame(const std::string& path, const LoadProgress& progress);
 
-// Pixels of a frame, and where in it they lie. A .png knows no frame but itself.
+// Pixels of a frame and their position in it. A .png stores no position and counts as a whole
+// frame.
 struct RgbFile {
   std::string path;
   RgbImage pixels;
@@ -24,17 +24,17 @@ struct RgbFile {
   bool is_whole_frame() const { return crop == Rect{0, 0, frame_width, frame_height}; }
 };
 
-// Linear; the data window only. Throws InputError for a file that cannot be read, and where
-// find_colour() finds no R, G and B.
+// Linear Rec. 709, data window only. Throws InputError for an unreadable file, or if find_colour()
+// finds no R, G and B.
 RgbFile read_rgb(const std::string& path, const LoadProgress& progress);
 
-// Of a reference the pixels that `crop` of a frame is to be measured against: those at the same
-// place of a frame of the same size; or, where one of the two knows no frame but itself, all of
-// them, if they are as many. Throws InputError, which calls the picture to be measured `what`.
+// Returns the reference pixels to compare `crop` with: those at the same position of an equally
+// large frame or, if either picture stores no position, all of them, if the sizes match. Throws
+// InputError, which calls the compared picture `what`.
 RgbImage reference_pixels(RgbFile reference, const std::string& what, const Rect& crop,
                           int frame_width, int frame_height);
 
-// The first three of a crop's interleaved channels.
+// Takes the first three of a crop's interleaved channels.
 RgbImage to_rgb_image(std::span<const float> values, size_t channels, const Rect& crop);
 
 }  // namespace emberline

@@ -1,5 +1,5 @@
-// What of a frame's files is known only once its scene is: names, and where the camera stands. A
-// checkpoint's head has it, too, for those who read the frame without its scene.
+// The part of a frame's files that depends on the scene: layer names and the camera. It is also
+// stored in a checkpoint's head, for reading the frame without its scene.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -21,11 +21,11 @@ struct SceneLayers {
   std::vector<CryptomatteNames> cryptomattes;
 };
 
-// Of a frame of these parts, through this camera. `origin` is the scene's.
+// For a frame of these parts through this camera. `origin` is the scene's.
 SceneLayers scene_layers(const SceneParts& parts, const Camera& camera, const Vec3d& origin);
 
 void put_scene_layers(const SceneLayers& layers, nlohmann::json& head);
-// Throws InputError that names `place`: anything may stand in a head.
+// The head may be arbitrary JSON: throws InputError that names `place`.
 SceneLayers scene_layers_of(const nlohmann::json& head, const std::string& place);
 
 }  // namespace emberline

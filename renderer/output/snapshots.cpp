@@ -30,7 +30,7 @@ constexpr NamedValue<SnapshotFormat> kFormats[] = {
 constexpr const char* kAnimation = "refinement.gif";
 constexpr const char* kMarker = "emberline-snapshots.json";
 
-// How a moment is written behind its number, in the option and in the name of a file.
+// The suffix in the option and the label in file names.
 struct UnitEntry {
   Unit unit;
   std::string_view suffix, label;
@@ -56,7 +56,7 @@ SnapshotMoment parse_moment(std::string_view text) {
       shortened(text), kMaxSamples);
 }
 
-// Padded, so that names sort as numbers do.
+// Zero-padded, so that names sort by number.
 std::string label(const SnapshotMoment& moment) {
   const auto entry = std::ranges::find(kUnits, moment.unit, &UnitEntry::unit);
   if (entry == std::end(kUnits)) return "first";
@@ -65,14 +65,13 @@ std::string label(const SnapshotMoment& moment) {
                : fmt::format("{:08.3f}{}", moment.value, entry->label);
 }
 
-// The rest of a snapshot's name behind its number, "003_"; nothing for other names.
+// Returns what follows a number such as "003_" in a snapshot's name; nullopt for other names.
 std::optional<std::string> behind_number(const std::string& name) {
   const size_t digits = name.find_first_not_of("0123456789");
   if (digits == std::string::npos || digits < 3 || name[digits] != '_') return std::nullopt;
   return name.substr(digits + 1);
 }
 
-// A frame of the animation: averaged down to at most 640 pixels a side, then displayed.
 ByteImage animation_frame(const std::vector<float>& rgba, const Rect& crop,
                           const DisplayTransform& transform) {
   constexpr int kMostPixels = 640;
@@ -134,14 +133,14 @@ SnapshotRecorder::SnapshotRecorder(const RenderOptions& options, const Rect& cro
                                   "the frame to be measured against it", crop, options.width,
                                   options.height);
   }
-  image_library();  // for the animation: where it is missing, that is known before the render
+  image_library();  // needed for the animation; fails here, before rendering, if missing
   folder_.emplace(options.snapshots, OwnedFolderKind{"`snapshots`", kMarker});
   for (const std::string& name : folder_->entries()) {
     if (may_write(name)) folder_->check(std::array{name});
   }
 }
 
-// "003_0005pct.png" of some moment, whichever place it will have among those taken.
+// Matches "003_0005pct.png" of a waiting moment, with any number.
 bool SnapshotRecorder::may_write(const std::string& name) const {
   if (name == kAnimation) return true;
   const std::optional<std::string> rest = behind_number(name);
