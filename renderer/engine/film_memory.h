@@ -9,17 +9,17 @@
 
 namespace emberline {
 
-// A film's bytes, and those that RenderJob::deliver() adds for pixels without samples.
+// Bytes per pixel of a film, including what RenderJob::deliver() adds for pixels without samples.
 uint64_t film_bytes_per_pixel(const AovSet& aovs, const FilmExtras& extras);
 
-// The most that render() and deliver() of a job keep of a pixel of the crop, without its workers'
-// tiles; each light group adds 24 bytes, and 24 more for all. 0 for drivers of tiles.
+// Upper bound on what render() and deliver() keep per pixel of the crop, excluding the workers'
+// tiles; 0 for tiled drivers. Light groups add 24 bytes each, and 24 more in total.
 uint64_t kept_bytes_per_pixel(const DriverFactory& drivers, const AovSet& aovs);
-// The bytes of a pixel of a worker's tile.
+// Bytes per pixel of a worker's tile.
 uint64_t tile_bytes_per_pixel(const DriverFactory& drivers, const AovSet& aovs);
 
-// Further bytes of RenderJob::deliver() for a film with pixels without samples, for this number of
-// layers or lights: their values as shown, and a picture to take them from.
+// Additional bytes of RenderJob::deliver() for a film with pixels without samples: the displayed
+// values of `layers` layers or lights, and a picture to compute them from.
 uint64_t shown_layer_bytes_per_pixel(size_t layers);
 
 // Resets the film to the crop. Throws RenderError if there is not enough memory.

@@ -21,7 +21,7 @@
 namespace emberline {
 namespace {
 
-// Warns of cameras of the file that are none, but for the chosen one, which has to be.
+// Throws if the chosen camera is invalid, and warns of other invalid cameras.
 void check_cameras(const SceneDescription& scene, const CameraDescription* chosen) {
   if (chosen && chosen->fault) throw InputError(*chosen->fault);
   const auto broken = [](const CameraDescription& camera) { return camera.fault != nullptr; };
@@ -33,7 +33,7 @@ void check_cameras(const SceneDescription& scene, const CameraDescription* chose
                           more > 0 ? fmt::format(" (nor can {} others)", more) : ""));
 }
 
-// The first that fits, with a warning where others do, too.
+// Returns the first match, with a warning if there are several.
 size_t find_camera(const std::string& wanted, const std::vector<CameraDescription>& cameras) {
   const std::vector<size_t> fits = cameras_called(wanted, cameras);
   std::string listed;
@@ -85,7 +85,7 @@ CameraDescription choose_view(const FrameSettings& settings, const SceneDescript
   }
   if (camera.aspect && !settings.look_from && !settings.panorama &&
       std::abs(*camera.aspect / aspect - 1.0) > 0.01) {
-    // The vertical angle or height rules, as glTF has it; what is seen at the sides differs.
+    // The vertical angle or height is kept, as in glTF; the horizontal extent changes.
     const double width = std::clamp(settings.height * *camera.aspect, 1.0, 1e6);
     log_info(fmt::format(
         "camera '{}' was made for {:.3g} : 1, the frame has {:.3g} : 1; "
@@ -119,7 +119,7 @@ void apply_lens(const FrameSettings& settings, CameraDescription& camera) {
   camera.lens_radius = lens_radius(*settings.f_stop, camera.fov_y);
 }
 
-// Applies the settings to a camera, which may be the file's or the edits'.
+// Applies the settings to a camera of the file or of the edits.
 CameraDescription placed(const FrameSettings& settings, const SceneDescription& scene,
                          CameraDescription camera) {
   apply_lens(settings, camera);
@@ -128,16 +128,16 @@ CameraDescription placed(const FrameSettings& settings, const SceneDescription& 
   return turned(std::move(camera), settings, framed_bounds(scene));
 }
 
-// Whether the places of a frame later are asked for.
+// Whether positions one frame later are needed, for velocity without a shutter interval.
 bool later_is_wanted(const FrameSettings& settings) {
   return is_instant(settings) && AovSet::parse(settings.aovs).contains(Aov::kVelocity);
 }
 
-// The camera's transform after some of the `count` frames of a turn.
+// Rotates the camera by `frames` of the `count` frames of a turn.
 Mat44d turned_by(Mat44d m, int64_t frames, int64_t count, const Vec3d& center) {
   const int64_t place = (frames % count + count) % count;
   if (place == 0) return m;
-  // Quarters are exact; of frame 10 of 36: one quarter and nothing.
+  // Quarter turns are exact: frame 10 of 36 is one quarter and angle 0.
   const double angle = double(4 * place % count) / double(count) * kPiD / 2;
   double c = std::cos(angle), s = std::sin(angle);
   for (int64_t quarter = 0; quarter < 4 * place / count; ++quarter) {

@@ -1,4 +1,4 @@
-// The settings of a frame, with the only defaults. Every client fills in this struct.
+// The settings of a frame and their defaults. Every client fills in this struct.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +16,8 @@ namespace emberline {
 
 enum class EmbreeIsa;  // renderer/scene/embree_isa.h
 
-// Where light samples go: by each light's power alone, or guided by a survey of the light that
-// arrives (renderer/scene/light_survey.h).
+// How light samples are distributed: by each light's power alone, or guided by a survey of the
+// arriving light (renderer/scene/light_survey.h).
 enum class EnvironmentSampling { kGuided, kByLight };
 
 // Samples [first, end) of each pixel.
@@ -25,35 +25,36 @@ struct SampleSpan {
   uint32_t first = 0, end = 0;
 };
 
-// When the shutter is open, in frames from the frame's time on.
+// When the shutter is open, in frames relative to the frame's time.
 struct Shutter {
   double open = 0, close = 0;
 };
 
-// A view from all round the scene: the camera turns about the vertical axis through its centre.
+// A turntable view: the camera orbits the vertical axis through the scene's centre.
 struct Turntable {
-  std::optional<int> frame;  // of the turn: 1 is the camera as it stands; absent: each in turn
+  std::optional<int> frame;  // 1 is the unrotated camera; absent: all frames in turn
   uint32_t count = 1;        // frames of a full turn
   bool operator==(const Turntable&) const = default;
 };
 
-// The sun of a clear sky, in degrees: above the horizon; from -Z over +X, which is east.
+// The sun of a clear sky, in degrees: elevation above the horizon, azimuth from -Z (north) to +X
+// (east).
 struct SunPosition {
   double elevation = 0, azimuth = 0;
 };
 
-// Names are those of the tables: driver_table(), integrator_table() and so on.
+// Names are those of the tables, for example driver_table() and integrator_table().
 struct FrameSettings {
-  std::string scene;          // a file
-  std::string resource_root;  // files outside it are refused; empty: the scene's own folder
+  std::string scene;          // file path
+  std::string resource_root;  // files outside it are rejected; empty: the scene's folder
 
-  // Samples and where they go.
+  // Sampling.
   std::string driver = "bucket";
   std::string integrator = "path";
   std::string sampler = "sobol";
   std::string filter{kDefaultFilter};
-  std::optional<float> filter_radius;  // pixels; absent: the filter's own
-  std::optional<uint32_t> spp;         // 64, if nothing else limits the samples
+  std::optional<float> filter_radius;  // pixels; absent: the filter's default
+  std::optional<uint32_t> spp;         // 64 if nothing else limits the samples
   std::optional<uint32_t> min_spp, max_spp;
   std::optional<float> noise_threshold;   // expected RMS error in the displayed picture
   std::string estimator;                  // empty: kDefaultEstimator
@@ -61,8 +62,8 @@ struct FrameSettings {
   bool unbiased = false;
   std::optional<double> time_limit_s;
   int max_depth = 16;
-  std::optional<float> clamp_indirect;  // radiance; absent: nothing is clamped
-  int light_samples = 1;  // at surfaces that are visible directly, in mirrors or through glass
+  std::optional<float> clamp_indirect;  // radiance; absent: no clamping
+  int light_samples = 1;                // at surfaces seen directly, in mirrors or through glass
   uint32_t seed = 0;
   std::optional<int> streams;  // 1, or what the estimator needs
   int bucket_size = 64;        // pixels
@@ -73,23 +74,23 @@ struct FrameSettings {
   // Frame and view.
   int width = 1280, height = 720;
   std::optional<Rect> crop;
-  std::string camera;  // name or index; empty: the file's first, or one that frames the scene
+  std::string camera;  // name or index; empty: the file's first, or a view of the whole scene
   std::optional<Vec3d> look_from, look_at;       // metres
   std::optional<double> fov_y;                   // degrees
   std::optional<double> f_stop, focus_distance;  // metres; absent: a pinhole
-  bool panorama = false;  // all around the camera's place, as a latitude-longitude map
+  bool panorama = false;  // latitude-longitude map of all directions from the camera
   std::optional<Turntable> turntable;
 
-  // The scene: its pose. Without an animation and a time, nodes keep the file's transforms.
+  // Animation. Without `animation` and `time`, nodes keep the file's transforms.
   std::string animation;              // name, index or "all"; empty: the first, if there is a time
-  std::optional<double> time, frame;  // seconds; or frames, at `fps`. At most one of them
+  std::optional<double> time, frame;  // seconds, or frames at `fps`; at most one is set
   double fps = 24;
   std::optional<Shutter> shutter;  // absent: an instant
 
   // Changes to the scene.
-  std::string edits;        // a file of them; empty: none
+  std::string edits;        // edits file; empty: none
   std::string variant;      // name or index; empty: the file's own materials
-  std::string environment;  // a file; empty: `sun`, or the scene's
+  std::string environment;  // file; empty: `sun`, or the scene's environment
   std::optional<SunPosition> sun;
   float environment_strength = 1.0f;
   float environment_rotation = 0.0f;  // degrees
@@ -98,19 +99,19 @@ struct FrameSettings {
   WorkingSpace working_space = WorkingSpace::kRec709;
   bool show_backfaces = false;
   bool lenient = false;
-  std::optional<EmbreeIsa> isa;  // absent: the widest of the machine
+  std::optional<EmbreeIsa> isa;  // absent: the widest that the machine supports
 
-  // A part of the frame, for `merge`; absent: all of it.
+  // A part of the frame, for `merge`; absent: the whole frame.
   std::optional<FramePart> part;
   std::optional<SampleSpan> sample_range;
 
   // Channels.
   std::string aovs;
-  std::string cryptomattes;        // kinds, a list; layers of the EXR
-  int cryptomatte_levels = 6;      // ids of each pixel
-  std::string catchers, holdouts;  // nodes, lists (SurfaceRoles)
-  bool light_groups = false;       // layers of the EXR
-  std::string half;                // layers of it in half floats, a list
+  std::string cryptomattes;        // list of kinds, written as EXR layers
+  int cryptomatte_levels = 6;      // ids per pixel
+  std::string catchers, holdouts;  // lists of nodes (SurfaceRoles)
+  bool light_groups = false;       // written as EXR layers
+  std::string half;                // list of EXR layers stored as half floats
   ExrCompression exr_compression = ExrCompression::kZip;
   ExrParts exr_parts = ExrParts::kOne;
   bool denoise = false;  // adds a denoised picture

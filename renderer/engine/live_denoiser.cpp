@@ -21,7 +21,7 @@ const FilmTile& film_of(const LiveDenoiser::Source& source, int x, int y) {
   return region.sample_count(x, y) > film.sample_count(x, y) ? region : film;
 }
 
-// `rgba`: what is shown of the pixel. Its noise is taken to grow as its light does.
+// `rgba` is the pixel's displayed colour. Remixed noise is assumed to scale with the luminance.
 void read_pixel(const FilmTile& film, int x, int y, const float* rgba, bool mixed,
                 const FeatureRow& row, size_t to) {
   const uint32_t samples = film.sample_count(x, y);
@@ -43,7 +43,7 @@ void read_pixel(const FilmTile& film, int x, int y, const float* rgba, bool mixe
   row.variance[to] *= factor * factor;
 }
 
-// For each of `size` lines, the index of the nearest one of `lines`.
+// Returns, for each of `size` positions, the index of the nearest entry in `lines`.
 std::vector<size_t> nearest_lines(const std::vector<int>& lines, int size) {
   std::vector<size_t> nearest;
   for (const LineBlend& line : blend_lines(lines, size, Reconstruction::kDuplicate)) {
@@ -84,7 +84,7 @@ void LiveDenoiser::denoise_lattice(const Source& source, std::span<const float> 
   const auto width = size_t(rect.width());
   const std::vector<int>&columns = source.lattice->columns, &rows = source.lattice->rows;
   const size_t values = 4 * columns.size() * rows.size();
-  small_.resize(std::max(small_.size(), values));  // never shrinks, since to grow is to be cleared
+  small_.resize(std::max(small_.size(), values));  // never shrinks, since growing clears memory
   small_denoised_.resize(small_.size());
   parallel_each(rows.size(), [&](size_t j) {
     for (size_t i = 0; i < columns.size(); ++i) {

@@ -12,7 +12,7 @@ class AovSet;
 class LivePicture;
 struct PixelLattice;
 
-// Keeps its memory from picture to picture; one at a time.
+// Reuses its memory between pictures. Not thread-safe.
 class LiveDenoiser {
  public:
   // Adds the channels that the filter needs.
@@ -23,13 +23,13 @@ class LiveDenoiser {
 
   struct Source {
     const LivePicture& picture;
-    const LivePicture* region;    // a part of it, used where it has more samples; or null
-    const PixelLattice* lattice;  // the pixels that have samples; null: all have
+    const LivePicture* region;    // a part with more samples in places; may be null
+    const PixelLattice* lattice;  // the pixels with samples; null: all
     double samples_per_pixel;
-    bool mixed;  // light groups are: the colours are not the film's
+    bool mixed;  // light groups were remixed, so the colours differ from the film's
   };
-  // Filters R G B A of every pixel of the picture, interleaved, as they are shown. Pixels outside
-  // the lattice take the colour of the nearest one on it. Uses TBB's current arena.
+  // Filters the displayed R G B A (interleaved) of every pixel of the picture. Pixels outside the
+  // lattice copy the nearest one on it. Uses TBB's current arena.
   void denoise(const Source& source, std::span<const float> rgba, std::span<float> denoised);
 
  private:
@@ -37,7 +37,7 @@ class LiveDenoiser {
                        std::span<float> denoised);
 
   FastFilter filter_;
-  std::vector<float> small_, small_denoised_;  // of a lattice
+  std::vector<float> small_, small_denoised_;  // for a lattice
 };
 
 }  // namespace emberline

@@ -15,27 +15,27 @@ class FilmTile;
 class LightMix;
 struct RenderPlan;
 
-// The frame as it can be shown while it renders: complete at every moment. A job fills pixels
-// without samples from their neighbours. Coordinates are pixels of the frame, inside rect().
+// The displayable state of a frame while it renders, complete at every moment: pixels without
+// samples are filled in from their neighbours. Coordinates are frame pixels inside rect().
 class LivePicture {
  public:
   virtual ~LivePicture() = default;
-  // R G B A of every pixel of the crop, interleaved, rows from its top. With a mix, of a frame
-  // with light groups, under other lights: each group times its weight (renderer/film/light_mix.h).
+  // Writes interleaved R G B A of every pixel of the crop, top row first. For frames with light
+  // groups, `mix` weights each group (renderer/film/light_mix.h).
   virtual void resolve(std::span<float> rgba, const LightMix* mix = nullptr) const = 0;
   virtual const FilmTile& film() const = 0;
-  // Why the pixel of the crop gets no more samples, as far as the driver has decided that by now;
-  // kGoingOn for the others, also where a stop request has cut them short.
+  // Why the pixel gets no more samples, as far as the driver has decided; otherwise kGoingOn, even
+  // after a stop request.
   virtual PixelStop stop_so_far(int x, int y) const = 0;
 
   const Rect& rect() const;
 };
 
-// Collects the tiles that a driver finishes and lets go, and shows them over another picture. Not
-// safe to use from two threads at once.
+// Collects the finished tiles of a driver that does not keep them, and draws them over another
+// picture. Not thread-safe.
 class TilePicture final : public LivePicture {
  public:
-  // `before`: R G B A of each pixel of the plan's crop. Throws RenderError if there is not the
+  // `before`: R G B A of each pixel of the plan's crop. Throws RenderError if there is not enough
   // memory for the film.
   TilePicture(const RenderPlan& plan, std::vector<float> before);
   ~TilePicture() override;
@@ -47,15 +47,15 @@ class TilePicture final : public LivePicture {
   double completion() const { return double(pixels_) / double(rect().area()); }
   std::span<const float> rgba() const { return rgba_; }
 
-  // Mixes on the calling thread alone.
+  // Mixes on the calling thread.
   void resolve(std::span<float> rgba, const LightMix* mix = nullptr) const override;
   const FilmTile& film() const override { return *film_; }
-  // kNone for a pixel whose tile is there, if tiles have no `stop` channel.
+  // kNone for a pixel of an added tile if tiles have no `stop` channel.
   PixelStop stop_so_far(int x, int y) const override;
 
  private:
   const std::unique_ptr<FilmTile> film_;
-  const bool averages_;  // tiles may show something else than the means of their sums
+  const bool averages_;  // displayed values may differ from the means of the sums
   std::vector<float> rgba_;
   int64_t pixels_ = 0;
   uint64_t samples_ = 0;

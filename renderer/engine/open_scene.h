@@ -1,5 +1,5 @@
-// An open scene: read from its file, built, and put into one pose after another. The only code that
-// loads, poses, edits, rebuilds and rolls back; a step that throws leaves the scene unchanged.
+// An open scene that can be posed repeatedly. All loading, posing, editing, rebuilding and rollback
+// happens here; a step that throws leaves the scene unchanged.
 #pragma once
 
 #include <memory>
@@ -26,15 +26,16 @@ class SceneSource;
 // The operations that an open scene must support.
 struct OpenOptions {
   SceneBuildOptions build = {};
-  bool edits = false;  // editable(); the scene is built without the edits that it is opened with
-  bool poses = false;  // read() and pose() for other times; keeps an animated file open
+  bool edits = false;  // enables editable(); the scene is built without its initial edits
+  bool poses = false;  // enables read() and pose() for other times; keeps an animated file open
 };
 
-// A scene that is read and posed but not built. Its reservations are released unless it is built.
+// A scene that is read and posed but not built. Its memory reservations are released unless it is
+// built.
 class ReadScene {
  public:
-  // Reads the settings' file and environment, posed for the settings' time or else the edits'. The
-  // settings' variant replaces that of `edits`. Throws InputError, UsageError,
+  // Reads the settings' file and environment, posed for the settings' time or, by default, the
+  // edits' time. The settings' variant replaces that of `edits`. Throws InputError, UsageError,
   // RenderError and Cancelled.
   ReadScene(const FrameSettings& settings, SceneEdits edits, const OpenOptions& options,
             LoadProgress& progress);
@@ -42,7 +43,7 @@ class ReadScene {
   ReadScene& operator=(ReadScene&&) = delete;
   ~ReadScene();
 
-  // The edits are applied to it unless OpenOptions::edits.
+  // Includes the edits unless OpenOptions::edits is set.
   const SceneDescription& description() const { return description_; }
   const SceneEdits& edits() const { return edits_; }
 
@@ -64,15 +65,15 @@ class ReadScene {
 
 class OpenScene {
  public:
-  // May be used from any thread while nothing poses or edits it.
+  // Thread-safe unless it is being posed or edited.
   const Scene& scene() const { return editable_ ? editable_->scene() : *scene_; }
   // Valid until the scene is posed.
   SceneParts parts() const { return parts_.pointers(); }
-  // The settings that it was read with, with animation, time and shutter of its edits.
+  // The settings used for reading, with animation, time and shutter of the edits.
   const FrameSettings& settings() const { return settings_; }
-  // Other settings with the animation, time and shutter that the scene is posed for.
+  // Returns `settings` with the animation, time and shutter that the scene is posed for.
   FrameSettings posed(FrameSettings settings) const;
-  // Reports on the file in the current pose.
+  // Reports for the current pose.
   const CoverageReport& coverage() const { return coverage_; }
   const LoadRepairs& repairs() const { return repairs_; }
 
@@ -81,9 +82,9 @@ class OpenScene {
   // Reads the scene with other animation settings. The description omits meshes that the scene
   // already holds. Throws what the constructor of ReadScene does.
   ReadScene read(const FrameSettings& settings, SceneEdits edits, LoadProgress& progress);
-  // Puts the scene into a pose that read() returned, with that pose's edits. scene() must not be in
-  // use meanwhile, and may be another object afterwards. Throws what build() does. False: the pose
-  // needed another internal space, so the whole scene was rebuilt.
+  // Applies a pose from read(), including its edits. scene() must not be in use and may be another
+  // object afterwards. Returns false if the pose needed another internal space, so that the whole
+  // scene was rebuilt. Throws what build() does.
   bool pose(ReadScene read, LoadProgress& progress);
 
   // Require OpenOptions::edits.
@@ -111,7 +112,7 @@ class OpenScene {
 
   OpenOptions options_;
   FrameSettings settings_;
-  std::shared_ptr<SceneSource> source_;  // goes last
+  std::shared_ptr<SceneSource> source_;  // destroyed after the scene
   std::unique_ptr<Scene> scene_;
   std::optional<EditableScene> editable_;
   Parts parts_;

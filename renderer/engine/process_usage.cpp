@@ -26,8 +26,8 @@ std::optional<T> positive(const char* variable) {
 }  // namespace
 
 uint64_t peak_rss_bytes() {
-  // Not getrusage: its peak lives through exec, so that a render started by a large program (an
-  // artist's scene editor) would report that program's memory.
+  // getrusage() is only the fallback: its peak survives exec, so a render started by a large
+  // program would report that program's memory.
   std::istringstream status(read_kernel_text("/proc/self/status"));
   for (std::string line; std::getline(status, line);) {
     if (line.starts_with("VmHWM:")) return std::strtoull(line.c_str() + 6, nullptr, 10) * 1024;
@@ -66,7 +66,7 @@ std::string host_name() {
 }
 
 std::optional<uint64_t> slurm_memory_bytes() {
-  constexpr int64_t kMost = int64_t(1) << 40;  // MiB; --mem=0, all of the node, says 0
+  constexpr int64_t kMost = int64_t(1) << 40;  // MiB; 0 stands for --mem=0, the whole node
   const auto mebibytes = positive<int64_t>("SLURM_MEM_PER_NODE");
   return mebibytes && *mebibytes < kMost ? std::optional(uint64_t(*mebibytes) << 20) : std::nullopt;
 }

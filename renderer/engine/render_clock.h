@@ -1,4 +1,4 @@
-// Render time, excluding observers.
+// Measures render time, excluding observers.
 #pragma once
 
 #include <chrono>
@@ -17,7 +17,7 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-// Wall time and processor time of all threads, without excluded work.
+// Wall and CPU time of all threads, excluding exclude_time().
 class RenderClock {
  public:
   double seconds() const { return wall_.seconds() - left_out_s_; }

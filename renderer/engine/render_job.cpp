@@ -16,7 +16,7 @@ namespace emberline {
 namespace {
 
 // The contribution of each light group or light-path layer to each pixel of an incomplete picture,
-// by pixel, then by group.
+// ordered by pixel, then by group.
 std::vector<Rgb> shown_groups(const LivePicture& picture, LightMix::Of of, size_t groups) {
   const auto pixels = size_t(picture.film().rect().area());
   std::vector<Rgb> lights(groups * pixels);
@@ -31,7 +31,7 @@ std::vector<Rgb> shown_groups(const LivePicture& picture, LightMix::Of of, size_
   return lights;
 }
 
-// The end of the parts before the next pause: all parts, unless a picture is wanted after
+// The end of the parts before the next pause: all parts, or fewer if a picture is wanted after
 // `samples_wanted` samples.
 size_t pause_after(const FrameDriver& driver, const Round& round, size_t begin,
                    std::optional<uint64_t> samples_wanted) {
@@ -43,7 +43,7 @@ size_t pause_after(const FrameDriver& driver, const Round& round, size_t begin,
   return end;
 }
 
-// The parts [begin, end) of the round under way, or fewer if a picture is wanted soon.
+// Renders the parts of `work`, or fewer if a picture is wanted soon.
 RenderedParts carry_out(RenderLoop& loop, RoundWork& work) {
   loop.share(work.parts_left(), [&](RenderWorker& worker, const auto& going) {
     bool took_one = false;
@@ -148,7 +148,7 @@ void RenderJob::render_crop(RenderLoop& loop) {
     driver_->rendered(parts, *film_);
     if (!parts.complete) break;
     const bool round_done = parts.end == round.parts;
-    // A driver that needs a round no more may have let it go by now.
+    // A driver may have released a round that it no longer needs.
     parts_done_ = round_done ? driver_->round().parts : parts.end;
     progress.pass = round.pass;
     progress.samples = counters_.samples;
@@ -187,15 +187,16 @@ void RenderJob::end(PixelStop cut_short) {
   show_picture(*driver_, *film_);
 }
 
-// Tiles of the bucket driver's size, aligned as they are. Pixels without samples are shown as the
-// picture has them.
+// Delivers tiles of the bucket driver's size and alignment. Pixels without samples get the
+// picture's values.
 void RenderJob::deliver(RenderSink& sink) {
   if (!driver_) return;
   end(sink.stop_cause());
   const Rect& crop = film_->rect();
   const std::vector<Rect> tiles =
       bucket_schedule(crop, drivers_.tile_size, BucketOrder::kScanline, 0);
-  // Before the workers begin: one that waits for help with it must not begin a tile that needs it.
+  // Computed before the workers start: it uses TBB, and a waiting worker could otherwise start a
+  // tile that needs the result.
   std::vector<float> shown;
   if (film_->least_samples() == 0) {
     shown.resize(4 * size_t(crop.area()));
@@ -208,8 +209,8 @@ void RenderJob::deliver(RenderSink& sink) {
   if (!shown.empty() && layers > 0) paths = shown_groups(*this, LightMix::Of::kPaths, layers);
   std::atomic<size_t> next{0};
   const auto work = [&](size_t /*worker*/) {
-    const FlushDenormals flush;                     // as the workers that hand tiles on
-    FilmTile tile(film_->aovs(), film_->extras());  // one each: its memory serves again and again
+    const FlushDenormals flush;                     // as in the render workers
+    FilmTile tile(film_->aovs(), film_->extras());  // one per worker, to reuse its memory
     for (size_t i = next++; i < tiles.size(); i = next++) {
       const Rect& rect = tiles[i];
       tile.reset(rect);

@@ -1,5 +1,5 @@
-// Renders one frame: asks a driver what comes next, has workers carry it out, pauses when a picture
-// is due, and calls the sink. All clients render through it.
+// Renders one frame: gets rounds from a driver, shares them among workers, pauses when a picture is
+// due, and calls the sink. All clients render through it.
 #pragma once
 
 #include <cstddef>
@@ -24,29 +24,29 @@ class RenderLoop;
 class RenderWorker;
 class TileOwner;
 
-// What is known of a finished tile, apart from its film.
+// Facts about a finished tile, apart from its film.
 struct TileResult {
-  std::optional<double> error = {};  // estimated, of the displayed tile
-  uint32_t least_samples = 0;        // of any pixel
+  std::optional<double> error = {};  // estimate for the displayed tile
+  uint32_t least_samples = 0;        // minimum over its pixels
   RenderCounters counters = {};
 
   void archive(Archive& archive);
 };
 
-// Stores the state of finished tiles for a later run. Called from worker threads, concurrently,
-// once for each tile. Tiles are numbered row by row.
+// Stores the state of finished tiles for a later run. Worker threads call it concurrently, once per
+// tile. Tiles are numbered row by row.
 class TileStore {
  public:
   virtual ~TileStore() = default;
-  // The state passed to save(), of at most `most` bytes; absent: the tile must be rendered.
+  // The state passed to save(), at most `most` bytes; absent: the tile must be rendered.
   virtual std::optional<std::vector<std::byte>> load(size_t tile, uint64_t most) = 0;
-  // `state`: a TileResult, the film, the driver's state.
+  // `state`: a TileResult, the film and the driver's state.
   virtual void save(size_t tile, std::span<const std::byte> state) = 0;
   // The state of the tile in a finished frame of fewer samples, which this frame extends.
   virtual std::optional<std::vector<std::byte>> load_finished(size_t /*tile*/, uint64_t /*most*/) {
     return std::nullopt;
   }
-  // Reports that the state from load() or load_finished() is unusable: the tile is rendered.
+  // Reports that the state from load() or load_finished() is unusable; the tile is then rendered.
   virtual void unusable(bool /*finished*/) {}
 
   // The largest state that load() accepts for a tile whose film has `film_bytes`.
@@ -55,20 +55,20 @@ class TileStore {
 
 struct RenderResult {
   RenderCounters counters;
-  // All samples were rendered, or a time limit ended a frame whose picture has no holes: pixels
-  // without samples are filled from their neighbours. (A frame of tiles has none before its last.)
+  // All samples were rendered, or a time limit ended the frame of a one-film driver, whose pixels
+  // without samples are filled in from their neighbours.
   bool complete = false;
 };
 
-// One sample of a frame alone, exactly as render() computes it.
+// A single sample, exactly as render() computes it.
 struct SampleReplay {
   SampleValue value;
   Ray camera_ray;  // in internal space
   RayCounters rays;
 };
 
-// Drivers of tiles hand each finished tile to the sink, and keep nothing; others keep one film,
-// which is the picture. Made by RenderPlan::prepare(). Everything that the frame refers to must
+// Tiled drivers hand each finished tile to the sink and keep nothing; others keep one film, which
+// is the picture. Created by RenderPlan::prepare(). Everything that the frame refers to must
 // outlive the job.
 class RenderJob final : public LivePicture {
  public:
@@ -80,45 +80,46 @@ class RenderJob final : public LivePicture {
   const Frame& frame() const { return frame_; }
   bool by_tiles() const { return drivers_.tiles; }
 
-  // Call before render() of a job by tiles: tiles in `store` are not rendered, others are added.
+  // Call before render() of a tiled job: tiles in `store` are loaded, others are rendered and
+  // stored.
   void keep_tiles(TileStore* store) { store_ = store; }
-  // Call before render() of a job with one film, and before save(), load() and extend(). A stop
-  // request then waits for the end of a decision, since its middle cannot be saved.
+  // Call before render(), save(), load() and extend() of a job with one film. A stop request then
+  // waits for the end of a driver decision, which cannot be saved midway.
   void make_resumable();
-  // Continues from a state of save() of an equal frame, to the same bits. Throws InputError for an
+  // Resumes an equal frame from a state of save(), to the same bits. Throws InputError for an
   // invalid state.
   void load(std::span<const std::byte> state);
-  // Continues from a finished frame with fewer samples or a higher threshold.
+  // Extends a finished frame with fewer samples or a higher threshold.
   void extend(std::span<const std::byte> finished);
-  // Call from picture_changed() and cut_short(), and after render(): saves a TileResult, whether
-  // the frame is finished, the film, the driver's state, and the position in its round.
+  // Call in picture_changed(), in cut_short() or after render(): saves a TileResult, whether the
+  // frame is finished, the film, the driver's state and the position in its round.
   void save(std::vector<std::byte>& state);
 
-  // Renders on the calling thread's TBB arena. Call once. Returns soon after a stop is requested.
-  // Throws RenderError if the film does not fit into memory, and what the sink throws.
+  // Renders on the calling thread's TBB arena. Call once. Returns soon after a stop request. Throws
+  // RenderError if the film does not fit into memory, and what the sink throws.
   RenderResult render(RenderSink& sink, std::stop_token stop);
-  // After render(): records in a kept film why each pixel stopped; `cut_short` for those that a
-  // stop request ended.
+  // Call after render(): records in a kept film why each pixel stopped, with `cut_short` for pixels
+  // ended by a stop request.
   void end(PixelStop cut_short);
-  // After render(), once: calls end(), then passes a kept film to the sink as finished tiles.
+  // Call once after render(): calls end() and passes a kept film to the sink as finished tiles.
   void deliver(RenderSink& sink);
 
-  // The most bytes per pixel of the crop that are kept, without workers' tiles and what deliver()
-  // adds for layers (shown_layer_bytes_per_pixel); 0 by tiles.
+  // Maximum bytes kept per pixel of the crop, excluding workers' tiles and what deliver() adds for
+  // layers (shown_layer_bytes_per_pixel()); 0 for tiled drivers.
   uint64_t kept_bytes_per_pixel() const;
-  // Bytes of film and driver now.
+  // Current bytes of film and driver.
   uint64_t film_bytes() const;
 
   SampleReplay replay(int x, int y, uint32_t sample) const;
 
-  // The counts so far.
+  // Counts so far.
   const RenderCounters& counters() const { return counters_; }
-  // Expected RMS error of the displayed frame, if the driver has estimated it; end() may do so for
-  // a stopped frame.
+  // Expected RMS error of the displayed frame, if the driver estimated it; end() may do so for a
+  // stopped frame.
   std::optional<double> error_estimate() const;
-  // The frame as it can be shown, from the first pause on; null if no film is kept.
+  // The displayable frame, from the first pause on; null if no film is kept.
   const LivePicture* picture() const { return driver_ ? this : nullptr; }
-  // The driver's facts; requires picture().
+  // Facts of the driver; requires picture().
   DriverFacts facts() const { return driver_->facts(); }
   std::string explain(int x, int y) const { return driver_->explain(*film_, x, y); }
   void follow(int x, int y) { driver_->follow(x, y); }
@@ -153,13 +154,13 @@ class RenderJob final : public LivePicture {
   std::optional<double> tiles_error_;
   TileStore* store_ = nullptr;
   bool resumable_ = false;
-  // For a frame of one film: finished parts of the current round, and whether pixels of later parts
-  // may already have samples.
+  // For a frame with one film: finished parts of the current round, and whether pixels of later
+  // parts may already have samples.
   size_t parts_done_ = 0;
   bool film_is_ahead_ = false;
 };
 
-// Root of the mean square over the tiles' pixels, added in this order; absent if one is unknown.
+// RMS over the tiles' pixels, summed in this order; absent if any error is unknown.
 std::optional<double> error_of_tiles(std::span<const Rect> tiles,
                                      std::span<const std::optional<double>> errors);
 

@@ -1,4 +1,4 @@
-// A frame's workers, what they count, and how they share tiles. Private to render_job.cpp,
+// A frame's workers, their counts, and how they share tiles. Private to render_job.cpp,
 // render_tiles.cpp and shared_tiles.cpp.
 #pragma once
 
@@ -32,8 +32,8 @@ class RenderLoop {
              RenderCounters& counters)
       : sink(the_sink), stop(std::move(the_stop)), frame_(frame), counters_(counters) {}
 
-  // work(worker, going) in as many threads as there are, or `most`; going() is false once one of
-  // them has thrown, or a stop is requested. Rethrows.
+  // Runs work(worker, going) on all threads, but at most `most`. going() is false once one of them
+  // has thrown or a stop is requested. Rethrows.
   template <typename Work>
   void share(size_t most, const Work& work) {
     std::atomic<bool> failed{false};
@@ -46,7 +46,7 @@ class RenderLoop {
         work(worker, going);
         count(worker.take_counters());
       } catch (...) {
-        failed = true;  // the others need not finish a frame that is lost
+        failed = true;  // the others need not finish a failed frame
         throw;
       }
     });
@@ -66,15 +66,13 @@ class RenderLoop {
   std::mutex mutex_;
 };
 
-// Puts the driver's own picture into the film, where it is another than the film's means.
+// Writes the driver's own picture into the film if it differs from the film's means.
 void show_picture(const FrameDriver& driver, FilmTile& film);
 
-// Shares the last tiles of a frame: a worker that finds no tile left helps with the rounds of other
-// workers' tiles, so that no thread is idle while the most expensive tile is finished.
-// The parts of one round of a driver, which any number of workers take in their order.
+// The parts of one round, which any number of workers take in order.
 class RoundWork {
  public:
-  // The parts [begin, end). `film_is_ahead`: pixels may have some of their samples already.
+  // Parts [begin, end). `film_is_ahead`: pixels may already have some of their samples.
   RoundWork(const FrameDriver& driver, FilmTile& film, size_t begin, size_t end, bool film_is_ahead)
       : driver_(driver),
         film_(film),
@@ -84,8 +82,8 @@ class RoundWork {
         end_(end),
         next_(begin) {}
 
-  // Renders parts while there are any and go_on() says so. From several threads, each with a worker
-  // of its own.
+  // Renders parts while any are left and go_on() is true. Called from several threads, each with
+  // its own worker.
   template <typename GoOn>
   void take_parts(RenderWorker& worker, RenderSink& sink, const std::stop_token& stop,
                   const GoOn& go_on) {
@@ -99,12 +97,12 @@ class RoundWork {
     }
   }
 
-  // Hands out no further part: the frame is lost.
+  // Hands out no further parts, because the frame has failed.
   void abandon() { next_.store(end_, std::memory_order_relaxed); }
 
   size_t parts_left() const { return end_ - std::min(end_, next_.load(std::memory_order_relaxed)); }
-  // Call after all workers have returned and unless it was abandoned. `stopped`: remaining parts
-  // are due to a stop request.
+  // Call after all workers have returned, unless abandoned. `stopped`: remaining parts are due to a
+  // stop request.
   RenderedParts rendered(bool stopped) const;
 
  private:
@@ -121,11 +119,13 @@ class RoundWork {
   std::vector<size_t> cut_short_;
 };
 
+// Shares the last tiles of a frame: a worker that finds no tile left helps with the rounds of other
+// workers' tiles, so that no thread is idle while the most expensive tile is finished.
 class SharedTiles {
  public:
   SharedTiles(RenderSink& sink, const std::stop_token& stop) : sink_(sink), stop_(stop) {}
 
-  // Helps the owners until there are none, or a stop is requested. Not on an owner's thread.
+  // Helps the owners until there are none or a stop is requested. Not for an owner's thread.
   void help(RenderWorker& worker);
 
  private:
@@ -133,12 +133,12 @@ class SharedTiles {
   struct OpenRound {
     RoundWork& work;
     int helpers = 0;
-    RenderCounters counters = {};    // the helpers'
+    RenderCounters counters = {};    // of the helpers
     std::exception_ptr thrown = {};  // the last exception of a helper
   };
 
   OpenRound* longest_round() const;
-  // Returns what was thrown, after which no further part begins.
+  // Returns the exception, if any, after which no further part begins.
   std::exception_ptr take_parts(RoundWork& work, RenderWorker& worker);
 
   RenderSink& sink_;
@@ -149,7 +149,7 @@ class SharedTiles {
   std::vector<OpenRound*> open_;
 };
 
-// Marks a worker as the owner of tiles while it lives.
+// Marks a worker as an owner of tiles during its lifetime.
 class TileOwner {
  public:
   explicit TileOwner(SharedTiles& tiles);
@@ -157,8 +157,8 @@ class TileOwner {
   TileOwner(const TileOwner&) = delete;
   TileOwner& operator=(const TileOwner&) = delete;
 
-  // Carries out the round together with the helpers, whose counts are added to `counters`. Returns
-  // after all helpers have. If one throws, no further part begins, and it is rethrown here.
+  // Renders the round together with helpers, whose counts are added to `counters`. Returns after
+  // all helpers have; if one throws, no further part begins and the exception is rethrown.
   void carry_out(RoundWork& work, RenderWorker& worker, RenderCounters& counters);
 
  private:

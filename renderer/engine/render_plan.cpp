@@ -18,15 +18,15 @@ namespace emberline {
 namespace {
 
 constexpr uint32_t kDefaultSamples = 64;
-// A pixel that never meets the threshold ends here, if no other limit is given.
+// The limit for a pixel that never meets the threshold, if no other limit is given.
 constexpr uint32_t kDefaultMostSamples = 4096;
 
-// The time that the shutter is open, in frames; 1 for an instant.
+// Shutter time in frames; 1 if the shutter interval is empty.
 double shutter_frames_of(const FrameSettings& settings) {
   return is_instant(settings) ? 1.0 : settings.shutter->close - settings.shutter->open;
 }
 
-// The requested number of streams, or `least`.
+// The requested number of streams, by default `least`.
 StreamCount streams_of(const FrameSettings& o, StreamCount least) {
   if (o.streams) return static_cast<StreamCount>(*o.streams);
   return aovs_of(o).contains(Aov::kDenoising) ? StreamCount::kTwo : least;
@@ -70,7 +70,7 @@ void plan_by_error(const FrameSettings& o, RenderPlan& plan) {
     a.max_samples = std::max(kDefaultMostSamples, a.min_samples);
   }
   plan.samples_per_pixel = a.budget;
-  // An estimator of two streams waits for the second by itself.
+  // Two-stream estimators handle the halves themselves.
   a.two_halves = plan.streams == StreamCount::kTwo && estimator.streams == StreamCount::kOne;
   const uint32_t most = a.max_samples > 0 ? a.max_samples : kLeastStreamSamples;
   part_few_samples(a.budget > 0 ? std::min(a.budget, most) : most, plan);

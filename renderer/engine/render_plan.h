@@ -1,4 +1,4 @@
-// Checked settings of a frame, and the one place where they become a frame.
+// Checks a frame's settings and turns them into a frame.
 #pragma once
 
 #include <cstdint>
@@ -22,66 +22,68 @@ namespace emberline {
 
 class OpenScene;
 
-// Choices of a client that are no settings.
+// Choices of a client that are not settings.
 struct PrepareOptions {
   // Replaces the channels that the settings request.
   std::optional<AovSet> aovs = {};
-  // Takes some 20 ms of one thread per 10^5 triangles before the frame begins (EmptyPixels). The
-  // bits are the same; clients that wait for the first picture do without.
+  // Costs about 20 ms of one thread per 10^5 triangles before the frame begins (EmptyPixels). It
+  // does not change the bits, so clients that wait for the first picture turn it off.
   bool find_empty_pixels = true;
   std::optional<Vec2i> explained = {};  // the pixel for RenderJob::explain()
   bool keep_tree = false;               // RenderJob::facts() has the refinement tree
   bool extending = false;               // RenderJob::extend() will be called
 };
 
-// A frame in part or in advance: some of its pixels, with fewer samples each or by another driver.
+// A preliminary or partial frame: some pixels, with fewer samples each or another driver.
 struct StageOptions {
   std::string_view driver;
   Rect crop;
   uint32_t samples_per_pixel = 0;
   std::optional<Vec2i> explained = {};        // as in PrepareOptions
-  const LightGroups* light_groups = nullptr;  // kept apart in its film
+  const LightGroups* light_groups = nullptr;  // recorded in its film
 };
 
 struct RenderPlan {
-  // Looks up names, and checks ranges and combinations. Throws UsageError that names the setting,
+  // Resolves names and checks ranges and combinations. Throws UsageError that names the setting,
   // the reason and the valid values.
   explicit RenderPlan(const FrameSettings& settings, const PrepareOptions& options = {});
 
   // The plan, scene and camera must outlive the job. May survey the lights first
-  // (renderer/scene/light_survey.h), until a stop is requested; such a job must not render.
+  // (renderer/scene/light_survey.h); after a stop request the survey is incomplete, and the job
+  // must not render.
   std::unique_ptr<RenderJob> prepare(const OpenScene& scene, const Camera& camera,
                                      const std::stop_token& stop) const;
-  // With these parts in place of the open scene's.
+  // As above, with other parts than the open scene's.
   std::unique_ptr<RenderJob> prepare(const OpenScene& scene, const Camera& camera,
                                      const SceneParts& parts, const std::stop_token& stop) const;
-  // A job for a stage, without roles and mattes. Its samples are those of the frame, unless the
-  // sampler weighs them by their number.
+  // Prepares a stage, without roles and mattes. It computes the same samples as the frame, unless
+  // the sampler's weights depend on the sample count.
   std::unique_ptr<RenderJob> prepare_stage(const OpenScene& scene, const Camera& camera,
                                            const StageOptions& stage) const;
-  // The frame alone. A shutter that an edits file has is not in it: prepare() knows the scene's.
+  // Returns the frame alone. It ignores a shutter of the edits, which only prepare() knows from the
+  // scene.
   Frame frame(const Scene& scene, const Camera& camera, const SceneParts& parts = {},
               const std::stop_token& stop = {}) const;
   DriverFactory drivers() const { return driver_factory(driver->name, driver_settings); }
-  // How many buckets there are for the frame's parts to share. Throws UsageError for too many.
+  // Number of buckets that the parts of the frame share. Throws UsageError for too many.
   size_t buckets() const;
 
   const DriverEntry* driver;
   DriverSettings driver_settings;
   int width, height;
-  Rect crop;  // the whole frame, if it is not cropped
+  Rect crop;  // the whole frame by default
   uint32_t first_sample = 0;
-  uint32_t samples_per_pixel = 0;  // of each pixel, or on average; 0: until the threshold is met
-  bool even = true;                // every pixel gets as many
+  uint32_t samples_per_pixel = 0;  // per pixel, or on average; 0: until the threshold is met
+  bool even = true;                // every pixel gets the same number
   uint32_t seed;
   StreamCount streams = StreamCount::kOne;
   static constexpr uint32_t kStreamBlock = 8;
   uint32_t half_block = kStreamBlock;  // Frame::half_block
   AovSet aovs;
   double shutter_frames;
-  float clamp_indirect;  // 0: nothing is clamped
+  float clamp_indirect;  // 0: no clamping
   bool find_empty_pixels;
-  bool guides_lights = false;  // if the light survey finds that it pays
+  bool guides_lights = false;  // if the light survey finds it useful
   SceneBuildOptions build;
   PixelFilter filter;
   std::unique_ptr<Integrator> integrator;
@@ -91,25 +93,24 @@ struct RenderPlan {
 // Whether every pixel gets the same number of samples. Throws UsageError for an unknown driver.
 bool shares_evenly(const FrameSettings& settings);
 
-// Whether the driver finishes one tile after another and shows no picture of the whole frame
-// before.
+// Whether the driver finishes tile by tile and has no picture of the whole frame before the end.
 bool finishes_tiles(const FrameSettings& settings);
 
-// The name of the error by which samples are shared out. Empty where the frame shares evenly or its
-// estimator says only which pixels are not finished.
+// The error metric by which samples are allocated. Empty if the frame shares evenly or its
+// estimator only decides which pixels are finished.
 std::string_view allocation_of(const FrameSettings& settings);
 
 // Whether the settings request a denoised picture, directly or for `allocation` denoised.
 bool denoises(const FrameSettings& settings);
 
-// The channels that the settings request, directly or because another setting needs them.
+// The channels that the settings request or need.
 AovSet aovs_of(const FrameSettings& settings);
 
-// Below this number of samples a pixel cannot have blocks of eight for each of two streams: its
-// halves are then the first and the second half of its samples.
+// With fewer samples per pixel, there are no blocks of eight for both streams: the halves are then
+// the first and second half of the samples.
 inline constexpr uint32_t kLeastStreamSamples = 16;
 
-// The crop, or the whole frame.
+// The crop, by default the whole frame.
 Rect crop_of(const FrameSettings& settings);
 
 }  // namespace emberline

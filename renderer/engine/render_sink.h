@@ -1,4 +1,4 @@
-// How window, progress bar, writers and checkpoints follow a job.
+// The interface by which window, progress bar, writers and checkpoints observe a job.
 #pragma once
 
 #include <cstdint>
@@ -10,47 +10,47 @@
 namespace emberline {
 
 class FilmTile;
-// How far a progressive render has come.
+// Progress of a progressive render.
 struct JobProgress {
-  int pass = 0;             // passes that have begun; the first brings every pixel its first sample
-  uint64_t samples = 0;     // done so far
-  uint64_t rays = 0;        // traced so far
-  double completion = 0.0;  // of the first pass: share of pixels that have a sample, in [0, 1]
+  int pass = 0;             // passes begun; the first gives every pixel its first sample
+  uint64_t samples = 0;     // so far
+  uint64_t rays = 0;        // so far
+  double completion = 0.0;  // of the first pass: fraction of pixels with a sample, in [0, 1]
   bool pass_finished = false;
-  // The driver's estimate, if it has made one: for the picture at the end of the pass before.
+  // The driver's estimate, if any, for the picture at the end of the previous pass.
   std::optional<double> error_estimate;
 };
 
-// Receives tiles and pictures of a job. Functions are called from worker threads, concurrently,
-// unless they say otherwise.
+// Receives a job's tiles and pictures. Worker threads call these functions concurrently unless
+// stated otherwise.
 class RenderSink {
  public:
   virtual ~RenderSink() = default;
-  // A driver of tiles begins with these pixels.
+  // A tiled driver begins these pixels.
   virtual void tile_begun(const Rect& /*pixels*/) {}
-  // All samples of the tile's pixels are in. The tile is reused after the call returns. May throw:
-  // the frame is then abandoned and render() rethrows.
+  // All samples of the tile are done. The tile is reused after the call. May throw: the frame is
+  // then abandoned and render() rethrows.
   virtual void tile_finished(const FilmTile& tile) = 0;
   // As tile_finished(), for a tile that an earlier run finished with this many samples.
   virtual void tile_loaded(const FilmTile& tile, uint64_t /*samples*/) { tile_finished(tile); }
   // This many samples of a tile come from an earlier run.
   virtual void samples_loaded(uint64_t /*count*/) {}
-  // More samples are done (about every millisecond of work).
+  // More samples are done; called about every millisecond of work.
   virtual void samples_finished(uint64_t /*count*/) {}
-  // A progressive driver pauses: on the thread that called render(), while no worker renders. It
-  // pauses often in its first pass, then at the end of each pass and where a picture is wanted. The
-  // picture may be read until the call returns. RenderJob::save() may be called.
+  // A progressive driver pauses. Called on the thread that called render(), while no worker
+  // renders: often in the first pass, then after each pass and where a picture is wanted. The
+  // picture is valid until the call returns; RenderJob::save() is allowed.
   virtual void picture_changed(const JobProgress& /*progress*/, const LivePicture& /*picture*/) {}
-  // A stop request has cut a round of a progressive driver short: as picture_changed(), but only
-  // for saving the frame.
+  // A stop request has cut a progressive driver's round short. As picture_changed(), but only for
+  // saving the frame.
   virtual void cut_short() {}
-  // True: a progressive driver pauses after the parts that are under way, some milliseconds of
-  // work, instead of after the round. Asked after each part. Does not change what is rendered.
+  // Asked after each part. If true, a progressive driver pauses after the parts under way (a few
+  // milliseconds) instead of after the round. Does not change what is rendered.
   virtual bool picture_wanted() const { return false; }
-  // The least number of samples of the frame at which the next picture is wanted: a progressive
-  // driver pauses with the part that reaches it, whatever the number of threads. Asked at pauses.
+  // The sample count of the frame at which the next picture is wanted: a progressive driver pauses
+  // with the part that reaches it, whatever the number of threads. Asked at pauses.
   virtual std::optional<uint64_t> picture_wanted_at() const { return std::nullopt; }
-  // Why a stop was requested, for the pixels that it cut short.
+  // Why a stop was requested; recorded for the pixels that it cut short.
   virtual PixelStop stop_cause() const { return PixelStop::kUser; }
 };
 

@@ -1,4 +1,4 @@
-// RenderJob, by tiles.
+// The parts of RenderJob for tiled drivers.
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -34,7 +34,7 @@ std::optional<double> error_of_tiles(std::span<const Rect> tiles,
   return tiles.empty() ? std::nullopt : std::optional(std::sqrt(sum / pixels));
 }
 
-// All rounds of one tile.
+// Renders all rounds of one tile.
 void RenderJob::render_tile(RenderLoop& loop, TileOwner& owner, RenderWorker& worker,
                             FrameDriver& driver, FilmTile& film, TileResult& result) {
   const bool film_is_ahead = result.counters.samples > 0;
@@ -54,10 +54,9 @@ void RenderJob::render_tile(RenderLoop& loop, TileOwner& owner, RenderWorker& wo
   result.least_samples = driver.least_samples(film);
 }
 
-// Workers take the next tile from a counter rather than a share of the list in advance, so the
-// order is kept whatever the threads' speeds. One increment per tile is no contention. With its
-// tiles a thread is isolated: while it waits for help with a decision, it must not begin what waits
-// for its tile.
+// Workers take the next tile from a counter, so that the order holds whatever the threads' speeds.
+// A thread with tiles is isolated: while it waits on TBB in a driver decision, it must not start
+// work that waits for its own tile.
 void RenderJob::render_tiles(RenderLoop& loop) {
   const std::vector<Rect> tiles = this->tiles();
   std::atomic<size_t> next{0};
@@ -85,7 +84,7 @@ void RenderJob::render_tiles(RenderLoop& loop) {
       least[i] = result.least_samples;
     }
   };
-  // A row of a tile is worth sharing.
+  // A single row of a tile is worth sharing.
   loop.share(tiles.size() * size_t(drivers_.tile_size),
              [&](RenderWorker& worker, const auto& going) {
                tbb::this_task_arena::isolate([&] { take_tiles(worker, going); });
@@ -96,7 +95,7 @@ void RenderJob::render_tiles(RenderLoop& loop) {
   tiles_error_ = error_of_tiles(tiles, errors);
 }
 
-// The tiles of this part of the frame, in their order.
+// The tiles of this part of the frame, in render order.
 std::vector<Rect> RenderJob::tiles() const {
   const std::vector<Rect> all =
       bucket_schedule(frame_.crop, drivers_.tile_size, drivers_.tile_order, frame_.seed);
@@ -117,7 +116,7 @@ void RenderJob::save_tile(FrameDriver& driver, FilmTile& film, TileResult& resul
   store_->save(bucket_number(frame_.crop, film.rect(), drivers_.tile_size), state);
 }
 
-// With what a frame of fewer samples has of it, where that can be used.
+// Starts from the tile's state in the frame that is extended, if usable.
 std::unique_ptr<FrameDriver> RenderJob::begin_tile(RenderLoop& loop, const Rect& tile,
                                                    FilmTile& film, TileResult& result) {
   film.reset(tile);
@@ -142,7 +141,7 @@ std::unique_ptr<FrameDriver> RenderJob::begin_tile(RenderLoop& loop, const Rect&
   return driver;
 }
 
-// False: it is to be rendered. A stored tile that cannot be used is as good as none.
+// Returns false if the tile must be rendered. An unusable stored tile counts as missing.
 bool RenderJob::load_tile(RenderLoop& loop, const Rect& tile, FilmTile& film, TileResult& result) {
   if (!store_) return false;
   film.reset(tile);

@@ -15,13 +15,13 @@
 namespace emberline {
 namespace {
 
-// Dimensions that a camera ray takes from slot 0: kPixelX and kPixelY, with a lens kLensX and
-// kLensY, and kTime if something moves.
+// Number of dimensions that a camera ray takes from slot 0: kPixelX and kPixelY, kLensX and kLensY
+// with a lens, and kTime if something moves.
 int camera_dimensions(const Frame& frame) {
   return frame.moves() ? 5 : frame.camera.has_lens() ? 4 : 2;
 }
 
-// Samples between two reports of progress: about a millisecond of work.
+// Samples between progress reports: about a millisecond of work.
 constexpr uint64_t kReportedSamples = 2048;
 
 }  // namespace
@@ -98,7 +98,7 @@ bool RenderWorker::all_empty() const {
   });
 }
 
-// Draws where on the film each sample of the batch lies, and what it weighs.
+// Draws the film position and weight of each sample of the batch.
 void RenderWorker::place_samples(Vec2f* film) {
   for (int i = 0; i < count_; ++i) {
     samples_.start_sample(i);
@@ -198,7 +198,7 @@ void RenderWorker::add(int lane, FilmTile& tile) {
   }
 }
 
-// Traces the batch and adds it to the film, with its cost. Samples of several pixels share the time
+// Traces the batch and adds it and its cost to the film. Samples of several pixels share the time
 // evenly.
 void RenderWorker::add_batch(FilmTile& tile) {
   using Clock = std::chrono::steady_clock;
@@ -243,8 +243,8 @@ bool RenderWorker::render(std::span<const PixelWork> list, FilmTile& tile, Rende
         add_batch(tile);
         sample += uint32_t(kSampleLanes);
       } else {
-        // Neighbours in the list may be far apart in a frame's film: 2 % of a FlightHelmet frame of
-        // 32 samples a pixel, in passes of 1, 1, 2, 4 and so on, was spent waiting for it.
+        // Neighbours in the list may be far apart in the film. Without the prefetch, waiting for
+        // memory took 2 % of a FlightHelmet frame with 32 samples per pixel.
         tile.prefetch(work.x, work.y);
         addresses_[count_++] = {uint32_t(work.x), uint32_t(work.y), sample++};
         if (count_ == kSampleLanes) flush_scattered(tile);

@@ -1,4 +1,4 @@
-// The one place where sampler, camera, filter, integrator and film meet; every driver calls it.
+// Brings sampler, camera, filter, integrator and film together; all drivers render through it.
 #pragma once
 
 #include <span>
@@ -17,28 +17,27 @@
 
 namespace emberline {
 
-// A worker thread's own state, reused from part to part so that rendering allocates nothing.
+// The state of a worker thread, reused between parts so that rendering allocates nothing.
 class RenderWorker {
  public:
-  // Also sets the thread's floating-point mode as Embree asks (denormals to zero); undone by the
-  // destructor.
+  // Also flushes denormals to zero on this thread, as Embree recommends, until destruction.
   explicit RenderWorker(const Frame& frame);
   RenderWorker(const RenderWorker&) = delete;
   RenderWorker& operator=(const RenderWorker&) = delete;
 
-  // The seed of the samples that follow, in place of the frame's.
+  // Sets the seed of the following samples, instead of the frame's.
   void set_seed(uint32_t seed) { seed_ = seed; }
 
   // Adds the samples of a list of distinct pixels to `tile`, which covers them. Each pixel's
-  // samples are added in index order; pixels with few samples share a batch. Stops between batches
-  // of 16 samples when asked to, and returns false then.
+  // samples are added in index order; pixels with few samples share a batch. A stop request takes
+  // effect between batches of 16 samples; the result is then false.
   bool render(std::span<const PixelWork> list, FilmTile& tile, RenderSink& sink,
               const std::stop_token& stop);
 
-  // One sample alone, as render() would compute it.
+  // Computes one sample alone, exactly as render() does.
   SampleValue replay(int x, int y, uint32_t sample, Ray* camera_ray);
 
-  // The counts since the last call.
+  // Returns the counts since the last call.
   RenderCounters take_counters() { return std::exchange(counters_, frame_.no_counts()); }
 
  private:
@@ -60,7 +59,7 @@ class RenderWorker {
   PixelSamples samples_;
   const bool first_hits_wanted_, hit_ids_wanted_, features_wanted_, catchers_wanted_;
   RenderCounters counters_;
-  SampleAddress addresses_[kSampleLanes];  // of the batch under way
+  SampleAddress addresses_[kSampleLanes];  // of the current batch
   int count_ = 0;
   Ray rays_[kSampleLanes];
   float weights_[kSampleLanes];

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The number in a file; none for "max" and for a file that is not there.
+// Reads a number; nullopt for "max" and for a missing file.
 std::optional<uint64_t> number_in(const fs::path& path) {
   std::istringstream text(read_kernel_text(path.c_str()));
   uint64_t number = 0;
@@ -31,7 +31,7 @@ std::optional<uint64_t> cgroup_memory_limit(std::string_view groups, const fs::p
   std::optional<uint64_t> least;
   std::istringstream lines{std::string(groups)};
   for (std::string line; std::getline(lines, line);) {
-    // hierarchy:controllers:path; of version 2 the controllers are empty.
+    // hierarchy:controllers:path; version 2 has no controllers.
     const size_t first = line.find(':');
     const size_t second = first == std::string::npos ? first : line.find(':', first + 1);
     if (second == std::string::npos) continue;
@@ -40,8 +40,8 @@ std::optional<uint64_t> cgroup_memory_limit(std::string_view groups, const fs::p
     if (!unified && controllers.find("memory") == std::string::npos) continue;
     const fs::path mount = unified ? root : root / "memory";
     const char* const name = unified ? "memory.max" : "memory.limit_in_bytes";
-    // A group is bound by those above it. In a container the path may be the host's: what is not
-    // there is passed over, and the top is the container's own.
+    // Parent groups limit their children. In a container the path may be the host's: missing
+    // folders are skipped, and the root is the container's own group.
     for (fs::path group = fs::path(line.substr(second + 1)).relative_path();;
          group = group.parent_path()) {
       if (const auto limit = number_in(mount / group / name)) {
@@ -54,7 +54,7 @@ std::optional<uint64_t> cgroup_memory_limit(std::string_view groups, const fs::p
 }
 
 LoadLimits limits_of_own_picture(int64_t pixels) {
-  // The channels of a reference, encoded, decoded, and in rows of a code.
+  // A reference's channels, encoded and decoded, plus codec rows.
   constexpr uint64_t kBytesPerPixel = 256, kAnySize = uint64_t(64) << 20;
   return {.memory = std::make_shared<MemoryBudget>(
               kAnySize + bytes_of(uint64_t(std::max<int64_t>(0, pixels)), kBytesPerPixel)),
@@ -76,7 +76,7 @@ void allow_many_files() {
   rlimit limit{};
   if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
   limit.rlim_cur = limit.rlim_max;
-  (void)setrlimit(RLIMIT_NOFILE, &limit);  // refused: opening says so
+  (void)setrlimit(RLIMIT_NOFILE, &limit);  // if this fails, opening a file reports it
 }
 
 uint64_t default_memory_limit() {

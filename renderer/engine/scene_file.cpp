@@ -26,7 +26,7 @@ SceneFile::SceneFile(const FrameSettings& settings, LoadProgress& progress, bool
   gltf_ = std::make_unique<GltfFile>(settings.scene, options, progress);
 }
 
-// After the file's own images, once.
+// Reads the environment once, after the file's own images.
 void SceneFile::read_environment(const FrameSettings& settings, LoadProgress& progress) {
   if (environment_ || (settings.environment.empty() && !settings.sun)) return;
   progress.begin(LoadStage::kEnvironment);
@@ -50,7 +50,8 @@ void SceneFile::read_environment(const FrameSettings& settings, LoadProgress& pr
 SceneDescription SceneFile::pose(const FrameSettings& settings, std::span<const uint64_t> held,
                                  LoadProgress& progress) {
   SceneDescription scene = gltf_->pose(load_options(settings), held, progress);
-  // A picture's decoder leaves threads idle; every first hit would wait for the tables.
+  // Decoding a picture leaves threads idle, so the tables, which every first hit needs, are built
+  // meanwhile.
   parallel_tasks(2, [&](size_t task) {
     if (task == 0) return read_environment(settings, progress);
     if (!scene.materials.empty()) SpecularAlbedo::prepare();
@@ -107,7 +108,7 @@ void SceneSource::stand() {
   const uint64_t read = file_ ? file_->gltf().read_bytes() : 0;
   const uint64_t resting = file_ ? file_->gltf().resting_bytes() : 0;
   now[kGeometryPart] -= read;
-  // Meshes that rest and are in this pose no more.
+  // Meshes that the file retains but this pose does not use.
   of_pose_[kGeometryPart] += resting_ + read - resting;
   give_back(of_pose_);
   of_pose_ = now;

@@ -1,4 +1,4 @@
-// The scene's file, posed for one frame after another, and the memory that a scene reserves.
+// The scene's file, read once and posed for many frames, and the memory that a scene reserves.
 #pragma once
 
 #include <array>
@@ -14,15 +14,15 @@
 
 namespace emberline {
 
-// A scene's file and the environment of the settings, posed for one time after another.
+// A scene file with the settings' environment, which can be posed repeatedly.
 class SceneFile {
  public:
-  // Ignores animation, time and shutter of the settings. `variants` and `tangents` are those of
-  // GltfOptions, which edits may need (need_tangents() in scene_edits.h); variants are also read if
-  // the settings choose one. Throws InputError, and Cancelled.
+  // Ignores animation, time and shutter of the settings. `variants` and `tangents`: see
+  // GltfOptions; edits may need them (need_tangents() in scene_edits.h). Variants are also read if
+  // the settings choose one. Throws InputError and Cancelled.
   SceneFile(const FrameSettings& settings, LoadProgress& progress, bool variants, bool tangents);
 
-  // The scene as the settings have it animated; `held` as in GltfFile::pose. Throws as that does.
+  // Returns the scene in the settings' pose; `held` as in GltfFile::pose(). Throws what that does.
   SceneDescription pose(const FrameSettings& settings, std::span<const uint64_t> held,
                         LoadProgress& progress);
   const GltfFile& gltf() const { return *gltf_; }
@@ -33,27 +33,27 @@ class SceneFile {
   void read_environment(const FrameSettings& settings, LoadProgress& progress);
 
   std::unique_ptr<GltfFile> gltf_;
-  std::optional<EnvironmentDescription> environment_;     // the settings'
-  uint64_t repaired_texels_ = 0, environment_bytes_ = 0;  // of it
+  std::optional<EnvironmentDescription> environment_;     // of the settings
+  uint64_t repaired_texels_ = 0, environment_bytes_ = 0;  // of the environment
 };
 
-// An open scene's file, and the scene's reservations that nothing else releases. (Embree releases
-// those of its BVHs, the file its own.)
+// An open scene's file, and the reservations that only this class releases. (Embree releases those
+// of its BVHs, the file its own.)
 class SceneSource {
  public:
   explicit SceneSource(std::shared_ptr<MemoryBudget> budget) : budget_(std::move(budget)) {}
-  // Must come after the scene's destructor.
+  // Must be destroyed after the scene.
   ~SceneSource();
 
-  // As the constructor of SceneFile.
+  // As SceneFile::SceneFile().
   void open(const FrameSettings& settings, LoadProgress& progress, bool variants, bool tangents);
   bool is_open() const { return file_ != nullptr; }
   SceneFile& file() { return *file_; }
-  // Call when no other pose will be read.
+  // Call when no further pose will be read.
   void close() { file_.reset(); }
 
-  // Bracket reading and building a pose: stand() releases the previous scene's reservations, fail()
-  // those made since begin().
+  // begin() starts reading and building a pose; stand() then releases the previous pose's
+  // reservations, or fail() those made since begin().
   void begin();
   void stand();
   void fail();
@@ -62,7 +62,7 @@ class SceneSource {
   using Use = std::array<uint64_t, 4>;
 
   Use reserved() const;
-  // Since begin(), without what the file keeps; that is counted as held.
+  // Reservations since begin(), except those that the file keeps, which move to held_.
   Use take_use();
   void give_back(const Use& use);
 
@@ -70,9 +70,9 @@ class SceneSource {
   std::unique_ptr<SceneFile> file_;
   Use before_ = {};
   uint64_t images_before_ = 0;
-  Use held_ = {};         // as long as the scene is open
-  Use of_pose_ = {};      // of the scene that stands: what the next will have of its own,
-  uint64_t resting_ = 0;  // and what it may take over
+  Use held_ = {};         // for as long as the scene is open
+  Use of_pose_ = {};      // for the current pose alone
+  uint64_t resting_ = 0;  // geometry that the next pose may reuse
 };
 
 }  // namespace emberline

@@ -1,4 +1,4 @@
-// Objects and lights that settings name in a scene.
+// Objects and lights of a scene that settings refer to.
 #pragma once
 
 namespace emberline {
@@ -7,7 +7,7 @@ class CryptomatteIds;
 class LightGroups;
 class SurfaceRoles;
 
-// Null: the settings name nothing of that kind. Valid until the scene is posed.
+// Null if the settings name nothing of that kind. Valid until the scene is posed.
 struct SceneParts {
   const LightGroups* light_groups = nullptr;
   const CryptomatteIds* cryptomattes = nullptr;

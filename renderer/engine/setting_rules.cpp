@@ -28,7 +28,7 @@ bool is_given(const FrameSettings& settings, std::string_view name) {
 
 std::string quoted(const SettingIs& is) { return fmt::format("`{}`", is.name); }
 
-// "bucket with `noise-threshold`".
+// Such as "bucket with `noise-threshold`".
 std::string value_text(const SettingIs& is) {
   std::string text(is.value);
   if (!is.with.empty()) text += fmt::format(" with `{}`", is.with);
@@ -41,7 +41,7 @@ std::string text_of(const SettingIs& is) {
   return value.empty() ? quoted(is) : quoted(is) + " " + value;
 }
 
-// "`env`, `aov` N or P".
+// Such as "`env`, `aov` N or P".
 std::string text_of(const AnySetting& list, std::string_view last_comma) {
   std::string text;
   for (size_t i = 0; i < list.size(); ++i) {
@@ -66,7 +66,7 @@ bool mentions(const AnySetting& list, std::string_view name, std::string_view va
       list, [&](const SettingIs& is) { return is.name == name && is.value == value; });
 }
 
-// The settings that exclude this one, whichever of the two a rule is about.
+// The settings that exclude this one, in either direction.
 AnySetting excluded_by(std::span<const SettingRule> rules, std::string_view name,
                        std::string_view value) {
   AnySetting excluded;
@@ -75,7 +75,7 @@ AnySetting excluded_by(std::span<const SettingRule> rules, std::string_view name
     if (mentions(rule.about, name, value)) add(excluded, rule.excludes);
     if (mentions(rule.excludes, name, value)) add(excluded, rule.about);
   }
-  // The names in order, each once: their values stand together.
+  // Removes duplicates and groups the values of each setting.
   AnySetting sorted;
   for (const SettingIs& is : excluded) {
     const auto same_name = [&](const SettingIs& other) { return other.name == is.name; };
@@ -105,7 +105,7 @@ std::string wrong_least_samples(const FrameSettings& s) {
   return "";
 }
 
-// The rows of `table` that fit, as values of a setting.
+// The rows of `table` for which `fits` is true, as values of a setting.
 template <typename Table, typename Fits>
 AnySetting values_of(std::string_view setting, const Table& table, const Fits& fits) {
   AnySetting values;
@@ -115,7 +115,7 @@ AnySetting values_of(std::string_view setting, const Table& table, const Fits& f
   return values;
 }
 
-// With the drivers that share evenly until there is a threshold last, as they need words.
+// Puts the drivers that share evenly without a threshold last, since their condition needs words.
 AnySetting drivers_of(Sharing sharing, SettingIs by_threshold) {
   AnySetting drivers =
       drivers_that([&](const DriverEntry& driver) { return driver.sharing == sharing; });
@@ -163,7 +163,7 @@ std::vector<SettingRule> view_rules() {
   };
 }
 
-// Whether a lossy compression takes the channels for colours that they are not.
+// Whether lossy compression would mistake non-colour channels for colours, by their names.
 bool would_blur(const ChannelRow& row) {
   return row.setting == "aov" && row.use != ChannelUse::kColour &&
          std::ranges::any_of(row.components, [](std::string_view component) {
@@ -269,7 +269,7 @@ std::vector<SettingRule> error_rules() {
   };
 }
 
-// Rules about parts of a frame, and about samplers that need to know counts beforehand.
+// Rules about parts of a frame, and about samplers that need sample counts in advance.
 std::vector<SettingRule> sample_rules() {
   const auto samplers = [](const auto& fits) {
     return values_of("sampler", sampler_table(), fits);
@@ -403,7 +403,7 @@ RulesHelp tell_rules(const Setting& setting) {
 }  // namespace
 
 const RulesHelp& rules_of(const Setting& setting) {
-  // Every command of the program asks for it.
+  // Cached: every command of the program needs it.
   static const std::map<std::string, RulesHelp> all = [] {
     std::map<std::string, RulesHelp> texts;
     for (const Setting& each : setting_table()) texts.emplace(each.name, tell_rules(each));

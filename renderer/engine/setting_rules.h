@@ -1,5 +1,5 @@
-// Which settings go together: a table of rules, the function that checks them, and their help
-// texts. Names of drivers, integrators, samplers and estimators come from their own tables.
+// Rules for combining settings, their check, and their help texts. Names of drivers, integrators,
+// samplers and estimators come from their own tables.
 #pragma once
 
 #include <functional>
@@ -14,61 +14,60 @@
 
 namespace emberline {
 
-// A condition on one setting: that it is given, or that it has a value.
+// A condition: a setting is given, or has a certain value.
 struct SettingIs {
   std::string_view name;
-  std::string_view value = {};    // of a list: among others; empty: any that is not the default
-  std::string_view except = {};   // any other than this
-  std::string_view with = {};     // and this setting is given
-  std::string_view without = {};  // and this setting is not given
+  std::string_view value = {};    // value or list entry; empty: any non-default value
+  std::string_view except = {};   // any value but this one
+  std::string_view with = {};     // and that setting is given
+  std::string_view without = {};  // and that setting is not given
 };
 using AnySetting = std::vector<SettingIs>;  // at least one of them holds
 
-// Applies where one of `about` holds and none of `unless`. Then one of `needs` must hold, and none
-// of `excludes`.
+// Applies if one of `about` and none of `unless` holds. Then one of `needs` and none of `excludes`
+// must hold.
 struct SettingRule {
   AnySetting about;
   AnySetting needs = {};
   AnySetting excludes = {};
   AnySetting unless = {};
-  // Why, for messages. "{}" is the value that the first setting of `needs` has.
+  // Reason for messages. "{}" stands for the value of the first setting in `needs`.
   std::string reason = {};
-  // For rules that compare numbers, in place of `needs` and `excludes`: returns what is wrong, with
-  // the names of the settings, or an empty text.
+  // For rules that compare numbers, instead of `needs` and `excludes`: returns an error with the
+  // settings' names, or an empty text.
   std::function<std::string(const FrameSettings&)> wrong = {};
-  bool in_help = true;  // false: the setting's help already says it
+  bool in_help = true;  // false: the setting's help already states the rule
 };
 
-// The rules for the settings of every frame. Clients that have further options add tables.
+// The rules for frame settings. Clients with further options add their own tables.
 std::span<const SettingRule> setting_rules();
 
-// Whether a condition holds. A client with further options has a function that knows them, too.
+// Evaluates a condition; clients with further options pass their own function.
 using SettingHolds = std::function<bool(const SettingIs&)>;
 bool setting_holds(const FrameSettings& settings, const SettingIs& is);
 
-// Returns what is wrong in one line; empty if the settings obey the rule.
+// Returns an error of one line; empty if the settings obey the rule.
 std::string broken_rule(const SettingRule& rule, const FrameSettings& settings,
                         const SettingHolds& holds);
-// Throws UsageError for the first rule that is broken: the setting, what it needs or excludes, the
-// reason.
+// Throws UsageError for the first broken rule: the setting, what it requires or excludes, and why.
 void check_rules(std::span<const SettingRule> rules, const FrameSettings& settings,
                  const SettingHolds& holds);
 void check_rules(const FrameSettings& settings);
-// Only the rules about this setting.
+// Checks only the rules about this setting.
 void check_rules(const FrameSettings& settings, std::string_view about);
 
-// Whether the rules allow this setting, which need not be given, beside the others.
+// Whether the rules allow this setting with the others, whether or not it is given.
 bool setting_is_allowed(const FrameSettings& settings, std::string_view name);
 
-// The drivers that fit, from their table.
+// The drivers of the table for which `fits` is true.
 AnySetting drivers_that(const std::function<bool(const DriverEntry&)>& fits);
 
-// Describes the rules about a setting, or one of its values: "; requires `env` or `sun`". Empty if
-// there are none.
+// Describes the rules about a setting or one of its values, for example "; requires `env` or
+// `sun`". Empty if there are none.
 std::string rules_of(std::span<const SettingRule> rules, std::string_view name,
                      std::string_view value = {});
 
-// Texts that follow a setting's help: its rules, and a line for each valid name with its rules.
+// Appended to a setting's help: its rules, and a line with rules for each valid name.
 struct RulesHelp {
   std::string rules, values;
 };

@@ -36,17 +36,18 @@ namespace {
 
 using enum SettingGroup;
 
-// Far beyond any scene, near enough that squares of distances stay finite in double and float's
-// rounding of the rebased scene is what limits the picture.
+// In metres. Beyond any scene, yet squared distances stay finite in double, and only float rounding
+// of the rebased scene limits the picture.
 constexpr double kFarthest = 1e15;
-constexpr double kMostOfLens = 1e9;  // f-stops, to either side: scenes come in any size
+constexpr double kMostOfLens =
+    1e9;  // f-stops, as a ratio either way, since scenes come at any scale
 constexpr float kLeastClamp = 1e-6f, kMostClamp = 1e9f;
 constexpr int kMostLightSamples = PixelSamples::kBesideSlots + 1;
 constexpr double kLeastTimeLimit = 0.001, kMostTimeLimit = 1e9;  // a millisecond to thirty years
-constexpr double kLatest = 1e6;    // seconds, to either side: ten days, to within 1e-10 s
+constexpr double kLatest = 1e6;    // seconds, either sign: ten days with a precision of 1e-10 s
 constexpr double kMostOpen = 1e6;  // frames
 constexpr double kLeastFps = 1e-3, kMostFps = 1e6;
-constexpr int kMostPixels = 65536;  // a side
+constexpr int kMostPixels = 65536;  // per side
 constexpr uint32_t kMostParts = 65536;
 constexpr int kMostCryptomatteLevels = 64;
 constexpr int kLastOfTurn = 999'999'999;
@@ -56,7 +57,7 @@ std::string text_of(const std::string& value) { return value; }
 std::string text_of(bool value) { return value ? "yes" : ""; }
 template <typename T>
 requires std::is_arithmetic_v<T> std::string text_of(T value) {
-  return fmt::format("{}", value);  // the shortest that gives the same bits
+  return fmt::format("{}", value);  // the shortest text that gives the same bits
 }
 std::string text_of(const Vec3d& v) { return fmt::format("{},{},{}", v.x, v.y, v.z); }
 std::string text_of(const FramePart& p) { return fmt::format("{}/{}", p.index, p.count); }
@@ -81,7 +82,7 @@ std::string member_text(const FrameSettings& settings) {
   return text_of(settings.*Member);
 }
 
-// The number or the optional number `Member`, in [least, most].
+// A number, or an optional number, in [least, most].
 template <auto Member, typename T>
 Setting number(const std::string& name, SettingGroup group, T least, T most,
                const std::string& help) {
@@ -106,7 +107,7 @@ std::vector<SettingChoice> choices_of(const Table& table) {
   return choices;
 }
 
-// A name of `table`.
+// A setting whose value is a name in `table`.
 template <auto Member, typename Table>
 Setting named(const std::string& name, SettingGroup group, const std::string& kind,
               const std::string& help, const Table& table) {
@@ -116,7 +117,7 @@ Setting named(const std::string& name, SettingGroup group, const std::string& ki
   return {name, group, "NAME", help, read, member_text<Member>, choices_of(table)};
 }
 
-// A value of `table`, or, of an optional member, none.
+// A setting whose value is a value of `table`; optional members may be unset.
 template <auto Member, typename T>
 Setting choice(const std::string& name, SettingGroup group, const std::string& kind,
                const std::string& help, std::span<const NamedValue<T>> table) {
@@ -147,8 +148,8 @@ Setting flag(const std::string& name, SettingGroup group, const std::string& hel
   return {name, group, "", help, read, member_text<Member>};
 }
 
-// `N` numbers with `separator` between them, of which `make` makes the member's value, or nothing:
-// then they are refused as not being `expected`.
+// `N` numbers separated by `separator`; `make` turns them into the member's value or returns
+// nullopt, which is reported as not `expected`.
 template <auto Member, size_t N, typename T, typename Make>
 Setting numbers(const std::string& name, SettingGroup group, const std::string& type,
                 char separator, const std::string& expected, const std::string& help,
@@ -266,7 +267,7 @@ Setting sun() {
       });
 }
 
-// Names of `table`, a list, which `check` refuses where there is another among them.
+// A list of names in `table`; `check` throws for any other name.
 template <auto Member, typename Table>
 Setting names(const std::string& name, const std::string& help, const Table& table,
               void (*check)(std::string_view)) {
@@ -277,7 +278,7 @@ Setting names(const std::string& name, const std::string& help, const Table& tab
   return {name, kChannels, "LIST", help, read, member_text<Member>, choices_of(table)};
 }
 
-// Not said unless it differs from the default.
+// Omits the setting's text while it equals the default.
 Setting unless_default(Setting setting) {
   setting.text = [text = setting.text](const FrameSettings& s) {
     std::string said = text(s);
@@ -297,7 +298,7 @@ constexpr NamedValue<EnvironmentSampling> kEnvironmentSamplings[] = {
 constexpr NamedValue<bool> kBackfaces[] = {{"cull", "they are not there, as glTF says", false},
                                            {"show", "as if they were double-sided", true}};
 
-// The rows, in the order of the help.
+// The rows, in help order.
 std::vector<Setting> edit_settings() {
   return {
       word<&S::edits>("edits", kEdits, "FILE",
@@ -315,7 +316,7 @@ std::vector<Setting> channel_settings() {
       names<&S::cryptomattes>(
           "cryptomatte", "layers of the EXR that compositors cut mattes by name from, a list",
           cryptomatte_table(), [](std::string_view list) { parse_cryptomattes(list); }),
-      // It means nothing without the one before.
+      // Meaningless without `cryptomatte`.
       unless_default(number<&S::cryptomatte_levels>(
           "cryptomatte-levels", kChannels, 1, kMostCryptomatteLevels,
           "how many of them a pixel can show; what is beyond is counted in dropped.NAME [6]")),
@@ -462,7 +463,7 @@ std::vector<Setting> loading_settings() {
                        "seconds into the animation [0]; beyond its ends it stands still"),
       number<&S::frame>("frame", kLoading, -kLatest * kMostFps, kLatest * kMostFps,
                         "the same in frames, which may be broken"),
-      // It means nothing to a scene at rest.
+      // Meaningless without an animation.
       unless_default(number<&S::fps>("fps", kLoading, kLeastFps, kMostFps,
                                      "frames a second, of `frame` [24]")),
       shutter(),
@@ -491,7 +492,7 @@ std::vector<Setting> make_table() {
 
 namespace fs = std::filesystem;
 
-// As short as a reader of JSON takes it.
+// The shortest valid JSON for the value.
 nlohmann::ordered_json json_of(const Setting& setting, const std::string& text) {
   if (setting.type.empty()) return text == "yes";
   const std::optional<double> number = parse_real(text);

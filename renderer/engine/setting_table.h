@@ -1,5 +1,5 @@
-// The settings of a frame by name, one row each, for command lines, files of settings, pictures'
-// headers and study records.
+// The settings of a frame by name, one row each, for command lines, settings files, picture headers
+// and study records.
 #pragma once
 
 #include <cstdint>
@@ -19,16 +19,16 @@ namespace emberline {
 
 enum class SettingGroup : uint8_t {
   kLoading,   // how the scene's files are read
-  kEdits,     // what is changed of it
-  kLight,     // environment, which sides of surfaces are seen
+  kEdits,     // changes to the scene
+  kLight,     // environment, backfaces
   kView,      // camera, crop
-  kSample,    // what a sample is
-  kSeed,      // which of its kind
-  kSchedule,  // the order of the work
-  kCounts,    // how many samples each pixel gets
-  kChannels,  // what is kept of them
-  kPart,      // which of them, to be merged with the others
-  kTurn,      // which of several frames
+  kSample,    // definition of a sample
+  kSeed,      // noise realisation
+  kSchedule,  // order of the work
+  kCounts,    // number of samples per pixel
+  kChannels,  // recorded channels
+  kPart,      // part of a frame, for merging
+  kTurn,      // frame of a turntable
 };
 
 struct SettingChoice {
@@ -36,37 +36,36 @@ struct SettingChoice {
 };
 
 struct Setting {
-  std::string name;  // of its option, without the dashes
+  std::string name;  // option name without dashes
   SettingGroup group;
-  std::string type;  // of its value, for --help; empty: on or off
-  std::string help;  // a line; in brackets what holds where nothing is given
-  // Throws UsageError: the option, the text, what is valid.
+  std::string type;  // value type for --help; empty: a flag
+  std::string help;  // one line; the default is in brackets
+  // Throws UsageError with the option, the text and the valid values.
   std::function<void(FrameSettings& settings, std::string_view text)> read;
-  // A text of which read() makes the same value; empty: none is given.
+  // The text from which read() makes the same value; empty: not given.
   std::function<std::string(const FrameSettings& settings)> text;
-  std::vector<SettingChoice> choices = {};  // the valid names, if its value is one of a table
-  bool file = false;                        // its value is a path
+  std::vector<SettingChoice> choices = {};  // valid names, if the value comes from a table
+  bool file = false;                        // the value is a path
 };
 
 std::span<const Setting> setting_table();
 // Null for an unknown name.
 const Setting* find_setting(std::string_view name);
 
-// Names and texts of the settings that have a text, in the table's order: of all, or of these
-// groups.
+// Names and texts of the given settings in table order, optionally of some groups only.
 using SettingTexts = std::vector<std::pair<std::string, std::string>>;
 SettingTexts setting_texts(const FrameSettings& settings,
                            std::initializer_list<SettingGroup> groups = {}, bool files = true);
 
-// A value of a document, of which `reader` says where it stands, as the text that an option would
-// have. Throws InputError.
+// Converts a JSON value to the text that an option would have; `reader` gives its place. Throws
+// InputError.
 std::string text_of_json(const nlohmann::json& value, const JsonReader& reader);
 
-// A file of settings: one JSON object, the names above with texts, numbers, true or false. It says
-// how a frame is rendered, and not of which scene. A relative path in it is relative to the file.
-// Settings that it does not name stay as they are. Throws InputError with the place.
+// Reads a settings file: a JSON object with the names above and texts, numbers, true or false. It
+// describes how a frame is rendered, not which scene. Relative paths are relative to the file;
+// unnamed settings are unchanged. Throws InputError with the place.
 void read_settings(const std::string& path, FrameSettings& settings);
-// Writes all settings that differ from the defaults, as read_settings() reads them.
+// Returns all settings that differ from the defaults, in the format of read_settings().
 std::string settings_json(const FrameSettings& settings, const std::string& path);
 
 }  // namespace emberline

@@ -4,7 +4,8 @@
 
 namespace emberline {
 
-// Without what the film has already: a pixel's samples come in index order.
+// Expands a part and skips samples that the film already has, since a pixel's samples are in index
+// order.
 void RoundWork::expand(size_t part, std::vector<PixelWork>& list) const {
   list.clear();
   driver_.expand(part, list);
@@ -65,7 +66,7 @@ void SharedTiles::help(RenderWorker& worker) {
     ++round->helpers;
     lock.unlock();
     const std::exception_ptr thrown = take_parts(round->work, worker);
-    lock.lock();  // the owner goes on when it is free again
+    lock.lock();  // the owner continues when this is released
     if (--round->helpers == 0) changed_.notify_all();
     if (thrown) {
       round->thrown = thrown;
@@ -85,7 +86,7 @@ std::exception_ptr SharedTiles::take_parts(RoundWork& work, RenderWorker& worker
   }
 }
 
-// With the most parts left; null: there are none.
+// The open round with the most parts left; null if there are none.
 SharedTiles::OpenRound* SharedTiles::longest_round() const {
   const auto longest = std::ranges::max_element(
       open_, {}, [](const OpenRound* round) { return round->work.parts_left(); });

@@ -1,4 +1,4 @@
-// A request to end the frame before its work is done, with its cause.
+// A request to end the frame early, with its cause.
 #pragma once
 
 #include <atomic>
@@ -8,17 +8,17 @@
 
 namespace emberline {
 
-// Any thread may ask; the first request counts.
+// Thread-safe; the first request counts.
 class StopRequest {
  public:
-  // False if there was a request before.
+  // Returns false if there was an earlier request.
   bool request(PixelStop cause) {
     PixelStop none = PixelStop::kNone;
     if (!cause_.compare_exchange_strong(none, cause)) return false;
     source_.request_stop();  // after the cause, so that a reader of the token finds it
     return true;
   }
-  // kNone without a request.
+  // kNone if there was no request.
   PixelStop cause() const { return cause_.load(); }
   std::stop_token token() const { return source_.get_token(); }
 

@@ -22,12 +22,12 @@
 namespace emberline {
 namespace {
 
-// Beside the workers: the progress display, a viewer's connection, and what libraries start.
+// Threads besides the workers: the progress display, a viewer's connection, and libraries' threads.
 constexpr int kOtherThreads = 4;
 
 constexpr const char* kWhy = "(ulimit -u, a container's limit of processes, or memory)";
 
-// How many of `wanted` further threads the system starts, with stacks of TBB's size.
+// Returns how many of `wanted` further threads the system starts, with TBB's stack size.
 int count_startable(int wanted) {
   std::latch end(1);
   std::vector<pthread_t> threads;
@@ -59,7 +59,7 @@ int choose_count(int wanted) {
       count = *cpus;
     }
   }
-  // The calling thread works too.
+  // The calling thread counts as a worker.
   const int startable = 1 + count_startable(count - 1 + kOtherThreads) - kOtherThreads;
   if (startable >= count) return count;
   if (startable < 1) {
@@ -79,9 +79,10 @@ std::terminate_handler g_otherwise = nullptr;
 
 bool is_refused_thread(const std::exception& error) {
   if (const auto* system = dynamic_cast<const std::system_error*>(&error)) {
-    return system->code() == std::errc::resource_unavailable_try_again;  // std::thread's
+    return system->code() == std::errc::resource_unavailable_try_again;  // from std::thread
   }
-  return std::string_view(error.what()).find("pthread_create") != std::string_view::npos;  // TBB's
+  return std::string_view(error.what()).find("pthread_create") !=
+         std::string_view::npos;  // from TBB
 }
 
 [[noreturn]] void end_process() {
@@ -102,7 +103,7 @@ bool is_refused_thread(const std::exception& error) {
 }  // namespace
 
 int usable_processors() {
-  // A machine may have more processors than a cpu_set_t has bits; the system then says EINVAL.
+  // A machine may have more processors than a cpu_set_t has bits; the call then fails with EINVAL.
   for (size_t bits = CPU_SETSIZE; bits <= size_t(1) << 20; bits *= 2) {
     std::vector<cpu_set_t> mask(bits / CPU_SETSIZE);
     const size_t bytes = mask.size() * sizeof(cpu_set_t);

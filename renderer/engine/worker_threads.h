@@ -1,4 +1,4 @@
-// The threads a command works with.
+// The threads of a command.
 #pragma once
 
 #include <tbb/global_control.h>
@@ -8,13 +8,12 @@
 
 namespace emberline {
 
-// Limits TBB's loops to a number of threads while it lives. TBB starts threads when work comes, and
-// ends the process if the system refuses one; so starting them is tried beforehand.
+// Limits TBB to a number of threads during its lifetime. TBB starts threads on demand and ends the
+// process if the system refuses one, so starting them is tested first.
 class WorkerThreads {
  public:
-  // 0: one for each processor that this process may use, no more than its job of Slurm has, or as
-  // many of those as the system lets start, with a warning. Throws RenderError when more are asked
-  // for than that.
+  // 0: one thread per usable processor, limited by the Slurm job and, with a warning, by what the
+  // system lets start. Throws RenderError if a requested number cannot be started.
   explicit WorkerThreads(int wanted);
 
   int count() const { return count_; }
@@ -24,16 +23,15 @@ class WorkerThreads {
   tbb::global_control limit_;
 };
 
-// Processors that the calling thread may run on: its affinity mask, which taskset, containers and
-// batch systems set.
+// Number of processors in the calling thread's affinity mask, which taskset, containers and batch
+// systems set.
 int usable_processors();
 
-// The system may refuse a thread all the same, when others have started theirs meanwhile. TBB then
-// throws, in the thread that works or in one of its own, where it ends the process: with one line,
-// after this call, and without unfinished files.
+// Handles threads that the system refuses later, after other processes started theirs. If TBB
+// throws on one of its own threads, the process ends: with one line and without unfinished files.
 void install_refused_thread_handler();
 
-// The message for an error that is about a refused thread; `error`'s own for any other.
+// A message about refused threads for such an error; otherwise `error`'s own.
 std::string message_of(const std::exception& error);
 
 }  // namespace emberline
