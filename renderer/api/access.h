@@ -1,4 +1,4 @@
-// What stands behind the interface's objects, and the program's errors as those of the interface.
+// The implementation behind the interface's objects, and the mapping of internal errors to its own.
 #pragma once
 
 #include <memory>
@@ -33,18 +33,18 @@ struct Scene::State {
   void edit(std::string_view json, const Environment& environment);
 
   Resources resources;
-  FrameSettings settings;  // that it was opened with, and posed with
+  FrameSettings settings;  // used to open the scene and for its current pose
   LoadLimits limits;
   SceneBuildOptions build;
   WorldBounds bounds;
-  AnimationEdit animation;  // that it was opened with
+  AnimationEdit animation;  // from the edits it was opened with
   LoadedFiles files;
-  // The fingerprint of what edit() was last given; empty: of no edits. Absent: it was not called.
+  // Fingerprint of the last edit(); empty: it had no edits. Absent: edit() was never called.
   std::optional<std::string> edited;
   std::unique_ptr<OpenScene> open;
 };
 
-// What the file of a picture has beside its pixels.
+// What a picture's file contains besides its pixels.
 struct RenderedPicture::Record {
   OutputSettings output;
   SceneLayers layers;
@@ -67,7 +67,7 @@ struct Access {
 
 int arena_threads(const Resources& resources);
 
-// Runs `work`, and throws its errors as those of this interface.
+// Runs `work` and maps its errors to those of this interface.
 template <typename Work>
 decltype(auto) translated(const Work& work) {
   try {
@@ -85,9 +85,10 @@ decltype(auto) translated(const Work& work) {
   }
 }
 
-// Throws the program's UsageError for values that the command's options refuse.
+// Throws the internal UsageError for values that the command's options reject.
 void check_resources(const Resources& resources);
-// The same for a picture that the caller may have filled in; `place` says where.
+// Throws it for an invalid picture, which the caller may have filled in. `place` is for the
+// message.
 void check_picture(const std::string& place, const Picture& picture);
 
 }  // namespace emberline::api

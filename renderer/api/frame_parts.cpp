@@ -13,7 +13,7 @@ bool is_of_scene(SettingGroup group) {
 
 namespace {
 
-// Throws UsageError for settings of a frame that do not go with those of its scene.
+// Throws UsageError for frame settings that conflict with the scene's.
 void check_suits(const FrameSettings& settings, const Access::SceneState& scene) {
   const SceneBuildOptions& built = scene.build;
   const auto check_same = [](bool same, const char* name) {
@@ -46,7 +46,7 @@ void check_suits(const FrameSettings& settings, const Access::SceneState& scene)
   }
 }
 
-// What the settings and the scene's edits look through.
+// The camera chosen by the settings and the scene's edits.
 Camera camera_of(const Access::SceneState& state, const FrameSettings& settings) {
   SceneDescription views;
   views.cameras = state.open->editable().original().cameras;

@@ -1,5 +1,5 @@
-// What a frame of the library is made of: the command's options, and what the settings name in the
-// scene as it is posed and edited.
+// Assembles a frame of the library: the command's options, and the lights and mattes of the scene
+// as it is posed and edited.
 #pragma once
 
 #include <optional>
@@ -13,35 +13,36 @@
 
 namespace emberline::api {
 
-// Whether settings of the group decide how a scene is loaded, and nothing afterwards.
+// Whether the group's settings only affect how a scene is loaded.
 bool is_of_scene(SettingGroup group);
 
-// As the command has them for an EXR, which has the channels of a picture. What decided how the
-// scene was loaded is the scene's. Throws UsageError for settings that do not go with the scene's.
+// Returns the command's options for an EXR, which has the channels of a picture. Loading settings
+// come from the scene. Throws UsageError for settings that conflict with the scene's.
 RenderOptions options_of(const Access::SceneState& scene, const FrameSettings& settings);
-// The scene's pose, if the options and their edits would give it another one; empty otherwise.
+// A text for the scene's pose if it differs from the one that the options and their edits give;
+// otherwise empty.
 std::string own_pose(const Access::SceneState& scene, const RenderOptions& options);
 
 struct FrameParts {
-  // Throws what the settings' camera and the scene's edits do.
+  // Throws what choosing the camera and applying the scene's edits throw.
   FrameParts(const Access::SceneState& scene, const FrameSettings& settings);
   FrameParts(const FrameParts&) = delete;
 
   Camera camera;
   std::optional<LightGroups> lights;
   std::optional<CryptomatteIds> mattes;
-  SceneParts of_scene;  // these, and the scene's roles
+  SceneParts of_scene;  // the above, and the scene's roles
   SceneLayers layers;
 };
 
 std::vector<MatteNames> names_of(const SceneLayers& layers);
 
-// It with what its file has beside its pixels, and with what a finished job or merge has counted.
+// Adds the other contents of the file, and the counts of a finished job or merge.
 RenderedPicture rendered_picture(Picture picture, const OutputSettings& output,
                                  const SceneLayers& layers, const RenderCounters& counters,
                                  std::optional<double> error_estimate, bool complete);
 
-// The settings in a checkpoint, with the files that its frame was made of. Throws InputError.
+// The settings in a checkpoint, including its input files. Throws InputError.
 FrameSettings settings_in(const std::string& checkpoint);
 
 }  // namespace emberline::api

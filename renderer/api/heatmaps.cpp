@@ -1,4 +1,4 @@
-// Numbers of a picture's pixels as pictures to look at.
+// Heatmaps of pictures.
 #include "renderer/api/access.h"
 #include "renderer/core/utf8.h"
 #include "renderer/output/heatmap_file.h"
@@ -6,7 +6,6 @@
 namespace emberline::api {
 namespace {
 
-// The quantity's value of each pixel.
 Plane plane_of(const HeatmapQuantity& quantity, const Picture& picture) {
   check_heatmap_channels("the picture", quantity, picture.channels);
   const Rect pixels{picture.x, picture.y, picture.x + picture.width, picture.y + picture.height};

@@ -1,4 +1,4 @@
-// Frames in checkpoints: what they are of, and parts of one as a picture.
+// Reads and merges checkpoints.
 #include <tbb/task_arena.h>
 
 #include <nlohmann/json.hpp>

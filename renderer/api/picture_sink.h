@@ -1,4 +1,4 @@
-// Finished tiles into a picture with the channels that the command's EXR has.
+// Collects finished tiles in a picture with the channels of the command's EXR.
 #pragma once
 
 #include <cstdint>
@@ -18,18 +18,18 @@ class PictureSink : public RenderSink {
 
   void tile_finished(const FilmTile& tile) override;
 
-  // After the last tile, once, on the calling thread's TBB arena: what the pixels around a pixel
-  // counted for it is summed up, and the picture is denoised if the settings ask for it. What is
-  // not denoised when a stop is requested stays as it is.
+  // Call once after the last tile, on the calling thread's TBB arena: sums samples shared between
+  // neighbouring pixels and denoises the picture if the settings ask for it. After a stop request
+  // the rest is left unfiltered.
   Picture finish(const std::stop_token& stop);
 
-  // An upper bound of what the sink holds for such a frame, excluding denoise_bytes().
+  // Upper bound on the sink's memory for such a frame, excluding denoise_bytes().
   static uint64_t bytes(const OutputSettings& settings, const SceneLayers& layers);
 
  private:
   const OutputSettings settings_;
   FrameChannels channels_;
-  std::vector<std::string> names_;  // of a tile's channels
+  std::vector<std::string> names_;  // channel names of a tile
   Picture picture_;
 };
 

@@ -1,4 +1,4 @@
-// Pictures in files, and against each other.
+// Reads, writes and compares pictures.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -30,7 +30,7 @@ size_t channel(const std::string& path, const Picture& picture, const std::strin
   return size_t(found - picture.channels.begin());
 }
 
-// Interleaved, of these channels alone.
+// Returns the named channels, interleaved.
 std::vector<float> values_of(const std::string& path, const Picture& picture,
                              std::span<const std::string> names) {
   std::vector<size_t> places;
@@ -61,7 +61,7 @@ void write_exr(const std::string& path, const Picture& picture) {
   write_exr_file(path, header, picture.values);
 }
 
-// How a picture is shown: the layer of its R, G and B, its alpha if it has one, its colours.
+// What to display: the layer with R, G and B, whether to include alpha, and the colour space.
 struct Shown {
   std::string layer = {};
   bool alpha = false;
@@ -89,10 +89,10 @@ void write_displayed(const std::string& path, const Picture& picture, double exp
                       rgba);
 }
 
-// As the command writes it.
+// Writes the same file as the command.
 void write_frame_exr(const std::string& path, const Picture& picture, OutputSettings output,
                      const SceneLayers& layers) {
-  output.clamps = false;  // the picture does not know how much
+  output.clamps = false;  // the picture does not store the clamped share
   if (output.width != picture.frame_width || output.height != picture.frame_height ||
       output.crop != pixels_of(picture)) {
     throw emberline::UsageError(path + ": the picture has other pixels than when it was rendered");
@@ -109,7 +109,8 @@ void write_frame_exr(const std::string& path, const Picture& picture, OutputSett
   writer.finish();
 }
 
-// Whatever primaries the file has. What is reckoned with, variances and halves, stays as it is.
+// Converts colours to Rec. 709. Variances and half images stay unchanged, since they are used in
+// computations.
 void make_rec709(WorkingSpace space, Picture& picture) {
   const ToWorkingSpace to_rec709 = from_working_space(space);
   if (!to_rec709) return;
@@ -165,7 +166,7 @@ void check_picture(const std::string& path, const Picture& picture) {
   }
   std::set<std::string_view> names;
   for (const std::string& name : picture.channels) {
-    // OpenEXR's names are 255 bytes at most.
+    // OpenEXR limits names to 255 bytes.
     if (name.empty() || name.size() > 255 || name.find('\0') != std::string::npos) {
       wrong("a channel without a proper name: \"" + printable(shortened(name)) + "\"");
     }

@@ -1,4 +1,4 @@
-// A scene and settings as a picture.
+// Renders frames of a scene.
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -24,7 +24,7 @@
 namespace emberline::api {
 namespace {
 
-// Asks for the end when the caller does, or when the time is over.
+// Requests a stop when the caller does or the time limit is reached.
 class EndOfFrame {
  public:
   EndOfFrame(const std::stop_token& stop, const std::stop_token& give_up,
@@ -49,7 +49,7 @@ class EndOfFrame {
   std::jthread clock_;
 };
 
-// Shows a frame on its way.
+// Collects a frame's tiles, reports progress and saves checkpoints.
 class WatchedSink final : public PictureSink {
  public:
   WatchedSink(const OutputSettings& settings, const SceneLayers& layers, const EndOfFrame& end,
@@ -102,12 +102,13 @@ class WatchedSink final : public PictureSink {
   std::mutex mutex_;
 };
 
-// Reserves what a frame takes until it is a picture. What does not fit is the caller's limit.
+// Reserves a frame's memory until it is a picture. Exceeding the budget is an InputError, since the
+// caller set the limit.
 MemoryReservation reserved(const RenderOptions& options, const OutputSettings& output,
                            const SceneLayers& layers, const RenderPlan& plan, int threads,
                            const LoadLimits& limits) {
   MemoryReservation memory(limits.memory, MemoryPart::kFilm);
-  RenderOptions lossless = options;  // nothing is encoded
+  RenderOptions lossless = options;  // no file is encoded
   lossless.exr_compression = ExrCompression::kZip;
   try {
     reserve_frame(lossless, output, plan, threads, memory);
@@ -121,8 +122,8 @@ MemoryReservation reserved(const RenderOptions& options, const OutputSettings& o
   return memory;
 }
 
-// Reads the scene's files again, to know what the frame is made of. Throws what they, Checkpoint
-// and `give_up` do.
+// Reads the scene's files again for their fingerprints. Throws what reading, Checkpoint and
+// `give_up` throw.
 void open_checkpoint(const RenderOptions& options, const RenderPlan& plan,
                      const SceneLayers& layers, const Access::SceneState& scene, uint64_t most,
                      const std::stop_token& give_up, RenderJob& job, FrameCheckpoint& checkpoint) {
@@ -136,14 +137,13 @@ void open_checkpoint(const RenderOptions& options, const RenderPlan& plan,
   checkpoint.open(checkpoint_head(options, plan, layers, inputs), false, {}, most, job);
 }
 
-// How a frame is watched and ended.
 struct Watch {
   const std::stop_token& stop;
   const std::function<void(const Progress&)>& watch;
   const std::stop_token& give_up;
 };
 
-// A frame's picture, from its rendered job on. Throws Stopped where it is given up.
+// Returns the picture of a rendered job. Throws Stopped if the frame was given up.
 Picture picture_of(RenderJob& job, WatchedSink& sink, const std::stop_token& give_up) {
   const auto check_going = [&] {
     if (give_up.stop_requested()) throw Stopped("the frame was given up");
@@ -155,12 +155,12 @@ Picture picture_of(RenderJob& job, WatchedSink& sink, const std::stop_token& giv
   return picture;
 }
 
-// `options` are of this scene: options_of().
+// `options` come from options_of() for this scene.
 RenderedPicture render_picture(const Access::SceneState& state, const RenderOptions& options,
                                const Resources& resources, const Watch& watch) {
   const RenderPlan plan(options, {.extending = !options.extended.empty()});
   OutputSettings output = output_settings(options, plan.crop);
-  if (is_part(options)) output.denoise = false;  // a part lacks the pixels around its own
+  if (is_part(options)) output.denoise = false;  // a part lacks neighbouring pixels
   const FrameParts parts(state, options);
   const int threads = arena_threads(resources);
   const MemoryReservation memory =
@@ -194,7 +194,7 @@ RenderedPicture render_picture(const Access::SceneState& state, const RenderOpti
                           checkpoint.is_open() ? !counters.stopped : result.complete);
 }
 
-// What an extension takes.
+// Rejects settings that extend() does not accept.
 void check_is_more(const FrameSettings& more) {
   constexpr std::string_view kMore[] = {"spp", "noise-threshold", "max-spp", "time-limit"};
   const FrameSettings none;

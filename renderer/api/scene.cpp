@@ -1,4 +1,4 @@
-// Scenes: opened, posed, edited.
+// Opens, poses and edits scenes.
 #include <tbb/task_arena.h>
 
 #include <cmath>
@@ -44,7 +44,7 @@ std::shared_ptr<const Image> image_of(const Scene::Environment& environment) {
   return image;
 }
 
-// For checkpoints: what a frame is made of.
+// Identifies the edits in checkpoints.
 std::string fingerprint_of(std::string_view json, const SceneEdits& edits) {
   const uint64_t text = fingerprint(json);
   if (!edits.environment.image) return hexadecimal(text);
@@ -65,7 +65,7 @@ Scene::State::State(const std::string& path, const Settings& given, const Resour
   build.editable = true;
   LoadProgress progress({}, stop, limits);
   FrameSettings read_as = settings;
-  read_as.light_groups = false;  // edits change them: each frame has its own
+  read_as.light_groups = false;  // depend on edits, so each frame has its own
   files = LoadedFiles(settings, progress);
   tbb::task_arena(arena_threads(resources)).execute([&] {
     ReadScene read(read_as, load_edits(settings, progress),
@@ -88,7 +88,7 @@ void Scene::State::pose(const FrameSettings& wanted, const std::stop_token& stop
   at.shutter = wanted.shutter;
   at.aovs = wanted.aovs;
   FrameSettings read_as = at;
-  read_as.variant.clear();  // the edits have it
+  read_as.variant.clear();  // included in the edits
   read_as.light_groups = false;
   SceneEdits edits = open->editable().edits();
   edits.animation = {};

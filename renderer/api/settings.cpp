@@ -1,4 +1,4 @@
-// Settings, and what holds for the whole process.
+// Settings and process-wide functions.
 #include <tbb/info.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace emberline::api {
 
 std::string version() { return kEmberlineVersion; }
 
-// TBB has no more than the machine, and says so on stderr when it is asked for them.
+// Requests at most the machine's concurrency, because TBB warns on stderr about more.
 int arena_threads(const Resources& resources) {
   const int most = tbb::info::default_concurrency();
   return resources.threads > 0 ? std::min(resources.threads, most) : most;

@@ -1,4 +1,4 @@
-// A study of speed against error, and its rows.
+// Studies of speed against error.
 #include <utility>
 
 #include "renderer/api/access.h"

@@ -17,16 +17,16 @@
 namespace emberline::python {
 namespace {
 
-// We chose: Ctrl-C is to be felt at once.
+// Our choice: Ctrl-C should take effect immediately.
 constexpr auto kPoll = std::chrono::milliseconds(20);
 
-// Messages come from any thread, while the library holds a lock. Whoever waited for the GIL then
-// would wait for a thread that has it and wants to say something; so they are kept for later.
+// Messages come from any thread while the library holds a lock. Acquiring the GIL there could
+// deadlock with a thread that holds the GIL and logs, so messages are queued.
 struct Messages {
   std::mutex mutex;
   std::vector<std::pair<api::Message, std::string>> waiting;
 };
-// Never destroyed: a thread may have something to say while the process ends.
+// Never destroyed, since a thread may log while the process ends.
 Messages& messages() {
   static auto* const all = new Messages;
   return *all;
@@ -55,11 +55,11 @@ constexpr const char* kForked =
     "this process was forked from one that has used emberline; multiprocessing needs "
     "set_start_method(\"spawn\")";
 
-// The process of the first call; 0: there was none.
+// The process of the first call; 0: none yet.
 std::atomic<pid_t> g_process{0};
 
-// The library's threads are not there in a process that was forked after they were started, and
-// whoever waits for them waits for ever.
+// Throws in a process forked after the library's threads were started: they do not exist there, and
+// waiting for them would never end.
 void check_process() {
   pid_t none = 0;
   g_process.compare_exchange_strong(none, ::getpid());
@@ -77,7 +77,7 @@ class WaitingCall final : public Call {
     changed_.wait(lock, [this] { return !asked_; });
   }
 
-  // On the thread that called from Python, without the GIL.
+  // Called on the thread that called from Python, without the GIL.
   void wait_for(const std::function<void(Call&)>& work) {
     std::jthread worker([&] {
       std::exception_ptr error;
@@ -98,7 +98,7 @@ class WaitingCall final : public Call {
       const std::function<void()>* const asked = asked_;
       lock.unlock();
       attend(asked);
-      if (is_forked()) {  // by a callback; the worker is in the other process
+      if (is_forked()) {  // a callback forked; the worker is in the parent process
         worker.detach();
         error_ = std::make_exception_ptr(api::RenderError(kForked));
         return;
@@ -111,7 +111,7 @@ class WaitingCall final : public Call {
     }
   }
 
-  // Afterwards, with the GIL.
+  // Called after wait_for(), with the GIL.
   void rethrow() {
     if (error_in_python_) std::rethrow_exception(std::exchange(error_in_python_, nullptr));
     if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
@@ -139,10 +139,9 @@ class WaitingCall final : public Call {
   std::exception_ptr error_, error_in_python_;
 };
 
-// A thread that waits for the GIL when the interpreter is gone is ended where it stands, which its
-// C++ frames do not survive: Python's threads that are no daemons have ended by now, the others'
-// calls are.
-// A forked process has none of them, although it has their number.
+// Waits for all calls before the interpreter is gone: a thread that then waits for the GIL is
+// terminated, which its C++ frames do not survive. Non-daemon threads have ended by now. A forked
+// process has the count of calls, but none of their threads.
 void end_calls() {
   if (is_forked()) return;
   g_interpreter_ends = true;
@@ -166,7 +165,8 @@ void carry_out(const std::function<void(Call&)>& work) {
     call->wait_for(work);
   }
   --g_calls;
-  // Not destroyed in a process that a callback forked: it would wait for the worker to be gone.
+  // Leaked in a process that a callback forked, where the destructor would wait forever for the
+  // worker.
   if (is_forked()) call.release()->rethrow();
   call->rethrow();
   log_messages();

@@ -1,4 +1,4 @@
-// Long calls from Python: without the interpreter's lock (GIL), stopped by Ctrl-C.
+// Long calls from Python: they release the interpreter's lock (GIL), and Ctrl-C stops them.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -13,20 +13,20 @@ namespace emberline::python {
 
 namespace py = pybind11;
 
-// A long call as the code that carries it out sees it.
+// A long call, as seen by the code that runs it.
 class Call {
  public:
   virtual ~Call() = default;
-  // Asks for the end once something was thrown in Python: nobody waits for a result any more.
+  // Requests a stop after an exception in Python; the result is then discarded.
   virtual std::stop_token given_up() const = 0;
-  // Runs `work` on the thread that called from Python, with the GIL, and waits for its end; not
+  // Runs `work` with the GIL on the thread that called from Python, and waits for it. Does nothing
   // once the call is given up.
   virtual void in_python(const std::function<void()>& work) = 0;
 };
 
-// Runs `work` on a thread of its own. This one gives the GIL away and waits, looks for Ctrl-C fifty
-// times a second and hands messages to Python's `logging`. Throws what `work`, a signal handler or
-// in_python() has thrown.
+// Runs `work` on a separate thread. Meanwhile the calling thread releases the GIL, checks for
+// Ctrl-C fifty times a second and passes messages to Python's `logging`. Throws what `work`, a
+// signal handler or in_python() throws.
 void carry_out(const std::function<void(Call&)>& work);
 
 template <typename Work>
@@ -36,13 +36,14 @@ auto result_of(const Work& work) {
   return std::move(*result);
 }
 
-// Whether this process was forked from one that had used the library: its threads are not here.
+// Whether this process was forked from one that had used the library, whose threads do not exist
+// here.
 bool is_forked();
 
-// Once, when the module is imported.
+// Call once, when the module is imported.
 void set_up_calls();
 
-// Text of whatever bytes.
+// Decodes arbitrary bytes as UTF-8, with backslash escapes for invalid ones.
 py::str text(std::string_view bytes);
 
 }  // namespace emberline::python

@@ -1,4 +1,4 @@
-// How far pictures are from each other.
+// Comparisons of pictures.
 #include <array>
 #include <string>
 #include <utility>
@@ -41,7 +41,7 @@ py::dict as_dict(const api::Comparison& comparison) {
   return all;
 }
 
-// Both as the library takes them.
+// Converts both to the library's format.
 std::pair<FloatArray, FloatArray> pair_of(const py::object& image, const py::object& reference) {
   std::pair<FloatArray, FloatArray> pair(rgb_of(image, "image"), rgb_of(reference, "reference"));
   const auto& [a, b] = pair;

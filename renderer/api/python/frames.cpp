@@ -1,4 +1,4 @@
-// Frames: rendered, saved, extended, merged.
+// Renders, extends and merges frames.
 #include <cstring>
 #include <functional>
 #include <memory>
@@ -27,7 +27,7 @@ void check_progress(const py::object& progress) {
   }
 }
 
-// Runs `work(call, watch, stop)`, which renders, with a progress callback of Python's.
+// Runs `work(call, watch, stop)`, which renders, with a Python progress callback.
 template <typename Work>
 std::shared_ptr<api::RenderedPicture> watched(const py::object& progress, const Work& work) {
   std::stop_source stop;
@@ -37,7 +37,7 @@ std::shared_ptr<api::RenderedPicture> watched(const py::object& progress, const 
       watch = [&](const api::Progress& now) {
         call.in_python([&] {
           const py::object answer = progress(progress_of(now));
-          py::detail::make_caster<bool> going_on;  // of Python's bool and NumPy's alone
+          py::detail::make_caster<bool> going_on;  // accepts only Python's and NumPy's bool
           if (going_on.load(answer, false) && !static_cast<bool>(going_on)) stop.request_stop();
         });
       };

@@ -1,6 +1,6 @@
-// Casters that refuse an object whose __init__ has not run: pybind11 would hand out memory that
-// nothing was ever built in. Such objects come from Scene.__new__(Scene), and from a subclass that
-// uses itself before it calls super().__init__().
+// Casters that reject objects whose __init__ has not run, for which pybind11 would return
+// uninitialised memory. Such objects come from Scene.__new__(Scene), or from a subclass that uses
+// itself before calling super().__init__().
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -15,8 +15,8 @@ namespace emberline::python {
 
 namespace py = pybind11;
 
-// Whether `value` is an object of the class itself. isinstance() also believes what an object says
-// of its __class__, as a mock does.
+// Whether `value` is an instance of the class. isinstance() would also accept objects with a fake
+// __class__, such as mocks.
 template <typename Class>
 bool is_object_of(const py::handle& value) {
   const auto* const type = py::detail::get_type_info(typeid(Class));
@@ -44,7 +44,8 @@ struct MadeCaster : Base {
 
 }  // namespace emberline::python
 
-// For each class of the module, in the global namespace and before anything takes or gives one.
+// Use for each class of the module, in the global namespace, before any function takes or returns
+// it.
 #define EMBERLINE_CHECK_IS_MADE(Class)                                                      \
   template <>                                                                               \
   struct pybind11::detail::type_caster<Class>                                               \

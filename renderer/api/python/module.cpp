@@ -1,11 +1,11 @@
-// `import emberline`: the library's interface (renderer/api/emberline.h) in Python.
+// `import emberline`: Python bindings of the library's interface (renderer/api/emberline.h).
 #include "renderer/api/python/module.h"
 
 namespace emberline::python {
 namespace {
 
-// Python's own way makes an object of pybind11's base class for old protocols, which ends the
-// process.
+// For old protocols Python's default would create an object of pybind11's base class, which aborts
+// the process.
 void refuse_pickling(py::module_& module) {
   const auto refuse = [](const py::handle& self, const py::args&) -> py::object {
     throw py::type_error("cannot pickle or copy a " +

@@ -1,4 +1,4 @@
-// What the files of the module share: its objects, and what each of them adds.
+// Objects shared by the module's files, and the functions that add their contents.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -19,7 +19,7 @@ namespace emberline::python {
 
 using namespace pybind11::literals;  // "name"_a
 
-// A forked process has its parent's scenes without the threads and locks that they need to end.
+// Leaks scenes in a forked process, which lacks the threads and locks that the destructor needs.
 struct LeaveInForks {
   void operator()(const api::Scene* scene) const {
     if (!is_forked()) delete scene;
@@ -31,20 +31,20 @@ struct Scene {
       : scene(new api::Scene(std::move(made))), loaded(with), settings(with) {}
 
   std::unique_ptr<api::Scene, LeaveInForks> scene;
-  api::Settings loaded;    // with these,
-  api::Settings settings;  // and with those of its pose: what render() takes
-  int renders = 0;         // under way; read and written with the GIL
+  api::Settings loaded;    // used for loading
+  api::Settings settings;  // as loaded, with the current pose; the default of render()
+  int renders = 0;         // in progress; accessed with the GIL
   bool edited = false;
 };
 
-// What a progress callback is given, its own for ever.
+// Passed to a progress callback, which may keep it.
 struct Progress {
   uint64_t samples;
   std::optional<double> error_estimate;
   py::object rgba;
 };
 
-// Who uses a scene: one that edits it, or any number that render.
+// Locks a scene for use by one editor or any number of renders.
 class Use {
  public:
   Use(Scene& scene, bool edits) : scene_(scene), edits_(edits) {
@@ -72,7 +72,7 @@ EMBERLINE_CHECK_IS_MADE(emberline::api::StudyTable);
 
 namespace emberline::python {
 
-// Their types; the library knows which values are valid. Throws TypeError, UsageError.
+// Checks types; the library checks values. Throws TypeError, UsageError.
 api::Resources resources_of(const py::object& threads, const py::object& memory_limit,
                             const py::object& load_timeout);
 py::list texts(const std::vector<std::string>& names);

@@ -1,4 +1,4 @@
-// Pictures: their layers, and their files.
+// Pictures: layers, reading and writing.
 #include <cstdint>
 #include <limits>
 #include <memory>

@@ -1,4 +1,4 @@
-// Scenes: loaded, posed, edited.
+// Loads, poses and edits scenes.
 #include <cstdint>
 #include <string>
 #include <utility>

@@ -1,4 +1,4 @@
-// Errors, and settings by the names of the command's options.
+// Exceptions, and settings by the names of the command's options.
 #include <string>
 #include <vector>
 
@@ -10,7 +10,7 @@ namespace {
 struct ErrorTypes {
   py::handle error, usage, input, render;
 };
-ErrorTypes g_errors;  // the module's, which is never unloaded
+ErrorTypes g_errors;  // owned by the module, which is never unloaded
 
 py::handle add_error(py::module_& module, const char* name, const py::handle& base,
                      const char* doc) {
@@ -52,7 +52,7 @@ std::string help(const std::optional<std::string>& name) {
     all += row.name + (row.type.empty() ? "" : " " + row.type) + ": " + row.help + "\n";
     if (!row.values.empty()) all += row.values + (row.values.back() == '\n' ? "" : "\n");
   }
-  if (name && all.empty()) api::Settings().get(*name);  // says which there are
+  if (name && all.empty()) api::Settings().get(*name);  // throws and lists the valid names
   return all;
 }
 

@@ -9,7 +9,7 @@
 namespace emberline::python {
 namespace {
 
-// What a study has beside the settings of its frames.
+// Study options; all other arguments are frame settings.
 constexpr std::string_view kOptions[] = {
     "drivers", "estimators", "samplers",  "spp",           "seconds", "seeds",  "baseline",
     "denoise", "separate",   "reference", "reference-spp", "cache",   "restart"};
@@ -50,7 +50,7 @@ api::StudyTable study(const py::object& scene, const py::object& folder,
   for (const auto& [key, value] : options) {
     const std::string name = setting_name(py::cast<std::string>(key));
     const bool own = std::ranges::find(kOptions, name) != std::end(kOptions);
-    if (own && value.is_none()) continue;  // its default
+    if (own && value.is_none()) continue;  // keep the default
     const std::string text = setting_text(name, value);
     own ? void(request.set(name, text)) : void(all.set(name, text));
   }

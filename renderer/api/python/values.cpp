@@ -13,7 +13,7 @@ std::string type_name(const py::handle& value) {
   return py::str(py::type::handle_of(value).attr("__name__"));
 }
 
-// Fails where it would be cut off by whoever takes a C string.
+// Rejects null characters, which would truncate a C string.
 std::string without_nul(std::string text, const std::string& what) {
   if (text.find('\0') != std::string::npos) throw py::value_error(what + ": has a null character");
   return text;
@@ -29,7 +29,7 @@ std::optional<size_t> find(const api::RenderedPicture& picture, std::string_view
   return size_t(found - picture.channels.begin());
 }
 
-// Whose channels they are: those with the layer's name and a full stop before theirs.
+// The channels of a layer: those named LAYER.x.
 std::vector<size_t> channels_of(const api::RenderedPicture& picture, const std::string& layer) {
   std::vector<size_t> indices;
   const auto add = [&](const std::string& prefix, std::string_view letters) {
@@ -43,7 +43,7 @@ std::vector<size_t> channels_of(const api::RenderedPicture& picture, const std::
     return indices;
   }
   const std::string prefix = layer + ".";
-  add(prefix, "RGBA");  // in this order, which EXR has not
+  add(prefix, "RGBA");  // EXR sorts names alphabetically
   for (size_t i = 0; i < picture.channels.size(); ++i) {
     const std::string& name = picture.channels[i];
     const bool here =
@@ -53,7 +53,7 @@ std::vector<size_t> channels_of(const api::RenderedPicture& picture, const std::
   return indices;
 }
 
-// Channels at even distances are a view, others a copy.
+// Returns a view of evenly spaced channels, and a copy of others.
 py::array planes(const std::shared_ptr<api::RenderedPicture>& picture,
                  const std::vector<size_t>& indices) {
   api::RenderedPicture& p = *picture;
@@ -87,7 +87,7 @@ std::string channel_name(const py::handle& name) {
     throw py::value_error("channels: " + std::string(py::repr(name)) + " has control characters");
   }
   if (bytes) return {bytes, size_t(size)};
-  PyErr_Clear();  // a surrogate alone, which no encoding has
+  PyErr_Clear();  // a lone surrogate, which has no encoding
   throw py::value_error("channels: " + std::string(py::repr(name)) + " is no text");
 }
 
@@ -98,7 +98,7 @@ py::array standard_error(const std::shared_ptr<api::RenderedPicture>& picture) {
   return py::module_::import("numpy").attr("sqrt")(values);
 }
 
-// Python's own limit of nested calls, for values that hold themselves.
+// Applies Python's recursion limit to values that contain themselves.
 class NestedCall {
  public:
   NestedCall() {
@@ -141,7 +141,7 @@ std::string setting_text(const std::string& name, const py::handle& value) {
     return without_nul(encoded(value), name);
   }
   const NestedCall nested;
-  // A number of NumPy's, or an array without dimensions.
+  // A NumPy scalar or 0-dimensional array.
   const auto dimensions = py::getattr(value, "ndim", py::none());
   if (PyLong_Check(dimensions.ptr()) && dimensions.cast<int>() == 0) {
     return setting_text(name, value.attr("item")());
@@ -178,7 +178,7 @@ std::string edits_text(const py::object& edits) {
   all.attr("update")(edits);
   const py::cpp_function plain([](const py::object& value) -> py::object {
     if (py::hasattr(value, "tolist")) return value.attr("tolist")();
-    return py::module_::import("os").attr("fspath")(value);  // or its TypeError
+    return py::module_::import("os").attr("fspath")(value);  // or throws its TypeError
   });
   const py::object dumps = py::module_::import("json").attr("dumps");
   return py::cast<std::string>(
@@ -236,7 +236,7 @@ FloatArray floats_of(const py::handle& array, const std::string& what) {
 FloatArray rgb_of(const py::handle& picture, const std::string& what) {
   if (is_object_of<api::RenderedPicture>(picture)) {
     const auto of = py::cast<std::shared_ptr<api::RenderedPicture>>(picture);
-    layer(of, "RGB");  // or its KeyError
+    layer(of, "RGB");  // throws KeyError if missing
     return FloatArray({of->height, of->width, 3}, of->rec709().data());
   }
   const FloatArray values = floats_of(picture, what);
@@ -285,7 +285,7 @@ api::RenderedPicture picture_of(const py::array& array, const py::object& channe
   }
   if (!channels.is_none()) {
     for (const py::handle name : channels) {
-      // A generator need not end.
+      // A generator may be infinite.
       if (picture.channels.size() > count) break;
       picture.channels.push_back(channel_name(name));
     }

@@ -1,4 +1,4 @@
-"""Emberline, a path tracer for glTF scenes, and its pictures as NumPy arrays.
+"""Emberline, a path tracer for glTF scenes. Pictures are NumPy arrays.
 
     import emberline
 
@@ -7,8 +7,8 @@
     picture["RGB"]                              # float32, (360, 640, 3), linear
     emberline.write("shot.png", picture)
 
-Equal scene, edits and settings give equal bits, whatever the threads, and those of the command. Messages go
-to logging.getLogger("emberline").
+Equal scene, edits and settings give equal bits, whatever the number of threads, and the same bits as the command.
+Messages go to logging.getLogger("emberline").
 """
 
 from ._emberline import *

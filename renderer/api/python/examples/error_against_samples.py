@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""How the error falls with the samples, for every pair of a driver and a sampler.
+"""How the error falls with the sample count, for each driver and sampler.
 
     error_against_samples.py scenes/cornell_box.glb --size 160 120 --spp 1 4 16 64
 
-The reference is independent of what it measures: another sampler, another seed, 16 times the most samples. The
-last column is the slope in logarithms: -1 is what independent samples do.
+The reference is independent of the measured pictures: it has another sampler, another seed and 16 times the largest
+sample count. The last column is the slope in a log-log plot; independent samples have a slope of -1.
 """
 import argparse
 

@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""A frame that goes on: stopped and resumed, given more samples, rendered in parts.
+"""Checkpoints: stops and resumes a frame, extends it, and renders it in parts.
 
     go_on.py scenes/cornell_box.glb --folder /tmp/frames
 
-Stops a frame half-way and resumes it; doubles its samples with extend(); renders it in two parts, as two machines would, and
-merges them. All of them are the same bits as the frame that was rendered at once.
+Stops a frame half-way and resumes it, doubles its samples with extend(), and renders and merges two parts, as two machines
+would. All results have the same bits as a frame rendered at once.
 """
 import argparse
 from pathlib import Path

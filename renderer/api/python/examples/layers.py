@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""Layers to composite: lights mixed anew, a mask of one object, a clean picture, where the samples went.
+"""Layers for compositing: relighting, a mask of one object, a denoised picture, a sample heatmap.
 
     layers.py scenes/teapot.glb --lamp window --weight 0.3 --object teapot -o shot
 
-Renders the scene once with light groups, Cryptomatte and denoising. Writes shot.exr, the command's file with all of it;
-shot_relit.png, one lamp brighter or darker; shot_mask.png, the object alone; shot_samples.png, a heatmap.
+Renders the scene once with light groups, Cryptomatte and denoising. Writes shot.exr with all layers, as the command does;
+shot_relit.png with one lamp brighter or darker; shot_mask.png with the object's mask; and shot_samples.png, a heatmap.
 """
 import argparse
 
@@ -14,7 +14,7 @@ import emberline
 
 
 def mask_of(picture, layer, identity):
-    """The share of each pixel that the id has, of all ranks."""
+    """The coverage of each pixel by the id, summed over all ranks."""
     share = np.zeros(picture["A"].shape, np.float32)
     for name in picture.layers:
         if not name.startswith(layer):
@@ -42,7 +42,7 @@ def main():
     picture = emberline.render(scene)
     emberline.write(options.output + ".exr", picture)
 
-    # Light adds up, denoised or not.
+    # Light is additive, with or without denoising.
     lights = [name for name in picture.layers if name.startswith("denoised.light.")]
     weights = {f"denoised.light.{options.lamp}": options.weight}
     relit = sum(weights.get(name, 1) * picture[name] for name in lights)

@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""New light without new rays: light adds up, so a picture under each lamp alone makes all others.
+"""Relighting without new rays: light is additive, so pictures under single lamps can be mixed.
 
     relight.py scenes/teapot.glb --lamps window fill --weights 0.3 2 -o relit.png
 
-Renders the scene once for each lamp, with the others switched off by an edit, and mixes the pictures with NumPy's
-arithmetic. Then the same weights go into an edit and are rendered, as a proof.
+Renders the scene once for each lamp, with the others switched off by an edit, and mixes the pictures with NumPy.
+Then renders the same weights as an edit, for comparison.
 """
 import argparse
 
@@ -12,7 +12,7 @@ import emberline
 
 
 def lamp(scene, name, **change):
-    """One of the file's lights, or a material that shines."""
+    """One of the file's lights, or an emissive material."""
     kind = "punctual" if name in scene.lights else "material"
     return {"kind": kind, "name": name, **change}
 
@@ -34,7 +34,7 @@ def main():
         scene.edit({"lights": [lamp(scene, name, on=name in lamps) for name in options.lamps]})
         return emberline.render(scene)["RGB"]
 
-    rest = lit_by()  # by what is not named
+    rest = lit_by()  # light that is not named
     alone = [lit_by(name) - rest for name in options.lamps]
     mixed = rest + sum(weight * picture for weight, picture in zip(options.weights, alone))
     emberline.write(options.output, mixed)

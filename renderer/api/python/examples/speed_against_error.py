@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""A study: which driver comes to a small error first?
+"""A study: which driver reaches a small error first?
 
     speed_against_error.py scenes/cornell_box.glb --folder /tmp/study
 
-Renders the scene by each driver with several budgets and seeds, measures the pictures against a reference, and prints each
-method's mean error and time. The folder has study.html for people; a study that was stopped goes on in it.
+Renders the scene with each driver, several budgets and seeds, compares the pictures with a reference, and prints each
+method's mean error and time. The folder also gets study.html; running a stopped study again resumes it.
 """
 import argparse
 from collections import defaultdict

@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""Where did the samples go, and was the renderer right about its error?
+"""Where did the samples go, and was the error estimate right?
 
     where_samples_went.py scenes/teapot.glb --size 320 180 --spp 32 -o samples.png
 
-Renders adaptively, draws samples a pixel in false colours (blue few, red many), and holds the error that the pixels
-expect of themselves against the one that a reference of 16 times the samples finds.
+Renders adaptively, draws samples per pixel in false colours (blue: few, red: many), and compares the estimated error
+with the error against a reference with 16 times the samples.
 """
 import argparse
 
@@ -17,7 +17,7 @@ COLOURS = np.array([[0.1, 0.1, 0.5], [0.0, 0.7, 0.9], [0.2, 0.7, 0.2], [1.0, 0.9
 
 
 def false_colours(values):
-    """Logarithms of positive values as uint8 R G B."""
+    """Maps positive values to uint8 R G B on a logarithmic scale."""
     log = np.log2(np.maximum(values, 1))
     place = (log - log.min()) / max(np.ptp(log), 1e-6) * (len(COLOURS) - 1)
     steps = np.arange(len(COLOURS))
@@ -52,7 +52,7 @@ def main():
     tenth = most[: max(1, most.size // 10)].sum() / most.sum()
     print(f"{samples.min():.0f} to {samples.max():.0f} samples a pixel; a tenth of the pixels got {100 * tenth:.0f} %")
 
-    # One pixel's error, and what it expects, are both random: blocks of 8 x 8 pixels are compared.
+    # A single pixel's error and estimate are both noisy, so blocks of 8 x 8 pixels are compared.
     reference = emberline.render(scene, seed=999, spp=16 * options.spp)
     expected = blocks(picture["error"] ** 2)
     found = blocks((picture["RGB"] - reference["RGB"]) ** 2)
