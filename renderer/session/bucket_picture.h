@@ -1,4 +1,4 @@
-// The picture of a driver that finishes one bucket after another, as displayed.
+// The displayed picture of a driver that finishes one bucket after another.
 #pragma once
 
 #include <memory>
@@ -12,7 +12,7 @@
 
 namespace emberline {
 
-// Buckets come from many threads: all functions require that the caller holds lock().
+// Many threads add buckets: every function requires that the caller holds lock().
 class BucketPicture {
  public:
   BucketPicture(const RenderPlan& plan, std::vector<float> before)
@@ -35,10 +35,10 @@ class BucketPicture {
 
   const std::vector<Rect>& in_progress() const { return in_progress_; }
   const TilePicture& picture() const { return picture_; }
-  // As displayed. Each bucket is graded once, when it comes, unless the grading changes.
+  // Display values. Each bucket is graded once when it is finished, unless the grading changes.
   std::span<const uint8_t> rgba8(const std::shared_ptr<const Grading>& grading) {
     if (grading != grading_) {
-      // On this thread alone: it must not begin another bucket while it waits for help.
+      // On this thread alone: while waiting for TBB it could otherwise start another bucket.
       grading->grade_run(picture_.rgba(), rgba8_);
       grading_ = grading;
     }
@@ -49,7 +49,7 @@ class BucketPicture {
   std::mutex mutex_;
   TilePicture picture_;
   std::vector<uint8_t> rgba8_;
-  std::shared_ptr<const Grading> grading_;  // of rgba8_
+  std::shared_ptr<const Grading> grading_;  // used for rgba8_
   std::vector<Rect> in_progress_;
 };
 

@@ -1,5 +1,5 @@
-// Undo and redo. Edits say what differs from the file (scene_edits.h), so that a step of history is
-// the edits as they were, and undoing is setting them again.
+// Undo and redo. Edits describe the difference from the file (scene_edits.h), so a step stores the
+// complete edits, and undo sets them again.
 #pragma once
 
 #include <cstddef>
@@ -13,12 +13,12 @@ namespace emberline {
 
 class EditHistory {
  public:
-  // The first entry, to which undo goes back: the edits that a scene was opened with.
+  // The first entry, which undo cannot pass: the edits that a scene was opened with.
   explicit EditHistory(SceneEdits edits = {}) { steps_.push_back(std::move(edits)); }
 
-  // A new step; what was undone is lost. Edits equal to the current ones are none. Steps in a row
-  // with the same `gesture`, not empty, become one: what a drag does from its beginning to its end,
-  // or a slider that is moved again.
+  // Adds a step and discards undone ones; edits equal to the current ones add nothing. Consecutive
+  // steps with the same non-empty `gesture` are merged, such as those of a drag or of a slider
+  // moved again.
   void record(const SceneEdits& edits, const std::string& gesture = {}) {
     if (edits == current()) return;
     const bool goes_on = !gesture.empty() && gesture == gesture_;
@@ -33,12 +33,12 @@ class EditHistory {
     current_ = steps_.size() - 1;
   }
 
-  // The mouse is let go: the next step with the same gesture is one of its own.
+  // Ends the gesture, such as a drag: the next step is not merged.
   void end_gesture() { gesture_.clear(); }
 
   bool can_undo() const { return current_ > 0; }
   bool can_redo() const { return current_ + 1 < steps_.size(); }
-  // Return what is to be set; without anything to undo or redo, the current edits.
+  // Returns the edits to set; the current ones if there is nothing to undo or redo.
   const SceneEdits& undo() {
     gesture_.clear();
     if (can_undo()) --current_;
@@ -53,13 +53,13 @@ class EditHistory {
 
   const SceneEdits& current() const { return steps_[current_]; }
 
-  // The oldest steps beyond this are forgotten.
+  // Older steps are dropped.
   static constexpr size_t kMostSteps = 1000;
 
  private:
   std::deque<SceneEdits> steps_;
   size_t current_ = 0;
-  std::string gesture_;  // of the newest step, while it may go on
+  std::string gesture_;  // of the newest step, while others may be merged with it
 };
 
 }  // namespace emberline

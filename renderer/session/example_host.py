@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""A host of `emberline session` with Python's standard library alone: opens a scene, goes once round it, says how soon each
-first picture came, and writes the last picture when it is done:    example_host.py SCENE OUT.pfm [EMBERLINE [WxH [SPP]]]"""
+"""A host for `emberline session` using only Python's standard library: opens a scene, orbits it once, prints how soon each
+first picture arrived, and writes the last picture when finished:    example_host.py SCENE OUT.pfm [EMBERLINE [WxH [SPP]]]"""
 import array, json, math, mmap, subprocess, sys, time  # noqa: E401
 
 
@@ -14,7 +14,7 @@ class Session:
         self.process.stdin.flush()
 
     def hear(self, wanted):
-        """The first message that is `wanted`; pictures on the way are let go."""
+        """Returns the first `wanted` message and skips pictures before it."""
         while True:
             message = json.loads(self.process.stdout.readline() or '{"event": "error", "text": "emberline has ended"}')
             if message.get("event") == "picture":
@@ -29,7 +29,7 @@ class Session:
         return self.hear(lambda m: m.get("id") == self.commands)
 
     def picture(self, good):
-        """A picture that is `good` and its bytes, which stay as they are until two more have been heard of."""
+        """Returns a `good` picture and its bytes, which stay valid until two more pictures are announced."""
         p = self.hear(lambda m: m.get("event") == "picture" and good(m))
         if p["segment"] != self.segment:
             with open(p["memory"], "rb") as file:

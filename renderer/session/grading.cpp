@@ -16,7 +16,7 @@
 namespace emberline {
 namespace {
 
-// Rows, or runs of pixels, that one task grades.
+// Rows, or pixels, per task.
 constexpr size_t kRows = 8;
 constexpr size_t kPixels = 4096;
 
@@ -32,7 +32,7 @@ bool same_colour(const float* a, const float* b) {
 
 using Bytes = std::array<uint8_t, 3>;
 
-// Transforms grey values by the transform itself.
+// Applies the transform itself to grey values.
 std::vector<Bytes> transformed(const DisplayTransform& transform, const std::vector<float>& grey) {
   std::vector<float> rgb;
   for (const float x : grey) rgb.insert(rgb.end(), 3, x);
@@ -49,16 +49,16 @@ float middle(float low, float high) {
 
 }  // namespace
 
-// A display transform as a table of bytes, where it treats each channel by itself:
-// byte(c, x) is what to_byte() makes of the transform's channel c for the linear value x. A byte is
-// how many thresholds x has reached; a table by the float's upper 16 bits says how many of them its
-// cell begins with, and the few in the cell are compared with.
+// A display transform as a byte table, for transforms that treat channels independently. byte(c, x)
+// is to_byte() of channel c for the linear value x, which equals the number of thresholds that x
+// has reached. A table indexed by the upper 16 bits of the float gives the number at the start of
+// its cell; the few thresholds inside the cell are compared.
 //
-// The curve must rise, but for differences of rounding: at a threshold the table may then be a few
-// units in the last place of x away from where the transform changes.
+// The curve must be increasing except for rounding; near a threshold the table may differ from the
+// transform by a few units in the last place of x.
 class DisplayTable {
  public:
-  // Null for a transform that mixes channels, as film looks do, or whose curve does not rise.
+  // Null for a transform that mixes channels, as film looks do, or whose curve is not increasing.
   static std::unique_ptr<const DisplayTable> make(const DisplayTransform& transform) {
     if (transform.mixes_channels()) return nullptr;
     std::vector<float> begins;
@@ -72,8 +72,8 @@ class DisplayTable {
       const bool dark_below = ends[0][c] == curve.cells[0] && ends[1][c] == curve.cells[0];
       if (!dark_below || !std::ranges::is_sorted(curve.cells)) return nullptr;
     }
-    // All thresholds of a channel at once: halve the floats between 0, which is below each of them,
-    // and the largest, which is not.
+    // Finds all thresholds of a channel at once by bisection over the floats between 0, which is
+    // below each, and the largest value, which is not.
     for (size_t c = 0; c < 3; ++c) {
       Curve& curve = table->curves_[c];
       curve.thresholds.fill(std::numeric_limits<float>::infinity());
@@ -102,13 +102,13 @@ class DisplayTable {
   }
 
  private:
-  static constexpr float kLargest = 65504.0f;  // as DisplayTransform::apply
+  static constexpr float kLargest = 65504.0f;  // as in DisplayTransform::apply
   static constexpr size_t kCells = (std::bit_cast<uint32_t>(kLargest) >> 16) + 1;
 
   struct Curve {
-    // thresholds[k]: the least x whose byte is k + 1 or more; infinity if there is none.
+    // thresholds[k]: the smallest x whose byte is at least k + 1; infinity if none.
     std::array<float, 256> thresholds;
-    std::vector<uint8_t> cells;  // of the least value with these upper bits
+    std::vector<uint8_t> cells;  // byte of the smallest value with these upper bits
   };
 
   DisplayTable() = default;
@@ -139,7 +139,7 @@ void Grading::grade_run(std::span<const float> rgba, std::span<uint8_t> rgba8) c
     }
     return;
   }
-  thread_local std::vector<float> rgb;  // of the pixels that differ from the one before
+  thread_local std::vector<float> rgb;  // only pixels that differ from the previous one
   rgb.clear();
   for (size_t i = 0; i < pixels; ++i) {
     if (i > 0 && same_colour(&rgba[4 * i], &rgba[4 * (i - 1)])) continue;

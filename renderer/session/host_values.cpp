@@ -15,7 +15,7 @@ using nlohmann::json;
 
 json json_of(const Vec3d& v) { return {v.x, v.y, v.z}; }
 
-// "matrix" as look_from, look_at, up and mirrored.
+// Replaces "matrix" by look_from, look_at, up and mirrored.
 json without_matrix(json camera, const std::string& name) {
   const json document = {{"camera", camera}};
   const JsonReader matrix = JsonReader(document, name)["camera"]["matrix"];
@@ -23,7 +23,7 @@ json without_matrix(json camera, const std::string& name) {
     if (camera.contains(other)) matrix.expected("a matrix or the view's members, but not both");
   }
   if (matrix.size() != 16) matrix.expected("16 numbers");
-  // glTF's columns are Imath's rows.
+  // glTF matrices are column-major with column vectors; Imath uses row vectors.
   const auto row = [&](size_t i) {
     const auto number = [&](size_t k) {
       return matrix[4 * i + k].number(-edit_limits::kFarthest, edit_limits::kFarthest);

@@ -1,4 +1,4 @@
-// Values of the session's protocol (PROTOCOL.md) as JSON: edits in, scenes and pictures out.
+// JSON values of the session's protocol (PROTOCOL.md): reads edits, writes scenes and pictures.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -10,17 +10,17 @@
 
 namespace emberline {
 
-// `before` with the parts of an object of edits, without a version: a part that is null is the
-// file's, one for a material or light takes the place of that for the same entry of `lists`, all
-// others replace theirs. A camera may have a `matrix`. Throws InputError, with `name`.
+// Applies an object of edits (without a version) to `before`: null resets a part to the file's; a
+// material or light replaces the entry for the same item of `lists`; any other part replaces its
+// predecessor. A camera may have a `matrix`. Throws InputError with `name`.
 SceneEdits merged_edits(const nlohmann::json& changes, const std::string& name,
                         const SceneEdits& before, const SceneDescription& lists);
 
-// `edits` over `before`, likewise: parts that say nothing stay as they are.
+// Applies `edits` over `before` in the same way; parts without edits are unchanged.
 SceneEdits laid_over(const SceneEdits& edits, SceneEdits before, const SceneDescription& lists);
 
 nlohmann::json described(const ListedScene& scene, const SceneEdits& edits);
-// But where it is to be found.
+// Does not include where the picture is stored.
 nlohmann::json described(const ShownPicture& picture);
 
 }  // namespace emberline

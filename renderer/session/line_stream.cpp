@@ -15,7 +15,7 @@
 namespace emberline {
 namespace {
 
-// More than all events of a moment, and than most answers.
+// Exceeds all events of one moment and most answers.
 constexpr size_t kMostUnread = size_t(64) << 10;
 constexpr size_t kReadBytes = size_t(64) << 10;
 // A pipe with room accepts this much without blocking the writer (POSIX, pipe(7)).
@@ -75,13 +75,14 @@ void LineStream::wait(std::optional<int> milliseconds) {
     while (::read(wake_[0], bytes, sizeof bytes) > 0) {
     }
   }
-  // Also reads when the writer is gone while output is congested: the rest of the pipe ends soon.
+  // Also read when the writer is gone while output is congested: what is left in the pipe is
+  // finite.
   if (ends[0].revents) read_some();
 }
 
 void LineStream::wake() {
   const char byte = 0;
-  (void)!::write(wake_[1], &byte, 1);  // a full pipe wakes as well
+  (void)!::write(wake_[1], &byte, 1);  // if the pipe is full, it wakes the reader anyway
 }
 
 void LineStream::flush() {

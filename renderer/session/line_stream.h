@@ -1,7 +1,7 @@
-// Lines of text in from one descriptor and out to another, for one thread that waits for both and
-// for news of other threads: the standard streams of `emberline session`.
+// Reads lines from one descriptor and writes lines to another, for one thread that waits for both
+// and for other threads: the standard streams of `emberline session`.
 //
-// Neither end can make it grow: a line has a limit, and a reader that lags is not listened to.
+// Its memory is bounded: a line has a maximum length, and input waits while the reader lags.
 #pragma once
 
 #include <optional>
@@ -11,7 +11,7 @@ namespace emberline {
 
 class LineStream {
  public:
-  // Far more than any command needs; what an edit of thousands of materials takes.
+  // Enough for an edit of thousands of materials, the longest realistic command.
   static constexpr size_t kLongestLine = size_t(4) << 20;
 
   LineStream(int in, int out);
@@ -19,24 +19,24 @@ class LineStream {
   LineStream(const LineStream&) = delete;
   LineStream& operator=(const LineStream&) = delete;
 
-  // The next line that has come, without its end.
+  // Returns the next complete line, without its line end.
   std::optional<std::string> take();
-  // No more will come.
+  // The input has ended.
   bool ended() const { return ended_; }
-  // Whether text has come after the last line's end.
+  // Whether there is text after the last line end.
   bool mid_line() const { return !in_text_.empty(); }
 
-  // For the reader, in its own time.
+  // Queues a line; wait() and flush() write it.
   void write(const std::string& line);
-  // The reader lags: nothing is to be taken or written that can wait.
+  // The reader lags: do not take commands or write optional lines.
   bool congested() const;
 
-  // Waits for input, room for output, wake(), or the end of this time; without one, for as long as
-  // it takes. Throws InputError for a line that is too long, RenderError if the reader is gone.
+  // Waits for input, output space, wake(), or the timeout (none: forever). Throws InputError for a
+  // line that is too long, RenderError if the reader is gone.
   void wait(std::optional<int> milliseconds);
-  // Any thread: there is news.
+  // Ends wait(). Any thread.
   void wake();
-  // Waits until all is written, or the reader takes nothing for two seconds.
+  // Waits until everything is written, or the reader accepts nothing for two seconds.
   void flush();
 
  private:
@@ -46,7 +46,7 @@ class LineStream {
   const int in_, out_;
   int wake_[2] = {-1, -1};  // a pipe
   std::string in_text_, out_text_;
-  size_t searched_ = 0;  // of in_text_: no line ends there
+  size_t searched_ = 0;  // prefix of in_text_ without a line end
   bool ended_ = false;
 };
 

@@ -1,4 +1,4 @@
-// The scene that a RenderSession has open, as a window lists it, and how far a loading one is.
+// The open scene of a RenderSession as lists for a window, and the progress of loading.
 #pragma once
 
 #include <cstdint>
@@ -15,29 +15,28 @@ namespace emberline {
 struct LoadStatus {
   enum class State : uint8_t { kNone, kLoading, kReady, kFailed, kCancelled };
   State state = State::kNone;
-  std::string path;     // of the scene that is loading, or was last
-  std::string stage;    // "images", "BVH": for people
+  std::string path;     // of the scene that is loading, or was loaded last
+  std::string stage;    // readable, for example "images" or "BVH"
   double fraction = 0;  // in [0, 1]
-  std::string error;    // kFailed; the scene of before stays
+  std::string error;    // for kFailed; the previous scene is kept
 };
 
-// Immutable. Indices of edits count in its lists.
+// Immutable. Indices in edits refer to its lists.
 struct ListedScene {
-  // As the file has it in the pose that it was opened in: names, lights, materials, cameras,
-  // instances. Without vertices; with the light and the material that a file may leave to its
-  // reader.
+  // Names, lights, materials, cameras and instances of the file, in the pose it was opened in,
+  // without vertices. Includes the default light and material if the file relies on them.
   SceneDescription outline;
   // The camera without edits, for the frame size that the scene was opened for.
   CameraDescription camera;
   bool camera_frames_scene =
-      false;                      // it is fitted to scene and frame: neither file nor user has one
-  WorldBounds bounds;             // of the geometry; empty (min > max) without any
-  Vec3d center = Vec3d(0.0);      // of those bounds
-  double radius = 1.0;            // > 0, without geometry too
-  std::vector<NamedFile> inputs;  // that it was read from, an environment of its own too
+      false;                  // fitted to scene and frame, since neither file nor user chose one
+  WorldBounds bounds;         // of the geometry; empty (min > max) if there is none
+  Vec3d center = Vec3d(0.0);  // of the bounds
+  double radius = 1.0;        // > 0, even without geometry
+  std::vector<NamedFile> inputs;  // input files, including a separate environment
   std::vector<AnimationDescription> animations;
   std::vector<std::string> features;  // what was built and why
-  std::vector<std::string> warnings;  // that loading and building it gave
+  std::vector<std::string> warnings;  // from loading and building
 };
 
 }  // namespace emberline

@@ -14,11 +14,11 @@
 namespace emberline {
 namespace {
 
-// The field of view that choose_camera() gives `look-from` by default, in degrees.
+// The default field of view of choose_camera() for `look-from`, in degrees.
 constexpr double kLookFromFov = 40.0;
 
-// The lists that edits index. Light and default material are already added, so that instances and
-// meshes, which may be hundreds of thousands, are not needed for that.
+// The lists that edits index. The default light and material are already added, so instances and
+// meshes, of which there may be hundreds of thousands, are not needed.
 SceneDescription lists_of(const SceneDescription& outline) {
   SceneDescription lists;
   static_cast<SceneLists&>(lists) = outline;
@@ -26,7 +26,7 @@ SceneDescription lists_of(const SceneDescription& outline) {
   return lists;
 }
 
-// The edit of the light, whichever way it names it.
+// Finds or adds the edit of the light, whether it refers to it by name or index.
 LightEdit& edit_of(std::vector<LightEdit>& edits, EditedLight kind, size_t index,
                    const SceneDescription& lists) {
   for (LightEdit& edit : edits) {
@@ -38,7 +38,7 @@ LightEdit& edit_of(std::vector<LightEdit>& edits, EditedLight kind, size_t index
   return fresh;
 }
 
-// An environment's file is read when it is rendered; until then a placeholder is used.
+// The file of an environment is only read for rendering; here a placeholder stands in.
 SceneDescription applied(SceneEdits edits, const LoadedScene& scene) {
   if (!edits.environment.file.empty() && !edits.environment.image) {
     edits.environment.image = std::make_shared<const Image>();
@@ -48,8 +48,8 @@ SceneDescription applied(SceneEdits edits, const LoadedScene& scene) {
   return lists;
 }
 
-// A lens that the options ask for comes first among the edits: the artist changes it like any, it
-// keeps its f-number when the angle changes, and it is saved.
+// Moves the options' lens into the edits, so that the artist can change it, it keeps its f-number
+// when the angle changes, and it is saved.
 void move_lens_to_edits(RenderOptions& options, CameraEdit& edit) {
   const bool asked = options.f_stop || options.focus_distance;
   if (asked && edit.place.empty()) edit.place = "`f-stop`";
@@ -59,7 +59,7 @@ void move_lens_to_edits(RenderOptions& options, CameraEdit& edit) {
   }
 }
 
-// So does the time.
+// Moves the options' time and animation into the edits, for the same reasons.
 void move_time_to_edits(RenderOptions& options, AnimationEdit& edit) {
   const AnimationEdit before = edit;
   if (const std::optional<double> time = chosen_time(options); time || !options.animation.empty()) {
@@ -135,7 +135,7 @@ std::shared_ptr<LoadedScene> load_for_view(RenderOptions options, LoadProgress& 
   const size_t warned = warnings_so_far().size();
   SceneEdits edits = load_edits(options, progress);
   move_time_to_edits(options, edits.animation);
-  // The integrator may be changed for one that shows texture coordinates.
+  // The integrator may later be changed to one that shows texture coordinates.
   const SceneBuildOptions build{
       .show_backfaces = options.show_backfaces, .unread_uv = true, .isa = options.isa};
   ReadScene read(options, std::move(edits), {.build = build, .edits = true, .poses = true},

@@ -1,4 +1,4 @@
-// A scene as a session holds it: built, with what the window lists of it.
+// A built scene of a session, with the lists for the window.
 #pragma once
 
 #include <memory>
@@ -12,35 +12,36 @@ namespace emberline {
 
 struct LoadedScene {
   std::shared_ptr<const ListedScene> open;
-  SceneEdits edits;                  // of the edits' file; the options' variant, lens and time
-  SceneDescription edit_lists;       // what edits count in, and no more: cheap to copy
-  std::unique_ptr<OpenScene> scene;  // the rendering thread's, as is all that follows
-  RenderOptions options;             // without animation, time and variant, which are edits
-  AnimationEdit posed;               // that the scene is in,
-  CameraDescription view;            // with the file's view then
+  SceneEdits edits;  // from the edits' file; includes the options' variant, lens and time
+  SceneDescription edit_lists;  // only the lists that edits refer to: cheap to copy
+  std::unique_ptr<OpenScene>
+      scene;               // this and the following are used by the rendering thread alone
+  RenderOptions options;   // without animation, time and variant, which are edits
+  AnimationEdit posed;     // current pose
+  CameraDescription view;  // the file's view in that pose
   std::shared_ptr<MemoryBudget> budget;
-  MemoryReservation memory = {};  // its share of what the window may take
+  MemoryReservation memory = {};  // its share of the session's budget
 
-  // The view without edits in a frame of this size: a camera that frames the scene fits itself to
-  // the frame, as the command line's does.
+  // The view without edits for a frame of this size: a camera that frames the scene is fitted to
+  // the frame, as on the command line.
   CameraDescription camera(int width, int height) const;
-  // Whether edits want another pose than it is in; and puts it into that, with them. Throws what
-  // loading would, and is as it was then.
+  // needs_repose() tells whether the edits need another pose; pose() applies that pose and the
+  // edits. Throws what loading throws and then leaves the scene unchanged.
   bool needs_repose(const SceneEdits& wanted) const;
   void pose(const SceneEdits& wanted);
 };
 
-// Reads the options' scene, surroundings and edits, and builds it so that it can be edited. Throws
-// what `render` would report, and Cancelled.
+// Reads the options' scene, environment and edits, and builds an editable scene. Throws what
+// `render` would report, and Cancelled.
 std::shared_ptr<LoadedScene> load_for_view(RenderOptions options, LoadProgress& progress);
 
-// Throws InputError for edits that do not fit the scene; looks at no file.
+// Throws InputError for edits that do not fit the scene. Reads no files.
 void check_edits(const SceneEdits& edits, const LoadedScene& scene);
 
-// The edits with every other light off.
+// Returns the edits with all lights but `solo` off.
 SceneEdits with_solo(const SceneEdits& edits, const LightEdit& solo, const LoadedScene& scene);
 
-// The edits with the view stated where the options of `render` would otherwise have to ask for it.
+// Returns the edits with an explicit view where `render` would need options for it.
 SceneEdits with_view(const SceneEdits& edits, const RenderOptions& options,
                      const LoadedScene& scene);
 

@@ -78,7 +78,7 @@ std::string draw_stops(std::span<const float> stops, const Rect& crop, std::span
 
 void draw_tree(const RefinementTree& tree, const Grading& grading, std::span<const float> rgba,
                int width, std::span<uint8_t> rgba8) {
-  // Over the displayed picture, where borders stand out alike against light and dark.
+  // Drawn after the display transform, so that borders are equally visible on light and dark.
   std::vector<float> shown(rgba.begin(), rgba.end());
   grading.to_display(shown);
   draw_leaf_borders(tree, shown, width);

@@ -1,4 +1,4 @@
-// Overlays of a session's picture: heatmaps and the refinement tree.
+// Overlays for a session's picture: heatmaps and the refinement tree.
 #pragma once
 
 #include <cstdint>
@@ -18,28 +18,27 @@ class RefinementTree;
 
 struct OverlayEntry {
   std::string_view name, summary;
-  std::string_view quantity;  // of heatmap_quantity_table(); empty: it is none
+  std::string_view quantity;  // name in heatmap_quantity_table(); empty: not a heatmap
 };
-// By ViewOverlay.
+// Indexed by ViewOverlay.
 std::span<const OverlayEntry> overlay_table();
 
-// The quantity that an overlay shows; null for those that are none.
+// The quantity that an overlay shows; null if it is not a heatmap.
 const HeatmapQuantity* overlay_quantity(ViewOverlay overlay);
-// The channel beside R G B A and `samples` that an overlay needs.
+// The channel that an overlay needs in addition to R G B A and `samples`.
 std::optional<Aov> overlay_aov(ViewOverlay overlay);
 
-// Draws a quantity of a film's channels (names as film_channels() gives them, values interleaved)
-// as opaque 8-bit RGBA, without a legend. Returns the legend in words: what the colours run from
-// and to.
+// Draws a quantity of a film's channels (interleaved, with names from film_channels()) as opaque
+// 8-bit RGBA without a legend. Returns the legend as text: the range of the colours.
 std::string draw_overlay(const HeatmapQuantity& quantity, std::span<const std::string> names,
                          std::span<const float> channels, const Rect& crop,
                          const HeatmapStyle& style, std::span<uint8_t> rgba8);
 
-// Draws the PixelStop values of the crop's pixels. The legend says which share of a frame still
-// goes on.
+// Draws the PixelStop values of the crop's pixels. The legend includes the fraction of pixels that
+// are not finished.
 std::string draw_stops(std::span<const float> stops, const Rect& crop, std::span<uint8_t> rgba8);
 
-// The picture as displayed, with the borders of the tree's leaves over it.
+// Draws the displayed picture with the leaf borders of the tree.
 void draw_tree(const RefinementTree& tree, const Grading& grading, std::span<const float> rgba,
                int width, std::span<uint8_t> rgba8);
 

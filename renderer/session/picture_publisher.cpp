@@ -8,8 +8,7 @@
 namespace emberline {
 namespace {
 
-// One is given out, one is being made, one is being looked at, and one more is on its way between
-// them.
+// One is published, one being drawn, one on the screen, and one in transit.
 constexpr size_t kMostSpare = 4;
 
 }  // namespace
@@ -29,7 +28,7 @@ void PicturePublisher::set_display(const DisplaySettings& settings) {
   grader_.post([this, settings] {
     {
       const std::lock_guard lock(mutex_);
-      if (settings != wanted_) return;  // a newer one follows
+      if (settings != wanted_) return;  // a newer request follows
     }
     change_display(settings);
     regrade();
@@ -54,10 +53,10 @@ void PicturePublisher::change_display(const DisplaySettings& settings) {
     problem = error.what();
     made = before;
   }
-  if (!made) {  // the first ones: something must be seen
+  if (!made) {  // no settings yet: show something
     try {
       made = std::make_shared<const Grading>(DisplaySettings{});
-    } catch (const EmberlineError&) {  // said already
+    } catch (const EmberlineError&) {  // already reported
     }
   }
   {
@@ -83,7 +82,7 @@ void PicturePublisher::regrade() {
     const std::shared_ptr<ShownPicture> fresh = graded(*old, *grading);
     {
       const std::lock_guard lock(mutex_);
-      if (picture_ != old) continue;  // a newer one came meanwhile
+      if (picture_ != old) continue;  // a newer one was published meanwhile
       fresh->serial = ++serial_;
       picture_ = fresh;
       picture_grading_ = grading;
@@ -107,7 +106,7 @@ void PicturePublisher::regrade_compared() {
   {
     const std::lock_guard lock(mutex_);
     if (kept_ != kept) return;  // the newer one has its own task
-    compared_.swap(fresh);      // that of before is let go outside of the lock
+    compared_.swap(fresh);      // the old one is released outside the lock
     compared_grading_ = std::move(grading);
   }
   wake();
@@ -123,7 +122,7 @@ std::shared_ptr<ShownPicture> PicturePublisher::graded(const ShownPicture& old,
 }
 
 void PicturePublisher::compare_with(std::shared_ptr<const ShownPicture> kept) {
-  std::shared_ptr<const ShownPicture> before;  // let go outside of the lock
+  std::shared_ptr<const ShownPicture> before;  // released outside the lock
   {
     const std::lock_guard lock(mutex_);
     if (kept_ == kept) return;
@@ -164,7 +163,7 @@ std::shared_ptr<ShownPicture> PicturePublisher::blank() {
 
 void PicturePublisher::publish(std::shared_ptr<ShownPicture> picture,
                                std::shared_ptr<const Grading> grading) {
-  std::shared_ptr<const ShownPicture> before;  // let go outside of the lock
+  std::shared_ptr<const ShownPicture> before;  // released outside the lock
   bool outdated;
   {
     const std::lock_guard lock(mutex_);

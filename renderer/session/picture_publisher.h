@@ -1,4 +1,4 @@
-// Publishes a session's newest picture, graded by the display settings, and its problems.
+// Publishes a session's newest picture, graded for display, and its problems.
 #pragma once
 
 #include <condition_variable>
@@ -13,29 +13,30 @@
 
 namespace emberline {
 
-// Thread-safe. Pictures are shared pointers, whose memory is reused when the last is released: a
-// frame of 1280 x 720 takes 18 MB, and 2 ms to touch for the first time.
+// Thread-safe. Pictures are shared pointers whose memory is reused after the last release, since a
+// frame of 1280 x 720 takes 18 MB and 2 ms for the first touch.
 class PicturePublisher {
  public:
   PicturePublisher();
 
-  // Grades the newest picture again, and later ones, by these settings; in the background, without
-  // new samples. Pictures with an overlay are not graded. Impossible settings are a problem(); the
-  // previous ones stay.
+  // Grades the newest picture again, and later ones, in the background and without new samples.
+  // Pictures with an overlay are not graded. Invalid settings become a problem(), and the previous
+  // ones stay.
   void set_display(const DisplaySettings& settings);
-  // Waits for the first set_display(). Null if no settings were possible yet.
+  // Waits for the first set_display(). Null if there were no valid settings yet.
   std::shared_ptr<const Grading> grading();
 
-  // A picture to fill in, with the memory of a released one.
+  // Returns a picture to fill in, which may reuse a released one's memory.
   std::shared_ptr<ShownPicture> blank();
-  // Publishes a picture that was graded by `grading`: numbers it, and wakes the owner.
+  // Publishes a picture that was graded by `grading`: assigns its serial number and wakes the
+  // owner.
   void publish(std::shared_ptr<ShownPicture> picture, std::shared_ptr<const Grading> grading);
   std::shared_ptr<const ShownPicture> picture() const;
 
-  // Grades an older picture like the newest one, in the background, again after each change of the
-  // display settings. One with an overlay stays unchanged. Null: none.
+  // Grades an older picture in the background with the current display settings, and again after
+  // each change. A picture with an overlay stays unchanged. Null: none.
   void compare_with(std::shared_ptr<const ShownPicture> kept);
-  std::shared_ptr<const ShownPicture> compared() const;  // null until it has been graded
+  std::shared_ptr<const ShownPicture> compared() const;  // null until graded
 
   // Sets the problem of rendering; an empty text clears it.
   void set_problem(const std::string& text);
@@ -58,14 +59,14 @@ class PicturePublisher {
   bool made_ = false;
   std::shared_ptr<const Grading> grading_;
   std::shared_ptr<const ShownPicture> picture_;
-  std::shared_ptr<const Grading> picture_grading_;  // what `picture_` was graded by
+  std::shared_ptr<const Grading> picture_grading_;  // used for picture_
   uint64_t serial_ = 0;
-  std::shared_ptr<const ShownPicture> kept_, compared_;  // as given, and as graded
+  std::shared_ptr<const ShownPicture> kept_, compared_;  // original and graded
   std::shared_ptr<const Grading> compared_grading_;
   std::string render_problem_, display_problem_;
-  DisplaySettings wanted_;  // the newest, so that those between are left out
+  DisplaySettings wanted_;  // the newest settings; older pending ones are skipped
 
-  std::mutex wake_mutex_;  // held while the owner is woken, so that on_change({}) is final
+  std::mutex wake_mutex_;  // held during the callback, so that on_change({}) is final
   std::function<void()> wake_;
 
   TaskThread grader_;  // last: its tasks use all of the above

@@ -22,7 +22,7 @@ bool same_samples(const RenderOptions& a, const RenderOptions& b) {
   return a.threads == b.threads && texts(a) == texts(b);
 }
 
-// The window writes no layers, so the rules about layers must not refuse its settings.
+// The window writes no layers, so rules about layers must not reject its settings.
 RenderPlan plan_of(RenderOptions options, const ViewSettings& settings) {
   options.light_groups = false;
   options.half.clear();
@@ -56,9 +56,9 @@ RenderOptions main_options(const ViewSettings& settings) {
   options.catchers.clear();
   options.holdouts.clear();
   options.cryptomatte_levels = FrameSettings().cryptomatte_levels;
-  // Every change of view would wait for a survey.
+  // Otherwise every change of view would wait for a survey.
   options.environment_sampling = EnvironmentSampling::kByLight;
-  options.denoise = false;  // of --settings; the window shows a frame as it is
+  options.denoise = false;  // from --settings; the window shows the raw frame
   if (options.allocation == ErrorMetric::kDenoised) options.allocation.reset();
   const bool ends_itself = options.noise_threshold || options.max_spp || driver.tiles;
   if (!options.spp && !ends_itself) options.spp = kViewSamples;
@@ -67,7 +67,7 @@ RenderOptions main_options(const ViewSettings& settings) {
 
 AovSet wanted_aovs(const ViewSettings& settings) {
   AovSet aovs = AovSet::parse(settings.render.aovs);
-  // Why a pixel has ended a driver says that has its whole frame before it; buckets say it once.
+  // Only drivers of the whole frame report stop reasons while rendering; buckets need the channel.
   const bool told = settings.overlay == ViewOverlay::kStop && !renders_buckets(settings.render);
   const std::optional<Aov> aov = overlay_aov(settings.overlay);
   if (aov && !told) aovs.insert(*aov);

@@ -6,35 +6,34 @@
 
 namespace emberline {
 
-// Whether the driver is `live`: bisection first, then adaptive.
+// Whether the driver is `live`: bisection, then adaptive.
 bool is_live(const RenderOptions& options);
 
-// Whether the driver that does the main work, which for `live` is the adaptive one, finishes bucket
-// after bucket.
+// Whether the main driver finishes bucket after bucket. The main driver of `live` is adaptive.
 bool renders_buckets(const RenderOptions& options);
-// Whether it allows this setting (renderer/engine/setting_rules.h).
+// Whether the main driver allows this setting (renderer/engine/setting_rules.h).
 bool is_allowed(const RenderOptions& options, std::string_view setting);
-// Whether light groups can be kept apart, so that other lights need no new samples.
+// Whether light groups can be recorded, so that light changes need no new samples.
 bool can_relight(const RenderOptions& options);
 
-// The options of the main driver for a session's settings, with a budget for as long as it is open.
+// Options of the main driver for a session's settings, with a sample budget suited to an open
+// window.
 RenderOptions main_options(const ViewSettings& settings);
 
 // The channels that the settings request, including the overlay's.
 AovSet wanted_aovs(const ViewSettings& settings);
 
-// Whether a frame rendered by the settings `a` has the samples, and at least the channels, of the
-// settings `b`.
+// Whether a frame rendered with the settings `a` has the samples and all channels that `b` needs.
 bool frames_serve(const ViewSettings& a, const ViewSettings& b);
 
 struct PreparedSettings {
-  // Throws UsageError for settings that make no sense.
+  // Throws UsageError for invalid settings.
   explicit PreparedSettings(const ViewSettings& settings);
 
   RenderOptions options;
   bool live;
   RenderPlan plan;
-  bool light_groups;  // requested, and possible
+  bool light_groups;  // requested and possible
 };
 
 }  // namespace emberline

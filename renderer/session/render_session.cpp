@@ -18,9 +18,8 @@
 namespace emberline {
 namespace {
 
-// .exr: all channels, linear. .png, .jpg: as `display` shows it, a .png with alpha if the
-// environment is transparent. Appears whole or not at all. Throws UsageError for another suffix,
-// RenderError.
+// Writes atomically. .exr: all channels, linear. .png and .jpg: display values; a .png has alpha if
+// the environment is transparent. Throws UsageError for another suffix, RenderError.
 void write_picture(const std::string& path, const FilmCopy& film, const DisplaySettings& display) {
   if (lower_suffix(path) == ".exr") {
     write_film_exr(path, film.aovs, film.options.width, film.options.height, film.crop,
@@ -34,20 +33,20 @@ void write_picture(const std::string& path, const FilmCopy& film, const DisplayS
                       film.options.transparent, rgba);
 }
 
-// Throws UsageError for an overlay that is none of a quantity.
+// Throws UsageError for an overlay that is not a heatmap.
 const HeatmapQuantity& heatmap_of(ViewOverlay overlay) {
   const HeatmapQuantity* quantity = overlay_quantity(overlay);
   if (!quantity) throw UsageError("this overlay is no heatmap; save the picture instead");
   return *quantity;
 }
 
-// A heatmap with its legend (.png, .jpg), or its values (.exr). Throws UsageError for an overlay
-// that is none of a quantity, RenderError where the film lacks its channel.
+// Writes a heatmap with its legend (.png, .jpg) or its values (.exr). Throws UsageError for an
+// overlay that is not a heatmap, RenderError if the film lacks its channel.
 void write_heatmap(const std::string& path, const FilmCopy& film, ViewOverlay overlay) {
   const HeatmapQuantity& quantity = heatmap_of(overlay);
   const Rect& crop = film.crop;
   check_heatmap_format("heatmap", path, crop);
-  // Stop reasons are known without the channel, and while the frame goes on.
+  // Stop reasons are known without the channel, even before the frame is finished.
   const bool reasons = quantity.reasons && !film.stops.empty();
   const std::vector<std::string> names =
       reasons ? std::vector<std::string>{"stop"} : film_channel_names(film.aovs);
@@ -84,12 +83,13 @@ RenderSession::~RenderSession() {
   loader_->cancel();
 }
 
-// Edits of a drag wait for the picture of the one before.
+// With `only_edits`, the current frame shows its first picture before it ends, so that drags stay
+// visible.
 void RenderSession::post(bool only_edits) {
   ++edit_;
   rendered_settings_ = settings_;
   if (!scene_) return;
-  publisher_->set_problem("");  // what it said was of the edit before
+  publisher_->set_problem("");  // it was about the previous edit
   SceneEdits effective = solo_ ? with_solo(edits_, *solo_, *scene_) : edits_;
   renderer_->post({edit_, ViewClock::now(), scene_, std::move(effective), settings_}, only_edits);
 }
@@ -162,7 +162,7 @@ void RenderSession::on_change(std::function<void()> wake) {
   publisher_->on_change(std::move(wake));
 }
 
-// The pixel's values in the newest picture, with its latest inspection.
+// Returns the pixel's values in the newest picture, merged with its latest inspection.
 std::optional<PixelInspection> RenderSession::look(const Vec2i& at, bool picked) const {
   const std::shared_ptr<const ShownPicture> picture = publisher_->picture();
   if (!picture || !picture->rect().contains(at.x, at.y)) {
@@ -211,8 +211,7 @@ std::optional<PixelInspection> RenderSession::picked() const {
   return picked_ ? look(*picked_, true) : std::nullopt;
 }
 
-// `write` writes to `path`, on the writing thread, unless that is a file that something open was
-// read from.
+// Runs `write` on the writer thread, unless `path` is an input file of the open scene.
 std::future<void> RenderSession::save_later(const std::string& path,
                                             const std::function<void()>& write) {
   auto done = std::make_shared<std::promise<void>>();
@@ -232,7 +231,7 @@ std::future<void> RenderSession::save_later(const std::string& path,
   return result;
 }
 
-// `write` gets the film as it stands now.
+// `write` gets a copy of the current film.
 std::future<void> RenderSession::save_film(const std::string& path,
                                            const std::function<void(const FilmCopy&)>& write) {
   auto film = std::make_shared<std::future<FilmCopy>>(renderer_->copy());

@@ -12,7 +12,7 @@ SceneLoader::SceneLoader(std::function<void()> wake) : wake_(std::move(wake)) {}
 void SceneLoader::load(const RenderOptions& options) {
   uint64_t number;
   std::stop_token stop;
-  std::shared_ptr<LoadedScene> unseen;  // was never taken; freed by the thread
+  std::shared_ptr<LoadedScene> unseen;  // never polled; freed on the loader's thread
   {
     const std::lock_guard lock(mutex_);
     number = ++number_;
@@ -54,7 +54,7 @@ void SceneLoader::report(uint64_t number, const std::function<void(LoadStatus&)>
 void SceneLoader::load_now(const RenderOptions& options, uint64_t number, std::stop_token stop) {
   {
     const std::lock_guard lock(mutex_);
-    if (number != number_) return;  // a newer one follows, or none is wanted
+    if (number != number_) return;  // a newer request follows, or it was cancelled
   }
   const auto fail = [&](const std::string& error) {
     report(number, [&](LoadStatus& status) {
@@ -63,7 +63,7 @@ void SceneLoader::load_now(const RenderOptions& options, uint64_t number, std::s
     });
   };
   try {
-    // The open scene stays until the new one has loaded, which gets the remaining memory.
+    // The open scene stays until the new one has loaded, so the new one gets the remaining memory.
     LoadLimits limits = limits_of(options.limits, options.scene);
     if (!memory_) memory_ = limits.memory;
     limits.memory = memory_->rest();

@@ -1,4 +1,4 @@
-// Loads scenes for a session, one after another, in the background; only the newest counts.
+// Loads scenes for a session in the background, one after another; only the newest request counts.
 #pragma once
 
 #include <functional>
@@ -13,27 +13,27 @@ namespace emberline {
 
 class SceneLoader {
  public:
-  // `wake` is called, from the loader's thread, when there is news.
+  // `wake` is called on the loader's thread when the status changes.
   explicit SceneLoader(std::function<void()> wake);
 
-  // Any thread, and none of them waits.
+  // load(), cancel() and poll() never block and may be called from any thread.
   void load(const RenderOptions& options);
   void cancel();
-  // How it stands; and the scene, the first time that it is there.
+  // Returns the status and, once, a scene that has loaded.
   LoadStatus poll(std::shared_ptr<LoadedScene>* arrived);
 
  private:
   void load_now(const RenderOptions& options, uint64_t number, std::stop_token stop);
-  // Changes the status if that load is still the one that counts.
+  // Changes the status if this load is still the newest.
   void report(uint64_t number, const std::function<void(LoadStatus&)>& change);
 
   const std::function<void()> wake_;
   std::mutex mutex_;
-  uint64_t number_ = 0;    // of the newest load; cancelling counts as one
-  std::stop_source stop_;  // of the same load
+  uint64_t number_ = 0;    // of the newest load; cancelling increments it
+  std::stop_source stop_;  // of the newest load
   LoadStatus status_;
   std::shared_ptr<LoadedScene> loaded_;
-  std::shared_ptr<MemoryBudget> memory_;  // of all scenes there are; the loader's thread's
+  std::shared_ptr<MemoryBudget> memory_;  // of all scenes; used by the loader's thread
   TaskThread thread_;                     // last: its tasks use all of the above
 };
 

@@ -38,10 +38,10 @@ using Json = nlohmann::json;
 
 constexpr int kSessionProtocol = 1;
 
-// Limits of waiting warnings and of files that wait to be written.
+// Limits on queued warnings and files waiting to be written.
 constexpr size_t kMostWarnings = 100, kMostSavings = 16;
 constexpr size_t kLongestId = 1000;
-// How often a host that waits for a file is served; and how much of a load is worth a line.
+// Polling interval while files are being saved, and the load progress worth an event.
 constexpr int kSavingPause_ms = 20;
 constexpr double kLoadStep = 0.01;
 
@@ -83,7 +83,7 @@ class SessionHost {
       send({{"event", "error"}, {"text", error.what()}});
       try {
         lines_.flush();
-      } catch (const RenderError&) {  // it does not listen either
+      } catch (const RenderError&) {  // it does not read either
       }
       throw;
     }
@@ -98,11 +98,11 @@ class SessionHost {
  private:
   struct Command {
     std::string_view name;
-    std::vector<std::string_view> members;  // beside "id" and "do"
+    std::vector<std::string_view> members;  // besides "id" and "do"
     void (SessionHost::*run)(const Json& command, const JsonReader& root, const std::string& line);
-    bool answered = true;  // at once
+    bool answered = true;  // answered immediately
   };
-  // One that is answered later.
+  // Commands that are answered later.
   struct Opening {
     JsonValue id;
     SceneEdits edits;
@@ -115,7 +115,7 @@ class SessionHost {
 
   void serve() {
     while (true) {
-      // Commands before the end of input are carried out even if the host does not read; they are
+      // Commands before the end of input are carried out even if the host does not read; there are
       // few.
       while (!quit_ && (lines_.ended() || !lines_.congested())) {
         const std::optional<std::string> line = lines_.take();
@@ -133,7 +133,7 @@ class SessionHost {
     }
   }
 
-  // Before the end: waits for files that are being saved, and tells how that went.
+  // Waits for files that are being saved, and reports their results.
   void settle() {
     for (const Saving& saving : savings_) saving.done.wait();
     tell_saved();
@@ -206,13 +206,13 @@ class SessionHost {
       }
     }
     HostSettings made = read_settings_(texts);
-    if (made.display != display_) shown_serial_ = 0;  // the newest once more
+    if (made.display != display_) shown_serial_ = 0;  // show the newest picture again
     session_.set_settings(made.view);
     texts_ = std::move(texts);
     display_ = made.display;
   }
 
-  // While a scene loads, a camera is also for that.
+  // While a scene loads, the camera also applies to that scene.
   void change_camera(const Json& command, const JsonReader& root, const std::string& line) {
     root["camera"];
     if (!session_.scene() && !opening_) throw UsageError("no scene is open");
@@ -265,7 +265,7 @@ class SessionHost {
 
   void quit(const Json&, const JsonReader&, const std::string&) { quit_ = true; }
 
-  // ---- what the host is told
+  // ---- answers and events
 
   void answer(const Json& id, Json more = Json::object()) {
     more["id"] = id;
@@ -374,7 +374,7 @@ class SessionHost {
       return;
     }
     shown_serial_ = picture->serial;
-    // An overlay is no light.
+    // Overlays have no linear values.
     const bool display = display_ || !picture->overlay_legend.empty();
     const std::span<const std::byte> bytes = display ? std::as_bytes(std::span(picture->rgba8))
                                                      : std::as_bytes(std::span(picture->linear()));
@@ -415,10 +415,10 @@ class SessionHost {
   double told_fraction_ = 0.0;
 
   SharedFrames frames_;
-  uint64_t least_edit_ = 0;    // pictures of before are of another scene
+  uint64_t least_edit_ = 0;    // earlier pictures show another scene
   uint64_t shown_serial_ = 0;  // of the session's pictures
-  uint64_t number_ = 0;        // of ours
-  bool awaited_ = true;        // the host has the one before
+  uint64_t number_ = 0;        // of our picture events
+  bool awaited_ = true;        // the host has consumed the previous picture
 };
 
 }  // namespace

@@ -1,9 +1,9 @@
-// `emberline session`: a RenderSession for another process, the host, which speaks JSON lines and
-// looks at shared memory. PROTOCOL.md is what both sides agree on.
+// `emberline session`: a RenderSession for another process, the host, using JSON lines and shared
+// memory. PROTOCOL.md defines the protocol.
 //
-// One thread owns the session, carries out the host's commands, and sends events between them. An
-// event describes the state of its moment and is sent only while the host reads, so a host that
-// lags gets fewer, and nothing piles up.
+// One thread owns the session, executes the host's commands and sends events in between. An event
+// describes the current state and is sent only while the host reads, so a slow host gets fewer
+// events and nothing accumulates.
 #pragma once
 
 #include <functional>
@@ -16,15 +16,15 @@ namespace emberline {
 
 struct HostSettings {
   ViewSettings view;
-  bool display = false;  // pictures are as displayed, and not linear
+  bool display = false;  // pictures have display values instead of linear ones
 };
 
-// By the name of an option, what it would be given; a switch has "yes" or "no".
+// Option names with their texts; flags have "yes" or "no".
 using HostTexts = std::map<std::string, std::string>;
 
-// Until the host says "quit". `settings` makes settings of what the host has said beside the
-// command line, and throws UsageError. Throws InputError for a host that is gone or makes no sense,
-// RenderError for one that does not listen, and at the end if a file could not be saved.
+// Runs until the host says "quit". `settings` combines the host's texts with the command line and
+// throws UsageError. Throws InputError if the host ends or violates the protocol, RenderError if it
+// does not read, and at the end RenderError if a file could not be saved.
 void run_session_host(std::function<HostSettings(const HostTexts&)> settings, int in, int out);
 
 }  // namespace emberline

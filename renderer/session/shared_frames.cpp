@@ -26,7 +26,7 @@ constexpr uint64_t kPage = 4096;
 
 int nameless_file() {
 #if defined(__linux__)
-  constexpr unsigned kNotExecutable = 0x8;  // MFD_NOEXEC_SEAL, of Linux 6.3
+  constexpr unsigned kNotExecutable = 0x8;  // MFD_NOEXEC_SEAL, Linux 6.3
   constexpr unsigned kFlags = MFD_CLOEXEC | MFD_ALLOW_SEALING;
   const int file = ::memfd_create("emberline", kFlags | kNotExecutable);
   return file >= 0 || errno != EINVAL ? file : ::memfd_create("emberline", kFlags);
@@ -36,11 +36,11 @@ int nameless_file() {
 #endif
 }
 
-// Seals the file: it cannot be truncated, which would kill its readers, nor written except through
-// the existing mapping.
+// Seals the file: it can be neither truncated, which would crash its readers, nor written except
+// through the existing mapping.
 void seal([[maybe_unused]] int file) {
 #if defined(__linux__)
-  constexpr int kFutureWrite = 0x10;  // F_SEAL_FUTURE_WRITE, of Linux 5.1
+  constexpr int kFutureWrite = 0x10;  // F_SEAL_FUTURE_WRITE, Linux 5.1
   constexpr int kSize = F_SEAL_SHRINK | F_SEAL_GROW;
   if (::fcntl(file, F_ADD_SEALS, kSize | kFutureWrite | F_SEAL_SEAL) != 0 &&
       ::fcntl(file, F_ADD_SEALS, kSize | F_SEAL_SEAL) != 0) {
@@ -62,7 +62,7 @@ void SharedFrames::close() {
   memory_.release();
 }
 
-// Its memory is there from the beginning: what is missing is said here, and not by SIGBUS.
+// Allocates all memory at once, so that a shortage is reported here and not by SIGBUS.
 void SharedFrames::create(uint64_t slot_bytes) {
   slot_bytes_ = slot_bytes;
   file_ = nameless_file();

@@ -1,8 +1,8 @@
-// Pictures for another process, in memory that both share: a file without a name (memfd_create),
-// which is gone when neither process holds it, however they end. The other process opens it by this
-// one's descriptor, /proc/PID/fd/N, which only the same user can, and only to read.
+// Pictures in memory shared with another process: an anonymous file (memfd_create) that disappears
+// when neither process holds it, however they end. The other process opens it read-only as
+// /proc/PID/fd/N, which only the same user can.
 //
-// Two slots, written in turn: a picture stays until the one after the next.
+// Two slots are written alternately: a picture stays intact until the second one after it.
 #pragma once
 
 #include <cstddef>
@@ -17,12 +17,12 @@ namespace emberline {
 
 class SharedFrames {
  public:
-  // Where a picture is.
+  // Location of a picture.
   struct Place {
     std::string path;
-    uint64_t segment = 0;  // counts files
-    uint64_t bytes = 0;    // of the file
-    uint64_t offset = 0;   // in it
+    uint64_t segment = 0;  // number of the file
+    uint64_t bytes = 0;    // size of the file
+    uint64_t offset = 0;   // offset in the file
   };
 
   SharedFrames() = default;
@@ -30,8 +30,8 @@ class SharedFrames {
   SharedFrames(const SharedFrames&) = delete;
   SharedFrames& operator=(const SharedFrames&) = delete;
 
-  // In a new file if it has another size than the one before. Throws InputError for what is beyond
-  // the budget, with `place`, and RenderError; there is no file then.
+  // Creates a new file if the size has changed. Throws InputError with `place` if the budget is
+  // exceeded, and RenderError; there is no file then.
   Place write(std::span<const std::byte> picture, const std::shared_ptr<MemoryBudget>& budget,
               const std::string& place);
 

@@ -1,4 +1,4 @@
-// A thread that does one thing after another for a session: loading, grading, writing.
+// A thread that runs a session's tasks in order: loading, grading, writing.
 #pragma once
 
 #include <condition_variable>
@@ -13,7 +13,7 @@ namespace emberline {
 class TaskThread {
  public:
   TaskThread() : thread_([this] { work(); }) {}
-  // Does what has been posted, and ends.
+  // Finishes all posted tasks.
   ~TaskThread() {
     post(nullptr);
     thread_.join();
@@ -43,7 +43,7 @@ class TaskThread {
 
   std::mutex mutex_;
   std::condition_variable posted_;
-  std::deque<std::function<void()>> tasks_;  // one without a function ends it
+  std::deque<std::function<void()>> tasks_;  // an empty function ends the thread
   std::thread thread_;
 };
 

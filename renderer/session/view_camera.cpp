@@ -8,16 +8,17 @@
 namespace emberline {
 namespace {
 
-// In radii of the scene: near enough to count the threads of a cloth, far enough to lose it.
+// Relative to the scene's radius: close enough to count the threads of a cloth, and far enough to
+// lose it.
 constexpr double kLeastDistance = 1e-5, kMostDistance = 1e5;
 
-// A cosine of the elevation below this says nothing of the azimuth.
+// Below this cosine of the elevation, the azimuth is undefined.
 constexpr double kPole = 1e-9;
 
 // The picture's right edge without roll.
 Vec3d level_right(double azimuth) { return {std::cos(azimuth), 0.0, -std::sin(azimuth)}; }
 
-// `back` is a unit vector, `right` any direction across it, of the picture before it is mirrored.
+// `back` is a unit vector; `right` is any perpendicular direction, before mirroring.
 void set_angles(const Vec3d& back, const Vec3d& right, ViewCamera& view) {
   const double level = std::hypot(back.x, back.z);
   view.elevation = std::atan2(back.y, level);
@@ -36,7 +37,7 @@ ViewCamera with_distance(ViewCamera view, double distance) {
   return view;
 }
 
-// +1, or -1 where the picture's right is on the left.
+// -1 if the view is mirrored, otherwise +1.
 double handedness(const ViewCamera& view) { return view.mirrored ? -1.0 : 1.0; }
 
 }  // namespace
@@ -168,10 +169,10 @@ ViewCamera look_towards(ViewCamera view, const Vec3d& point) {
 
 ViewCamera frame_all(ViewCamera view, const Vec3d& center, double radius, double aspect) {
   view.pivot = center;
-  // As framing_camera does: the sphere touches the frame's nearer edges, and 5 % are left.
+  // As in framing_camera(): the sphere touches the closer pair of edges, with a margin of 5 %.
   if (view.orthographic) {
     view.half_height = 1.05 * radius / std::min(1.0, aspect);
-    return with_distance(view, view.reach());  // the whole sphere is before the eye
+    return with_distance(view, view.reach());  // the whole sphere is in front of the eye
   }
   const double half = std::atan(std::tan(view.fov_y / 2) * std::min(1.0, aspect));
   return with_distance(view, 1.05 * radius / std::sin(half));

@@ -1,13 +1,12 @@
-// A view as mouse and keys move it: pure arithmetic, from the camera of a scene to the CameraEdit
-// that looks the same, and on from there.
+// A view that is moved by mouse and keys: pure arithmetic between a scene's camera and the
+// CameraEdit that reproduces the view.
 //
-// World space, metres, radians; +Y is up, as in glTF. The view is a turntable's: angles about a
-// pivot that lies on its axis, so that no number of small moves tips the horizon over. A camera
-// that is tipped keeps its roll, a mirrored one its mirroring, and an orthographic one is moved as
-// one: nearer is larger there, and its eye only says from where on there is anything to be seen.
-// Straight up and down are views like any other: the azimuth is
-// that of the picture's right edge there. Doubles throughout, and all moves in proportion to the
-// distance or the frame, so that scenes of a micrometre and of a thousand kilometres handle alike.
+// World space, metres, radians; +Y is up, as in glTF. The view is a turntable: angles around a
+// pivot on its axis, so that many small moves never tilt the horizon. A rolled camera keeps its
+// roll and a mirrored one stays mirrored. An orthographic view moves closer by scaling; its eye
+// only determines the near limit of visibility. Straight up and down are regular views, where the
+// azimuth is that of the picture's right edge. All values are doubles, and moves scale with the
+// distance or the frame, so that scenes of any size handle alike.
 #pragma once
 
 #include "renderer/core/constants.h"
@@ -18,66 +17,64 @@ namespace emberline {
 
 struct ViewCamera {
   Vec3d pivot = Vec3d(0.0);
-  double distance = 1.0;   // from the eye to the pivot, > 0
-  double azimuth = 0.0;    // of the eye about the pivot: 0 at +Z, pi / 2 at +X
+  double distance = 1.0;   // from eye to pivot, > 0
+  double azimuth = 0.0;    // of the eye around the pivot: 0 at +Z, pi / 2 at +X
   double elevation = 0.0;  // of the eye above the pivot, in [-pi / 2, pi / 2]
-  // Angle of the picture's right edge from the horizon, counterclockwise; mirrored, of its left
-  // edge.
+  // Angle of the picture's right edge (if mirrored, of its left edge) from the horizon,
+  // counterclockwise.
   double roll = 0.0;
-  bool mirrored = false;  // left and right are exchanged
+  bool mirrored = false;  // left and right are swapped
   bool orthographic = false;
-  double fov_y = 0.7;        // of perspective, in [kLeastFov, kMostFov]
-  double half_height = 1.0;  // of the frame, orthographic; > 0
-  // Moves keep the distance, or half the height, between these.
+  double fov_y = 0.7;        // perspective only, in [kLeastFov, kMostFov]
+  double half_height = 1.0;  // of the frame, orthographic only; > 0
+  // Moves keep the distance, or half_height, in this range.
   double least_distance = 0.0, most_distance = 1e300;
 
-  // Orthonormal, world space: the picture's right and up, and from the pivot to the eye.
+  // Orthonormal, world space: the picture's right and up, and the direction from pivot to eye.
   struct Axes {
     Vec3d right, up, back;
   };
   Axes axes() const;
   Vec3d eye() const { return pivot + axes().back * distance; }
-  // How high the frame is at the pivot, and the angle that this is from the eye.
+  // Height of the frame at the pivot, and the angle that it spans at the eye.
   double frame_height() const;
   double frame_angle() const;
-  // The length that moves are proportional to: the distance, or the one from which a perspective of
-  // kOrdinaryFov shows as much.
+  // The length that moves are proportional to: the distance, or for orthographic views the distance
+  // at which a perspective view with kOrdinaryFov shows the same height.
   double reach() const;
 };
 
 inline constexpr double kLeastFov = 1e-3, kMostFov = 3.0;  // 0.06 and 172 degrees
-// Field of view for a view that is given a perspective.
+// Field of view for an orthographic view that becomes a perspective one.
 inline constexpr double kOrdinaryFov = kPiD / 6;
 
-// The view of a camera; the pivot is on its axis, abreast of the scene's centre, or `radius` away
-// where that is behind it. `radius` > 0 is the scene's.
+// The view of a camera. The pivot is on its axis at the depth of the scene's centre, or `radius`
+// away if that is behind the camera. `radius` > 0 is the scene's.
 ViewCamera view_of(const CameraDescription& camera, const Vec3d& center, double radius);
 
-// The edit that makes this view of any camera; what else `before` says, the file's camera that it
-// names, is kept.
+// The edit that gives any camera this view. Other members of `before`, such as the file's camera
+// that it names, are kept.
 CameraEdit edit_of(const ViewCamera& view, const CameraEdit& before = {});
 
-// About the pivot: the eye to the picture's right, and up. Beyond straight up and down it goes no
-// further.
+// Moves the eye around the pivot, to the picture's right and up; stops at straight up and down.
 ViewCamera orbit(ViewCamera view, double azimuth, double elevation);
-// Turns in place: yaw to the picture's left, pitch upwards; the pivot goes along.
+// Turns in place: yaw to the picture's left, pitch upwards; the pivot moves along.
 ViewCamera turn(ViewCamera view, double yaw, double pitch);
-// Moves the scene at the pivot with the cursor: to the right and down, in frame heights.
+// Moves the scene at the pivot with the cursor: right and down, in frame heights.
 ViewCamera pan(ViewCamera view, double right, double down);
-// Multiplies the distance, or the height of an orthographic frame: 0.5 goes half of the way to the
-// pivot, or shows half as much.
+// Multiplies the distance, or the height of an orthographic frame, by `factor`.
 ViewCamera dolly(ViewCamera view, double factor);
-// Moves eye and pivot along the picture's axes, in metres. Without perspective nothing comes nearer
-// that way, and `forward` enlarges as much as it would at the pivot's distance of reach().
+// Moves eye and pivot along the picture's axes, in metres. In an orthographic view, `forward`
+// enlarges the picture as much as it would a perspective one at a distance of reach().
 ViewCamera fly(ViewCamera view, double right, double up, double forward);
-// Objects at the pivot keep their size: the eye stays for an orthographic view, and moves along the
-// axis for a perspective one.
+// Switch the projection and keep the size of objects at the pivot. The eye stays when perspective
+// is removed, and moves along the axis when it is added.
 ViewCamera without_perspective(ViewCamera view);
 ViewCamera with_perspective(ViewCamera view, double fov_y);
-// Turns to the point, which becomes the pivot; the eye stays. An orthographic view is shifted until
-// the point is in its middle, and keeps its direction. Does nothing for a point at the eye.
+// Turns to the point, which becomes the pivot; the eye stays. An orthographic view keeps its
+// direction and is shifted to centre the point. Does nothing for a point at the eye.
 ViewCamera look_towards(ViewCamera view, const Vec3d& point);
-// All of a sphere, from where it is looked from now. `aspect`: width over height of the frame.
+// Shows a whole sphere from the current direction. `aspect`: width over height of the frame.
 ViewCamera frame_all(ViewCamera view, const Vec3d& center, double radius, double aspect);
 
 }  // namespace emberline

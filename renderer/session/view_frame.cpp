@@ -16,31 +16,29 @@
 namespace emberline {
 namespace {
 
-// The first picture of an edit is shown when this share of the pixels has a sample, which a frame
-// of 1280 x 720 reaches in 10 to 20 ms on two cores; for a slow scene after this time, whatever it
-// has.
+// An edit's first picture is shown when this fraction of the pixels has a sample (10 to 20 ms for
+// 1280 x 720 on two cores) or, for slow scenes, after kFirstPatience_s.
 constexpr double kFirstCoverage = 1.0 / 64;
 constexpr double kFirstPatience_s = 0.012;
 
-// Later pictures come no faster than the eye follows, and may cost this share of the time: a larger
-// one while the artist looks for the effect of the edit, then one that does not matter (`render`
-// with the same driver is at most 7 % faster).
+// Later pictures are limited to what the eye can follow and to a share of the render time: a larger
+// one while the artist waits for the effect of an edit, then a negligible one.
 constexpr double kLeastInterval_s = 1.0 / 30;
 constexpr double kLively_s = 1.0;
 constexpr double kLivelyShare = 0.1;
 constexpr double kCalmShare = 0.01;
 
-// Samples that the region gets before the rest of the frame gets any.
+// Samples per pixel of the region before the rest of the frame is rendered.
 constexpr uint32_t kRegionSamples = 16;
 
-// The first picture of a frame of buckets may cost this share of the frame's samples, which do not
-// include it. With a threshold, a pixel is assumed to get the fewest samples that an estimator
-// needs.
+// The first picture of a bucket frame may take this fraction of the frame's sample count, to which
+// its samples do not count. kLeastJudged replaces a smaller or unknown number of samples per pixel:
+// it is the fewest that an estimator needs.
 constexpr double kFirstPictureShare = 0.005;
 constexpr uint32_t kLeastJudged = 16;
 
-// Linear and graded pictures that the publisher keeps: the newest, one being drawn, one for
-// comparison as it was and as it is graded now.
+// Linear and graded pictures that the publisher keeps: the newest, one being drawn, and one for
+// comparison, original and graded.
 constexpr uint64_t kPictures = 4;
 
 Camera camera_of(const RenderRequest& request) {
@@ -108,7 +106,7 @@ void ViewFrame::reserve(const Rect& pixels, uint64_t bytes_per_pixel) {
               fmt::format("a frame of {}x{} pixels", crop_.width(), crop_.height()));
 }
 
-// A job of its own, so that each pixel gets the samples of the frame.
+// Uses a job of its own, so that each pixel gets the same samples as in the frame.
 void ViewFrame::render_region() {
   const Rect region = request_.settings.region->intersect(crop_);
   if (region.empty()) return;
@@ -132,7 +130,7 @@ RenderCounters ViewFrame::render_stage(Stage stage, std::unique_ptr<RenderJob>& 
   return job->render(*this, stage_end_.get_token()).counters;
 }
 
-// Buckets are shown over the first picture.
+// Buckets are drawn over the first picture.
 void ViewFrame::begin_buckets() {
   constexpr uint64_t kDisplayed = 4;
   reserve(crop_, TilePicture::bytes_per_pixel(prepared_.plan) + kDisplayed);
@@ -144,17 +142,18 @@ void ViewFrame::begin_buckets() {
   progress_ = {};
   bucket_picture_.emplace(prepared_.plan, std::move(rgba));
   readable_ = &bucket_picture_->picture();
-  shown_at_s_ = -std::numeric_limits<double>::infinity();  // else it might be a bucket's time ago
+  // Forces a new picture: the last one may be as old as a bucket takes.
+  shown_at_s_ = -std::numeric_limits<double>::infinity();
 }
 
-// For buckets the first picture need only be good enough to judge an edit by.
+// For buckets, the first picture only has to be good enough to judge an edit.
 bool ViewFrame::first_is_enough() const {
   if (stage_ != Stage::kFirst || prepared_.live || !shown_) return false;
   const uint32_t samples = std::max(prepared_.plan.samples_per_pixel, kLeastJudged);
   return progress_.completion >= kFirstPictureShare * double(samples);
 }
 
-// For a frame of buckets, the first picture's samples do not count.
+// For bucket frames, the first picture's samples do not count.
 bool ViewFrame::complete() const {
   const bool counts = stage_ == Stage::kMain || (stage_ == Stage::kFirst && prepared_.live);
   return counts && progress_.completion >= 1.0;
@@ -163,7 +162,7 @@ bool ViewFrame::complete() const {
 void ViewFrame::finish(const RenderCounters& counters) {
   if (counters.stopped && !bucket_picture_) main_->end(stop_->cause());
   finished_ = true;
-  if (!first_) {  // else the time was over before this driver had every pixel
+  if (!first_) {  // otherwise time ran out before this driver had sampled every pixel
     progress_.samples = counters.samples;
     progress_.rays = counters.rays.total();
     progress_.error_estimate = main_->error_estimate();
@@ -218,7 +217,7 @@ void ViewFrame::tile_finished(const FilmTile& tile) {
   look_at_buckets();
 }
 
-// Isolated: a thread that waits for help with the picture must not begin another bucket, which
+// Isolated: while a thread waits on TBB for the picture, it must not start another bucket, which
 // would lock the picture again.
 void ViewFrame::look_at_buckets() {
   tbb::this_task_arena::isolate([&] { buckets_changed(); });
@@ -317,7 +316,7 @@ std::string ViewFrame::draw(const std::shared_ptr<const Grading>& grading, Shown
     }
   }
   if (const HeatmapQuantity* quantity = overlay_quantity(overlay)) {
-    // A frame that lacks the channel is about to be replaced by one that has it.
+    // A frame without the channel will be replaced by one that has it.
     if (!quantity->aov || prepared_.plan.aovs.contains(*quantity->aov)) {
       const FilmCopy film = copy();
       const std::vector<std::string> names = film_channel_names(film.aovs);
@@ -378,7 +377,7 @@ void ViewFrame::resolve_whole(std::span<float> rgba) const {
   }
 }
 
-// An incomplete frame is filtered on the lattice of bisection, unless a region is finer.
+// An incomplete frame is filtered on bisection's lattice, unless there is a region, which is finer.
 void ViewFrame::denoise(ShownPicture& picture) {
   const bool possible = LiveDenoiser::has_channels(prepared_.plan.aovs) && stage_ != Stage::kRegion;
   const PixelLattice* lattice = nullptr;
@@ -387,7 +386,7 @@ void ViewFrame::denoise(ShownPicture& picture) {
   }
   const ShownAs as = shown_as_.load();
   const bool filtered = possible && as.filtered() && (lattice || complete());
-  // Memory of the picture before is not cleared to be written to.
+  // resize() keeps the memory of a reused picture, which is not cleared.
   picture.denoised.resize(filtered ? picture.rgba.size() : 0);
   picture.raw8.resize(filtered && as.raw_beside ? picture.rgba.size() : 0);
   if (!filtered) return;
@@ -396,7 +395,7 @@ void ViewFrame::denoise(ShownPicture& picture) {
                     picture.rgba, picture.denoised);
 }
 
-// Only the last stage brings a pixel to its end.
+// Only the last stage finishes pixels.
 PixelStop ViewFrame::stop_at(int x, int y) const {
   const bool last = bucket_picture_ || (main_ && shown_render_ == main_.get());
   const PixelStop stop = last ? readable_->stop_so_far(x, y) : PixelStop::kGoingOn;
@@ -437,7 +436,7 @@ FilmCopy ViewFrame::copy() const {
   put(*readable_);
   if (const LivePicture* region = region_picture()) put(*region);
   if (prepared_.plan.aovs.contains(Aov::kStop)) put_channel("stop", result.stops, &result);
-  // Without a bucket a pixel has nothing of this frame to show.
+  // Without its bucket, a pixel has nothing of this frame to show.
   if (bucket_picture_) return result;
   std::vector<float> rgba(4 * size_t(crop_.area()));
   resolve_whole(rgba);
@@ -467,7 +466,8 @@ PixelInspection ViewFrame::look_at(int x, int y, bool explained) const {
   }
 
   const Scene& scene = request_.scene->scene->scene();
-  const SceneDescription& outline = request_.scene->scene->editable().original();  // as it is posed
+  const SceneDescription& outline =
+      request_.scene->scene->editable().original();  // in its current pose
   const Ray ray = camera_.ray({float(x) + 0.5f, float(y) + 0.5f});
   SurfaceHit hit;
   if (!scene.intersect(ray, {}, &hit)) return result;

@@ -1,8 +1,8 @@
-// One frame of a session: from an edit to the last sample, or to the edit that ends it.
+// One frame of a session: from an edit to the last sample, or to the edit that replaces it.
 //
-// It renders in stages, each a job with its own driver and film: the region, if there is one; for
-// `live` and `bucket` a first picture by bisection; then the main driver. The picture switches to
-// the next film when that is as good everywhere; buckets replace the first picture one by one.
+// It renders in stages, each a job with its own driver and film: the region, if any; for `live` and
+// `bucket` a first picture by bisection; then the main driver. The displayed picture switches to
+// the next film once that is as good everywhere; buckets replace the first picture one by one.
 #pragma once
 
 #include <atomic>
@@ -27,7 +27,7 @@ namespace emberline {
 
 using ViewClock = std::chrono::steady_clock;
 
-// All edits and settings of one moment.
+// All edits and settings at one moment.
 struct RenderRequest {
   uint64_t edit = 0;
   ViewClock::time_point posted;
@@ -36,7 +36,7 @@ struct RenderRequest {
   ViewSettings settings;
 };
 
-// Other lights for a frame that can show them by its light groups alone.
+// A light change that the current frame can show by mixing its light groups.
 struct Relighting {
   uint64_t edit = 0;
   ViewClock::time_point posted;
@@ -45,37 +45,35 @@ struct Relighting {
 
 // A copy of a film, for writing files.
 struct FilmCopy {
-  Rect crop;  // of the frame that `options` say
+  Rect crop;  // in the frame described by `options`
   AovSet aovs;
-  std::vector<float> channels;  // in film_channels() order, interleaved; pixels without samples
-                                // have R G B A as shown
-  std::vector<float> stops;     // PixelStop; empty where it is not known
-  RenderOptions options;        // that it was rendered by
+  std::vector<float> channels;  // interleaved film_channels(); unsampled pixels: RGBA as shown
+  std::vector<float> stops;     // PixelStop; empty if unknown
+  RenderOptions options;        // used for rendering
 };
 
 class ViewFrame final : private RenderSink {
  public:
   // Called at a pause of the driver: may read the frame, and may wait. `shown`: whether the newest
-  // picture shows this very moment.
+  // picture shows this state.
   using Pause = std::function<void(bool shown)>;
 
-  // All arguments must outlive the frame. The scene must have the request's edits, and must not
-  // change. `shown_as` and `pause_wanted` (another thread waits for a pause) may change while the
-  // frame renders. Throws UsageError and InputError for an impossible view.
+  // All arguments must outlive the frame. The scene must have the request's edits and must not
+  // change. `shown_as` and `pause_wanted` (another thread waits for a pause) may change during
+  // rendering. Throws UsageError and InputError for an invalid view.
   ViewFrame(RenderRequest request, const PreparedSettings& prepared, PicturePublisher& publisher,
             LiveDenoiser& denoiser, std::shared_ptr<StopRequest> stop,
             const std::atomic<ShownAs>& shown_as, const std::atomic<bool>& pause_wanted,
             Pause pause);
-  // Call before render(): keeps these groups apart and shows them mixed, or unchanged without a
-  // mix.
+  // Call before render(): records these groups and shows them mixed, or unchanged without a mix.
   void set_lights(std::shared_ptr<const LightGroups> groups, std::optional<LightMix> mix);
   ~ViewFrame() override;
 
-  // Renders on the calling thread's TBB arena, and records the history of `explained` for
-  // look_at(). Throws UsageError and RenderError.
+  // Renders on the calling thread's TBB arena and records the history of `explained` for look_at().
+  // Throws UsageError and RenderError.
   void render(std::optional<Vec2i> explained);
 
-  // The functions below may be called from the pause or after render().
+  // The functions below may be called during the pause callback or after render().
   void show_again();
   void relight(const Relighting& lights);
   bool readable() const { return readable_ != nullptr; }
@@ -84,7 +82,7 @@ class ViewFrame final : private RenderSink {
   FilmCopy copy() const;
   // `explained`: includes the driver's explanation.
   PixelInspection look_at(int x, int y, bool explained) const;
-  // Excludes time spent waiting in a pause from the frame's time.
+  // Excludes the waiting time of a pause from the frame's time.
   void exclude_time(ViewClock::duration waited) { waited_ += waited; }
 
   bool has_shown() const { return shown_; }
@@ -111,7 +109,7 @@ class ViewFrame final : private RenderSink {
   void buckets_changed();
   bool time_is_over(double now_s) const;
   void check_time_limit();
-  double seconds() const;  // of rendering, pauses left out
+  double seconds() const;  // render time without pauses
   bool due() const;
   bool due_by_time(double now_s) const;
   void show();
@@ -120,7 +118,7 @@ class ViewFrame final : private RenderSink {
   void resolve_whole(std::span<float> rgba) const;
   DriverFacts driver_facts() const;
   const LivePicture* region_picture() const;
-  const LivePicture& picture_of(int x, int y) const;  // that a pixel is shown from
+  const LivePicture& picture_of(int x, int y) const;  // the picture that shows a pixel
   PixelStop stop_at(int x, int y) const;
   std::vector<float> stops() const;
 
@@ -136,13 +134,13 @@ class ViewFrame final : private RenderSink {
   const Camera camera_;
 
   Stage stage_ = Stage::kMain;
-  std::string stage_name_;  // its driver's
+  std::string stage_name_;  // name of its driver
   std::stop_source stage_end_;
   std::optional<Vec2i> explained_;
   std::unique_ptr<RenderJob> region_, first_, main_;
   std::optional<BucketPicture> bucket_picture_;
-  MemoryReservation memory_;  // of films and pictures
-  // The picture that is shown and inspected, its job and driver, and its progress.
+  MemoryReservation memory_;  // for films and pictures
+  // The picture that is shown and inspected, with its job, driver and progress.
   const LivePicture* readable_ = nullptr;
   RenderJob* shown_render_ = nullptr;
   std::string shown_name_;
@@ -151,11 +149,11 @@ class ViewFrame final : private RenderSink {
   std::shared_ptr<const LightGroups> groups_;
   std::optional<LightMix> mix_;
 
-  // When pictures are due.
+  // Scheduling of pictures.
   const ViewClock::time_point started_ = ViewClock::now();
   ViewClock::duration waited_{0};
   bool shown_ = false, complete_shown_ = false;
-  bool showable_ = true;  // what the driver has, which may be less than what is shown
+  bool showable_ = true;  // the driver's picture, which may be worse than the one shown
   double shown_at_s_ = 0, cost_s_ = 0;
 };
 

@@ -19,9 +19,8 @@
 namespace emberline {
 namespace {
 
-// After a picture under other lights the frame stands still for a moment, so that the next one does
-// not have to wait for a pause: one that is asked for comes after some milliseconds of work, and
-// later where a driver plans its next round.
+// After relighting, the frame waits briefly, so that the next light change need not wait for a
+// pause, which takes some milliseconds of work, or longer while a driver plans a round.
 constexpr auto kRelitPause = std::chrono::milliseconds(150);
 
 std::exception_ptr nothing_to_copy() {
@@ -31,11 +30,10 @@ std::exception_ptr nothing_to_copy() {
 
 }  // namespace
 
-// While it lives, threads that begin to work in the arena lower their own priority (Linux's nice
-// value, which each thread has of its own; elsewhere nothing happens): the window's thread, and
-// those that draw for it where OpenGL is software, then have the processor as soon as they want it.
-// They keep it, since only a privileged process could raise it again. An idle machine renders as
-// fast as without.
+// During its lifetime, threads that start working in the arena lower their own priority (Linux's
+// per-thread nice value; nothing happens elsewhere), so that the window's thread and software
+// OpenGL get the processor immediately. The change is permanent, since only a privileged process
+// could undo it. An idle machine renders at full speed.
 class ViewRenderer::LowPriorityWorkers final : public tbb::task_scheduler_observer {
  public:
   explicit LowPriorityWorkers(tbb::task_arena& arena) : task_scheduler_observer(arena) {
@@ -45,8 +43,8 @@ class ViewRenderer::LowPriorityWorkers final : public tbb::task_scheduler_observ
 
   void on_scheduler_entry(bool /*worker*/) override {
 #if defined(__linux__)
-    // A third of the time beside a thread of ordinary priority, all of it beside none; 10 would
-    // leave a tenth of the time beside another program that is busy.
+    // About a third of the processor next to a thread of normal priority, and all of an idle one. A
+    // nice value of 10 would leave only a tenth next to another busy program.
     constexpr int kNice = 5;
     const auto thread = id_t(gettid());
     if (getpriority(PRIO_PROCESS, thread) < kNice) (void)setpriority(PRIO_PROCESS, thread, kNice);
@@ -57,7 +55,7 @@ class ViewRenderer::LowPriorityWorkers final : public tbb::task_scheduler_observ
 ViewRenderer::ViewRenderer(PicturePublisher& publisher)
     : publisher_(publisher), thread_([this] { work(); }) {}
 
-// Changes what the thread looks at, and wakes it up.
+// Changes shared state under the lock and wakes the thread.
 template <class Change>
 void ViewRenderer::change(const Change& change_it) {
   {
@@ -85,7 +83,8 @@ void ViewRenderer::post(RenderRequest request, bool only_edits) {
       pause_wanted_ = true;
     } else {
       relighting_.reset();
-      // A request that is replaced before it begins hands on that it could not wait.
+      // A request that replaces a pending one may wait for the first picture only if that one
+      // could.
       let_first_picture_finish_ = only_edits && (!request_ || let_first_picture_finish_);
       request_ = std::move(request);
       if (stop_ && (!let_first_picture_finish_ || frame_shown_)) stop_->request(PixelStop::kUser);
@@ -93,7 +92,7 @@ void ViewRenderer::post(RenderRequest request, bool only_edits) {
   });
 }
 
-// How the frame that there is becomes that of the request, if it can.
+// How the current frame's groups must be mixed to show the request; absent if they cannot.
 std::optional<LightMix> ViewRenderer::mix_of(const RenderRequest& request) const {
   std::shared_ptr<const LightGroups> groups;
   const EnvironmentEdit& environment = request.edits.environment;
@@ -167,7 +166,7 @@ std::optional<RenderRequest> ViewRenderer::next_request() {
     if (request_) {
       stop_ = std::make_shared<StopRequest>();
       frame_shown_ = false;
-      groups_.reset();  // until they are those of the new frame, nothing can be mixed
+      groups_.reset();  // nothing can be mixed until the new frame has groups
       relighting_.reset();
       return std::exchange(request_, std::nullopt);
     }
@@ -227,13 +226,13 @@ void ViewRenderer::pause(bool shown) {
   pause_wanted_ = false;
   if (shown) ask_again();
   if (wanted()) serve(lock);
-  if (!frame_shown_ && frame_->has_shown()) {  // in its own time, or because somebody asked
+  if (!frame_shown_ && frame_->has_shown()) {  // on schedule, or because another thread asked
     frame_shown_ = true;
     if (request_) stop_->request(PixelStop::kUser);
   }
   if (!stands_still()) return;
   const ViewClock::time_point begun = ViewClock::now();
-  show_again_ = show_again_ || (paused_ && !shown);  // what stands still is seen as it is
+  show_again_ = show_again_ || (paused_ && !shown);  // a paused frame shows its latest state
   while (stands_still()) {
     if (wanted()) {
       serve(lock);
@@ -255,7 +254,7 @@ bool ViewRenderer::stands_still() const {
   return paused_ || ViewClock::now() < relit_until_;
 }
 
-// Null if those of the frame before will do.
+// Null if the current prepared settings can be reused.
 std::unique_ptr<PreparedSettings> ViewRenderer::prepare(const ViewSettings& settings) const {
   const bool serve =
       prepared_ && frames_serve(prepared_for_, settings) && frames_serve(settings, prepared_for_);
@@ -294,7 +293,8 @@ void ViewRenderer::read_environment(RenderRequest& request) {
   edit.repaired_texels = environment_.repaired_texels;
 }
 
-// Edits the scene. With light groups, to what can be mixed to be the request's; null without.
+// Applies the edits to the scene. With light groups, applies edits from which the request's can be
+// mixed, and returns the groups; otherwise returns null.
 std::shared_ptr<const LightGroups> ViewRenderer::apply_edits(const RenderRequest& request,
                                                              const PreparedSettings& prepared) {
   EditableScene& scene = request.scene->scene->editable();
@@ -308,7 +308,7 @@ std::shared_ptr<const LightGroups> ViewRenderer::apply_edits(const RenderRequest
   return nullptr;
 }
 
-// Until nothing can go wrong any more the frame of before stays, to be looked at and saved.
+// Keeps the previous frame for inspection and saving until nothing can fail.
 void ViewRenderer::render(RenderRequest request) {
   std::unique_ptr<PreparedSettings> prepared = prepare(request.settings);
   set_threads(request.settings.render.threads);
@@ -323,20 +323,21 @@ void ViewRenderer::render(RenderRequest request) {
   arena_->execute([&] {
     if (request.scene->needs_repose(request.edits)) {
       request.scene->pose(request.edits);
-      frame_.reset();  // of the scene that was
+      frame_.reset();  // it refers to the previous pose
     }
     const std::shared_ptr<const LightGroups> groups =
         apply_edits(request, prepared ? *prepared : *prepared_);
     std::optional<LightMix> mix;
     if (groups && request.scene->scene->editable().edits() != request.edits)
       mix = groups->mix(request.edits);
-    std::shared_ptr<LoadedScene> scene_before = request.scene;  // freed here, if it was the last
+    std::shared_ptr<LoadedScene> scene_before =
+        request.scene;  // the last reference is released here
     {
       const std::lock_guard lock(mutex_);
       groups_ = groups;
       groups_scene_.swap(scene_before);
     }
-    frame_.reset();  // which looks at what was prepared, and may be the last to hold a scene
+    frame_.reset();  // it uses the previous settings, and may hold the last reference to a scene
     if (prepared) {
       prepared_ = std::move(prepared);
       prepared_for_ = request.settings;
@@ -349,7 +350,7 @@ void ViewRenderer::render(RenderRequest request) {
     frame_->render(explained);
   });
   const std::lock_guard lock(mutex_);
-  ask_again();  // of the last samples there was no pause
+  ask_again();  // there was no pause after the last samples
 }
 
 }  // namespace emberline

@@ -1,5 +1,5 @@
-// The rendering thread of a session: renders the newest request until a newer one comes, and serves
-// other threads' requests for the film at pauses.
+// The rendering thread of a session: renders the newest request until a newer one arrives, and
+// answers other threads' requests for the film at pauses.
 #pragma once
 
 #include <tbb/task_arena.h>
@@ -23,25 +23,25 @@ namespace emberline {
 class ViewRenderer {
  public:
   explicit ViewRenderer(PicturePublisher& publisher);
-  // Stops the frame and waits for its end. Pending copies get a RenderError.
+  // Stops the frame and waits for it. Pending copies get a RenderError.
   ~ViewRenderer();
 
-  // All functions below may be called from any thread, and wait only for a lock.
+  // All functions below are thread-safe and wait only for a lock.
 
   // Replaces a request that has not begun. If only edits differ from the previous request, the
-  // current frame shows its first picture before it ends, and does not end if its light groups
-  // suffice.
+  // current frame first shows its first picture; it does not end if its light groups can show the
+  // edits.
   void post(RenderRequest request, bool only_edits);
   void set_paused(bool paused);
-  // Changes how the newest state of the film is shown.
+  // Changes how the current film is shown.
   void show_as(const ShownAs& shown_as);
   void show_again();
 
-  // The film at the next pause of a frame that has something to show.
+  // Copies the film at the next pause of a frame with a picture.
   std::future<FilmCopy> copy();
-  // Two pixels are inspected independently; the picked one is explained as well.
+  // Two pixels are inspected independently; the picked one also gets an explanation.
   enum class Look : uint8_t { kPointed, kPicked };
-  // From the next pause on, inspection() describes this pixel, updated with each picture.
+  // From the next pause on, inspection() describes this pixel. It is updated with each picture.
   void inspect(Look look, std::optional<Vec2i> pixel);
   std::optional<PixelInspection> inspection(Look look) const;
 
@@ -63,8 +63,8 @@ class ViewRenderer {
   void read_environment(RenderRequest& request);
   void pause(bool shown);
   void serve(std::unique_lock<std::mutex>& lock);
-  bool wanted() const;  // by serve()
-  void ask_again();     // what is known of the pixels that are looked at
+  bool wanted() const;  // whether serve() has work
+  void ask_again();     // requests an update of both inspections
   LookedAt& look_of(Look look) { return looks_[size_t(look)]; }
   bool stands_still() const;
   std::optional<LightMix> mix_of(const RenderRequest& request) const;
@@ -76,22 +76,23 @@ class ViewRenderer {
   mutable std::mutex mutex_;
   std::condition_variable news_;
   std::optional<RenderRequest> request_;
-  bool let_first_picture_finish_ = false;  // of the frame under way, before request_ ends it
+  bool let_first_picture_finish_ = false;  // of the current frame, before request_ ends it
   bool ending_ = false, paused_ = false;
-  std::shared_ptr<StopRequest> stop_;  // of the frame under way
-  bool frame_shown_ = false;           // it has shown a picture
+  std::shared_ptr<StopRequest> stop_;  // of the current frame
+  bool frame_shown_ = false;           // the current frame has shown a picture
   bool show_again_ = false;
-  std::array<LookedAt, 2> looks_;  // by Look
+  std::array<LookedAt, 2> looks_;  // indexed by Look
   std::vector<std::promise<FilmCopy>> copies_;
-  std::shared_ptr<const LightGroups> groups_;  // of the frame that there is
+  std::shared_ptr<const LightGroups> groups_;  // of the current frame
   std::shared_ptr<LoadedScene> groups_scene_;
   std::optional<Relighting> relighting_;
-  ViewClock::time_point relit_until_;  // the frame stands still: the hand is still at the slider
+  ViewClock::time_point
+      relit_until_;  // the frame waits until then, since the light is probably still being changed
 
   std::atomic<ShownAs> shown_as_{ShownAs()};
   std::atomic<bool> pause_wanted_{false};  // another thread waits for the next pause
 
-  // The thread's own.
+  // Used by the rendering thread alone.
   std::unique_ptr<PreparedSettings> prepared_;
   ViewSettings prepared_for_;
   LiveDenoiser denoiser_;
@@ -101,7 +102,7 @@ class ViewRenderer {
   std::optional<WorkerThreads> workers_;
   std::optional<tbb::task_arena> arena_;
   std::unique_ptr<LowPriorityWorkers> low_priority_;
-  int threads_ = 0;  // that workers_ were asked for
+  int threads_ = 0;  // requested for workers_
 
   std::thread thread_;
 };
