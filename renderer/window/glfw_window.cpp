@@ -26,8 +26,8 @@ RenderError no_window() {
 Glfw::Glfw() {
   glfwSetErrorCallback([](int, const char* description) { last_glfw_error = description; });
 #if defined(GLFW_PLATFORM_X11) && defined(__linux__)
-  // GLFW 3.4 and later look for Wayland first, whose library says on standard error what it
-  // misses.
+  // GLFW 3.4 and later try Wayland first, whose library complains on standard error if it is
+  // missing.
   if (!std::getenv("WAYLAND_DISPLAY") && !std::getenv("WAYLAND_SOCKET")) {
     glfwInitHint(GLFW_PLATFORM, GLFW_PLATFORM_X11);
   }
@@ -42,7 +42,7 @@ void DestroyWindow::operator()(GLFWwindow* window) const { glfwDestroyWindow(win
 WindowHandle open_window(const ViewOptions& options, const WindowState& state, float scale) {
   glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
   glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 0);
-  // The interface needs no depth, and the window is opaque.
+  // The interface needs no depth buffer, and the window is opaque.
   for (const int bits : {GLFW_DEPTH_BITS, GLFW_STENCIL_BITS, GLFW_ALPHA_BITS}) {
     glfwWindowHint(bits, 0);
   }
@@ -64,7 +64,7 @@ WindowHandle open_window(const ViewOptions& options, const WindowState& state, f
   WindowHandle window(glfwCreateWindow(width, height, "Emberline", nullptr, nullptr));
   if (!window) throw no_window();
   glfwMakeContextCurrent(window.get());
-  // Waiting for the screen would stop this thread; the loop has pauses of its own instead.
+  // Waiting for vertical sync would block this thread; the loop limits its own rate.
   glfwSwapInterval(0);
   return window;
 }
@@ -72,7 +72,7 @@ WindowHandle open_window(const ViewOptions& options, const WindowState& state, f
 ImGuiContextOwner::ImGuiContextOwner(GLFWwindow* window) {
   IMGUI_CHECKVERSION();
   ImGui::CreateContext();
-  ImGui::GetIO().IniFilename = nullptr;  // window_state.h remembers the window
+  ImGui::GetIO().IniFilename = nullptr;  // window_state.h stores the window's state
   ImGui_ImplGlfw_InitForOpenGL(window, true);
   ImGui_ImplOpenGL3_Init("#version 130");
 }

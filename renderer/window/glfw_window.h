@@ -1,5 +1,5 @@
-// Owners of what the window's libraries have: GLFW itself, a window, Dear ImGui's context. To be
-// made in this order, on the window's thread.
+// Owners of the window libraries' resources: GLFW, a window, and Dear ImGui's context. Create them
+// in this order, on the window's thread.
 #pragma once
 
 #include <memory>
@@ -12,7 +12,7 @@ struct GLFWwindow;
 namespace emberline {
 
 struct Glfw {
-  // Throws RenderError where there is no display.
+  // Throws RenderError if there is no display.
   Glfw();
   ~Glfw();
   Glfw(const Glfw&) = delete;
@@ -24,7 +24,7 @@ struct DestroyWindow {
 };
 using WindowHandle = std::unique_ptr<GLFWwindow, DestroyWindow>;
 
-// A window with a current OpenGL 3.0 context. `scale`: of what is remembered of its size. Throws
+// Opens a window with a current OpenGL 3.0 context. `scale` applies to the remembered size. Throws
 // RenderError.
 WindowHandle open_window(const ViewOptions& options, const WindowState& state, float scale);
 
@@ -36,7 +36,7 @@ struct ImGuiContextOwner {
   ImGuiContextOwner& operator=(const ImGuiContextOwner&) = delete;
 };
 
-// How much larger than on an ordinary screen letters are to be.
+// The scale of text relative to an ordinary screen.
 float screen_scale();
 
 }  // namespace emberline

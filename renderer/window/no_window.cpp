@@ -1,4 +1,4 @@
-// In place of the window where its libraries were not found when Emberline was built.
+// Replaces the window if its libraries were not found at build time.
 #include "renderer/core/errors.h"
 #include "renderer/window/view_command.h"
 

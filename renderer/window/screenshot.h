@@ -1,4 +1,4 @@
-// Writes pictures of the window, one after the other, in the background.
+// Writes screenshots of the window in the background, one at a time.
 #pragma once
 
 #include <future>
@@ -8,15 +8,15 @@ struct GLFWwindow;
 
 namespace emberline {
 
-// The window's thread only. Its end waits for what is being written.
+// Used on the window's thread only. The destructor waits for pending writes.
 class Screenshot {
  public:
-  // Call after drawing and before the buffers are swapped, when their contents become undefined.
-  // Does nothing while the previous one is being written.
+  // Call after drawing and before swapping buffers, when the contents become undefined. Does
+  // nothing while the previous one is being written.
   void take(GLFWwindow* window, const std::string& path);
   bool under_way() const { return written_.valid(); }
-  // The path of the one that has been written since the last call. Throws what writing it threw,
-  // an EmberlineError; `path` is set then, too.
+  // Whether one has been written since the last call, and its path. Throws the EmberlineError of
+  // writing it; `path` is also set then.
   bool finish(std::string* path);
 
  private:

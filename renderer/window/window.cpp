@@ -1,5 +1,5 @@
-// `emberline view`: GLFW, OpenGL and Dear ImGui around a Workbench, and the loop that wakes up when
-// there is something to do. Their headers stay here.
+// `emberline view`: GLFW, OpenGL and Dear ImGui around a Workbench, and an event loop that wakes up
+// on demand. Only this file includes all their headers.
 #include <GLFW/glfw3.h>
 #include <backends/imgui_impl_glfw.h>
 #include <backends/imgui_impl_opengl3.h>
@@ -29,17 +29,17 @@
 namespace emberline {
 namespace {
 
-// How often the window is drawn at most: for a hand that moves as a screen refreshes, for a picture
-// that gets better as films do. Where the processor draws, that is what it costs the render.
+// Minimum time between redraws: a screen refresh for input, a film frame for a progressing picture.
+// With software OpenGL, redraws take time from the render.
 constexpr double kInputPause_s = 1.0 / 60.0, kPicturePause_s = 1.0 / 30.0;
-// The clock in the status line, while it renders; and a look around where nothing is to be done.
+// Maximum time between redraws: for the clock in the status line while rendering, and when idle.
 constexpr double kStatusPause_s = 0.5, kIdlePause_s = 5.0;
-// ImGui shows what it was told a frame later: hover, popups, fields that were opened.
+// ImGui shows the effect of input one frame later (hover, popups, fields).
 constexpr int kFramesAfterInput = 3;
 
 class Window {
  public:
-  // Throws RenderError where there is no display or no OpenGL 3.0.
+  // Throws RenderError if there is no display or no OpenGL 3.0.
   explicit Window(const ViewOptions& options)
       : options_(options),
         state_file_(options.forget ? std::string() : window_state_file()),
@@ -61,7 +61,7 @@ class Window {
     set_theme();
   }
 
-  // Until it is closed, by its user or by what the options asked for.
+  // Runs until the user or the options close the window.
   void run() {
     const auto stopped = [this] { return options_.stopped && options_.stopped(); };
     while (!glfwWindowShouldClose(window_.get()) && !bench_.interface.quit && !closing_ &&
@@ -72,7 +72,7 @@ class Window {
       flown_s_ = began;
       const uint64_t shown = picture_.drawn() ? picture_.drawn()->edit : 0;
       news_ |= bench_.update();
-      // The first picture of an edit does not wait for its turn.
+      // The first picture of an edit is drawn without delay.
       urgent_ |= bench_.picture() && bench_.picture()->filled && bench_.picture()->edit > shown;
       if (measurement_) measurement_->step(began);
       finish_screenshot();
@@ -98,10 +98,10 @@ class Window {
     listen_to_window();
   }
 
-  // GLFW's events go to the picture's input, and on to ImGui's back end.
+  // Forwards GLFW's events to the picture's input and to ImGui's back end.
   void listen_to_input() {
     GLFWwindow* const window = window_.get();
-    // Instead of those that ImGui's back end has set: it is called from ours.
+    // Replaces the callbacks of ImGui's back end, which ours call.
     glfwSetMouseButtonCallback(window, [](GLFWwindow* w, int button, int action, int modifiers) {
       Window& self = of(w);
       ImGui_ImplGlfw_MouseButtonCallback(w, button, action, modifiers);
@@ -158,7 +158,7 @@ class Window {
       if (self.options_.interface_scale) return;
       self.scale_ = std::max(x, y);
       self.set_theme();
-      ImGui_ImplOpenGL3_DestroyDeviceObjects();  // the next frame makes them anew, with the fonts
+      ImGui_ImplOpenGL3_DestroyDeviceObjects();  // the next frame recreates them with the fonts
       self.frames_owed_ = kFramesAfterInput;
     });
   }
@@ -202,7 +202,7 @@ class Window {
     drawn_s_ = now;
     news_ = urgent_ = false;
     frames_owed_ = std::max(0, frames_owed_ - 1);
-    if (width < 1 || height < 1) return;  // an icon
+    if (width < 1 || height < 1) return;  // minimised
 
     ImGui_ImplOpenGL3_NewFrame();
     ImGui_ImplGlfw_NewFrame();
@@ -216,7 +216,7 @@ class Window {
     bench_.gesture_goes_on(ImGui::IsAnyItemActive() || input_.dragging() || input_.flying());
 
     glViewport(0, 0, pixels_x, pixels_y);
-    const ImVec4& ground = ImGui::GetStyleColorVec4(ImGuiCol_WindowBg);  // of the side panel
+    const ImVec4& ground = ImGui::GetStyleColorVec4(ImGuiCol_WindowBg);  // the side panel's colour
     glClearColor(ground.x, ground.y, ground.z, 1.0f);
     glClear(GL_COLOR_BUFFER_BIT);
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
@@ -258,7 +258,7 @@ class Window {
     closing_ |= path == options_.screenshot;
   }
 
-  // --screenshot: once the picture is as old, or as finished, as was asked for.
+  // --screenshot: takes it when the picture is finished or the requested time has passed.
   void follow_options(double now) {
     if (options_.screenshot.empty() || screenshot_.under_way() || closing_) return;
     const auto& picture = picture_.drawn();
@@ -326,7 +326,7 @@ class Window {
   PictureInput input_;
   std::optional<Measurement> measurement_;
 
-  GLFWcursorposfun imgui_moved_ = nullptr;  // none before ImGui 1.87, which asks GLFW itself
+  GLFWcursorposfun imgui_moved_ = nullptr;  // null before ImGui 1.87, which polls the cursor
   ImGuiInput imgui_input_;
   bool news_ = true, urgent_ = false;
   int frames_owed_ = kFramesAfterInput;

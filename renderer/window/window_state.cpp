@@ -45,7 +45,7 @@ std::string window_state_file() {
     const char* const value = std::getenv(name);
     return std::string(value ? value : "");
   };
-  // Only an absolute one counts (XDG Base Directory Specification 0.8).
+  // Relative paths are ignored (XDG Base Directory Specification 0.8).
   std::filesystem::path folder = variable("XDG_CONFIG_HOME");
   if (!folder.is_absolute()) {
     if (variable("HOME").empty()) return {};
@@ -86,7 +86,7 @@ WindowState read_window_state(const std::string& path) {
 
 namespace {
 
-// Nothing but a file of ours is written over: people keep links to theirs.
+// Replaces only our own files; users may have linked the path to another one.
 bool may_be_written(const std::string& path) {
   std::error_code unknown;
   if (!std::filesystem::exists(path, unknown)) return true;
@@ -129,7 +129,7 @@ void write_window_state(const std::string& path, const WindowState& state) {
 
 std::string free_file(const std::string& stem, const std::string& suffix) {
   std::string name = stem + suffix;
-  std::error_code unknown;  // then it is tried, and what is wrong is said
+  std::error_code unknown;  // ignored: writing reports the error
   for (int i = 2; std::filesystem::exists(std::filesystem::symlink_status(name, unknown)); ++i) {
     name = stem + "-" + std::to_string(i) + suffix;
   }

@@ -1,5 +1,4 @@
-// State of the window that outlives it: its size, open panels, and how pictures are shown. Nothing
-// of a scene.
+// Persistent state of the window: size, panels and recent scenes, but no settings of a scene.
 #pragma once
 
 #include <string>
@@ -8,10 +7,10 @@
 namespace emberline {
 
 struct WindowState {
-  int width = 1440, height = 860;  // of the window, screen coordinates
+  int width = 1440, height = 860;  // of the window, in screen coordinates
   bool maximized = false;
   bool panels = true;
-  float panel_width = 27.0f;  // in heights of a line of text
+  float panel_width = 27.0f;  // in line heights
   int panel_tab = 0;
   bool inspector = true;
   std::vector<std::string> recent_scenes;  // newest first, absolute paths
@@ -24,15 +23,15 @@ struct WindowState {
 // $XDG_CONFIG_HOME/emberline/view.json, or ~/.config/emberline/view.json; empty without a home.
 std::string window_state_file();
 
-// A file that is not there gives the defaults; one that cannot be used too, with a warning, and
-// members out of range theirs.
+// Returns the defaults if the file is missing or, with a warning, unusable. Members out of range
+// keep their defaults.
 WindowState read_window_state(const std::string& path);
 
-// Makes the folder if need be. A disk that refuses costs a warning.
+// Creates the folder if needed. Failure to write is only a warning.
 void write_window_state(const std::string& path, const WindowState& state);
 
-// For files that the window writes without asking for a name: the first of "<stem><suffix>",
-// "<stem>-2<suffix>", … that nothing has.
+// Name for a file that the window writes without asking: the first unused one of "<stem><suffix>",
+// "<stem>-2<suffix>" and so on.
 std::string free_file(const std::string& stem, const std::string& suffix);
 
 }  // namespace emberline

@@ -1,5 +1,4 @@
-// From each edit to the first picture of it on the screen: what an artist feels of a renderer's
-// speed.
+// Latency from each edit to its first picture on the screen, as an artist experiences it.
 #pragma once
 
 #include <cstdint>
@@ -14,10 +13,11 @@ namespace emberline {
 
 // Times are seconds on one clock.
 struct MeasuredEdit {
-  uint64_t number = 0;                         // RenderSession::edit()
-  std::string what;                            // "orbit", "roughness"
-  double asked_s = 0.0;                        // when the hand moved
-  std::optional<double> filled_s, complete_s;  // ShownPicture's two notions, when it was on screen
+  uint64_t number = 0;   // RenderSession::edit()
+  std::string what;      // "orbit", "roughness"
+  double asked_s = 0.0;  // time of the input
+  std::optional<double> filled_s,
+      complete_s;  // when a filled or complete ShownPicture was displayed
 };
 
 class EditLatency {
@@ -25,11 +25,11 @@ class EditLatency {
   static constexpr size_t kMostKept = 100000;
 
   void asked(uint64_t number, std::string what, double time_s);
-  // After the buffers were swapped. A picture of a later edit shows the earlier ones too.
+  // Call after swapping buffers. A picture of a later edit also shows the earlier ones.
   void shown(const ShownPicture& picture, double time_s);
 
   std::span<const MeasuredEdit> edits() const { return edits_; }
-  // The latency of the newest edit that has been shown completely.
+  // Latency of the newest edit that has been displayed as a filled picture.
   std::optional<double> newest_s() const { return newest_s_; }
 
  private:
@@ -38,8 +38,8 @@ class EditLatency {
   std::optional<double> newest_s_;
 };
 
-// The value below which a share `q` in [0, 1] of the values lie, linear between neighbours
-// (Hyndman & Fan 1996, definition 7); NaN without values.
+// The quantile `q` in [0, 1], with linear interpolation (Hyndman & Fan 1996, definition 7); NaN
+// without values.
 double quantile(std::vector<double> values, double q);
 
 }  // namespace emberline

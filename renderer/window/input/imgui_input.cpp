@@ -11,7 +11,7 @@
 namespace emberline {
 namespace {
 
-// `context`: an ImGuiContext, of a version with a queue or without.
+// Works for ImGuiContext with or without an event queue.
 template <typename Context>
 bool queue_empty(const Context& context) {
   if constexpr (requires { context.InputEventsQueue; }) return context.InputEventsQueue.empty();
@@ -20,7 +20,7 @@ bool queue_empty(const Context& context) {
 
 }  // namespace
 
-// The release of a key that was pressed since the last frame waits for the next one to be over.
+// Delays the release of a key that was pressed in this frame until the next frame.
 void ImGuiInput::key(GLFWwindow* window, int key, int scancode, int action, int modifiers) {
   if (action == GLFW_RELEASE && std::ranges::find(pressed_, key) != pressed_.end()) {
     late_releases_.push_back({window, key, scancode, action, modifiers});

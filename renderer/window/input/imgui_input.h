@@ -1,6 +1,6 @@
-// Hands keys on to Dear ImGui, whose versions take input in two ways. Before 1.87 it looks at the
-// keys once a frame, and misses one that is pressed and let go in between; since then it queues
-// events, and spreads over several frames what one would lose.
+// Passes keys to Dear ImGui, whose versions handle input differently. Before 1.87 it polls keys
+// once per frame and misses a press and release in between; later versions queue events and spread
+// them over several frames.
 #pragma once
 
 #include <vector>
@@ -11,9 +11,9 @@ namespace emberline {
 
 class ImGuiInput {
  public:
-  // From GLFW's callback, whose arguments these are.
+  // Call from GLFW's key callback, with its arguments.
   void key(GLFWwindow* window, int key, int scancode, int action, int modifiers);
-  // After each frame. Whether there is input for the next one already.
+  // Call after each frame. Returns whether there is already input for the next one.
   bool end_frame();
 
  private:
@@ -22,7 +22,7 @@ class ImGuiInput {
     int key, scancode, action, modifiers;
   };
   std::vector<int> pressed_;             // since the last frame
-  std::vector<KeyEvent> late_releases_;  // of those
+  std::vector<KeyEvent> late_releases_;  // releases of pressed_ keys
 };
 
 }  // namespace emberline

@@ -1,5 +1,5 @@
-// Keys and mouse: one table from what a hand does to what the window does about it, which the list
-// of shortcuts in the window shows as it stands.
+// The table of keys and mouse gestures and their actions, which the window's list of shortcuts
+// shows.
 #pragma once
 
 #include <optional>
@@ -28,7 +28,7 @@ enum class Action {
   kFrameAll,
   kResetCamera,
   kOrthographic,
-  kRecallBookmark,  // number 1 to 9: Shortcut::number_of
+  kRecallBookmark,  // number 1 to 9: see Shortcut::number_of()
   kStoreBookmark,
   kZoomFit,
   kZoomOne,
@@ -57,23 +57,23 @@ enum class Flight { kForward, kBack, kLeft, kRight, kUp, kDown };
 // Effects of a drag over the picture.
 enum class Drag { kOrbit, kPan, kDolly, kLookAround, kTurnEnvironment, kRegion, kMovePicture };
 
-// As GLFW numbers them: keys (GLFW_KEY_...) and modifiers (GLFW_MOD_SHIFT, _CONTROL, _ALT).
+// Keys (GLFW_KEY_...) and modifiers (GLFW_MOD_SHIFT, _CONTROL, _ALT) use GLFW's values.
 struct Shortcut {
   Action action;
   int key;
   int modifiers;
-  std::string_view group;   // of the list
-  std::string_view keys;    // "Ctrl+Shift+Z", for people
-  std::string_view effect;  // for people
-  int key_count = 1;        // keys from `key` on, in GLFW's order
-  bool listed = true;       // false: the same as the entry before, by another key
+  std::string_view group;   // heading in the list
+  std::string_view keys;    // readable, for example "Ctrl+Shift+Z"
+  std::string_view effect;  // readable
+  int key_count = 1;        // number of consecutive keys from `key` on, in GLFW's order
+  bool listed = true;       // false: another key for the previous entry
 
-  int number_of(int pressed) const { return 1 + pressed - key; }  // 1: `key`
+  int number_of(int pressed) const { return 1 + pressed - key; }  // 1 for `key`
 };
 std::span<const Shortcut> shortcut_table();
-// The entry for a key; none.
+// The entry for a key, or null.
 const Shortcut* find_shortcut(int key, int modifiers);
-// "Ctrl+S": the first entry for an action, for menus. Empty if none.
+// The keys of an action's first entry, such as "Ctrl+S", for menus. Empty if none.
 std::string_view keys_of(Action action);
 
 struct FlightKey {
@@ -92,7 +92,7 @@ struct DragGesture {
 std::span<const DragGesture> drag_table();
 const DragGesture* find_drag(int button, int modifiers);
 
-// Clicks and the wheel, which have no action of their own to look up; for the list alone.
+// Clicks and the wheel, which have no action; only for the list.
 struct ListedGesture {
   std::string_view keys, effect;
 };

@@ -1,5 +1,4 @@
-// `--journal F`: what the window does and shows, a line of JSON each, for reports of faults and for
-// tests.
+// `--journal F`: logs what the window does and shows as JSON lines, for bug reports and tests.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -12,15 +11,15 @@ namespace emberline {
 
 class Journal {
  public:
-  // Lines wait until begin(): the file is not touched before it is known what the scene reads.
-  // Throws RenderError for one that cannot be written.
+  // Buffers lines until begin(), so that the file is not touched before the scene's inputs are
+  // known. Throws RenderError for a file that cannot be written.
   void wait(const std::string& path);
   bool waits() const { return !path_.empty() && !file_; }
   void begin();
   const std::string& path() const { return path_; }
   bool is_open() const { return !path_.empty(); }
-  // {"t": seconds, "event": event, ...members}, at once, so that a reader can follow. Where that
-  // fails, it is said and the journal closed: the window goes on.
+  // Writes {"t": seconds, "event": event, ...members} immediately, so that a reader can follow. On
+  // failure it warns and closes the journal.
   void write(const char* event, const nlohmann::json& members);
 
  private:

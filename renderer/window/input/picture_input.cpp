@@ -11,10 +11,10 @@
 namespace emberline {
 namespace {
 
-constexpr float kClickSlack = 4.0f;         // a hand that clicks moves this far
-constexpr double kDoubleClick_s = 0.35;     // between two clicks
-constexpr float kWipeGrip = 6.0f;           // this near to the wipe's line it is taken hold of
-constexpr double kWheelZoom = 1.189207115;  // a quarter of a doubling
+constexpr float kClickSlack = 4.0f;         // movement tolerated in a click
+constexpr double kDoubleClick_s = 0.35;     // longest time between the two clicks
+constexpr float kWipeGrip = 6.0f;           // distance at which the wipe's line can be grabbed
+constexpr double kWheelZoom = 1.189207115;  // 2^(1/4) per step
 constexpr int kModifiers = GLFW_MOD_SHIFT | GLFW_MOD_CONTROL | GLFW_MOD_ALT;
 
 }  // namespace

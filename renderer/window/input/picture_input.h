@@ -1,5 +1,5 @@
-// From the window system's events to what they mean for the picture. Every event is taken as it
-// comes, not once a frame: a click that begins and ends between two frames is one.
+// Translates the window system's events to actions on the picture. Every event is handled on
+// arrival, so that a click between two frames is not lost.
 #pragma once
 
 #include <array>
@@ -12,24 +12,24 @@ namespace emberline {
 
 class PictureInput {
  public:
-  // `covered`: whether a point belongs to the interface; `typing`: whether letters are text.
+  // `covered`: whether a point belongs to the interface. `typing`: whether keys go to a text field.
   PictureInput(Workbench& bench, std::function<bool(const Vec2f&)> covered,
                std::function<bool()> typing);
 
-  // Positions in the window's units; keys, buttons and modifiers as GLFW has them.
+  // Positions are in window units; keys, buttons and modifiers have GLFW's values.
   void button(int button, bool pressed, int modifiers);
   void moved(const Vec2f& position);
   void left_window();
   void wheel(double steps, int modifiers);
   void key(int key, bool pressed, bool repeated, int modifiers);
-  void lost_focus();  // releases of keys are not reported any more
+  void lost_focus();  // further key releases are not reported
 
-  // For the time since the last call: keys that are held fly.
+  // Moves the camera with the held keys for the time since the last call.
   void fly(double seconds);
 
   bool dragging() const { return drag_.has_value() && moved_; }
   bool flying() const;
-  // While a region is being drawn.
+  // The region being drawn, if any.
   std::optional<Rect> dragged_region() const;
 
  private:

@@ -1,4 +1,4 @@
-// The tab of the camera.
+// The camera tab.
 #include <fmt/format.h>
 #include <imgui.h>
 
@@ -14,8 +14,9 @@
 namespace emberline {
 namespace {
 
-constexpr double kFirstStop = 2.8;                           // of a lens that is switched on
-constexpr float kLeastHeight = 1e-3f, kMostHeight = 100.0f;  // orthographic, in radii of the scene
+constexpr double kFirstStop = 2.8;  // default when a lens is switched on
+constexpr float kLeastHeight = 1e-3f,
+                kMostHeight = 100.0f;  // orthographic, relative to the scene's radius
 
 void choose_file_camera(Workbench& bench) {
   const auto& cameras = bench.session.scene()->outline.cameras;
@@ -52,7 +53,7 @@ void slide_fov(Workbench& bench, const CameraDescription& seen) {
   }
 }
 
-// Without "back to the file's", which has a height for some cameras only.
+// Has no reset to the file's value, since only some cameras have a height.
 void slide_height(Workbench& bench, const CameraDescription& seen) {
   const auto radius = float(bench.session.scene()->radius);
   CameraEdit edit = bench.session.edits().camera;

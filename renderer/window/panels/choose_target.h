@@ -1,4 +1,4 @@
-// A row of a panel that chooses one of the things that the scene's file has.
+// A panel row that chooses an item of the scene's file.
 #pragma once
 
 #include <string>
@@ -10,8 +10,8 @@
 
 namespace emberline {
 
-// Chooses one of the file's `what`s ("camera"), or none: the choice of the file, which is called
-// `none_means`. If `otherwise` is not empty, it is shown instead of either.
+// Chooses an item of `list` (of kind `what`, such as "camera") or none, the file's default, shown
+// as `none_means`. If not empty, `otherwise` is shown instead of the choice.
 template <class Named>
 bool choose_target(const widgets::Row& row, std::optional<EditTarget>& target,
                    const std::vector<Named>& list, const char* what, const char* none_means,

@@ -36,7 +36,7 @@ void replace(std::vector<Edit>& list, const Edit& edit, bool changes, const Same
   }
 }
 
-constexpr const char* kTypeNames[] = {"point", "spot", "sun"};  // by PunctualType
+constexpr const char* kTypeNames[] = {"point", "spot", "sun"};  // indexed by PunctualType
 
 }  // namespace
 

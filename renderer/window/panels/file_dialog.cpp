@@ -20,7 +20,7 @@ std::string lower(std::string text) {
   return text;
 }
 
-// In the middle of the screen when it appears.
+// Opens centred on the screen.
 bool begin_popup(const char* title) {
   const float em = ImGui::GetFontSize();
   const ImVec2 screen = ImGui::GetIO().DisplaySize;
@@ -118,7 +118,7 @@ void FileDialog::draw(const std::function<void(const std::string&)>& chosen) {
   const float buttons = 13.0f * em;
   ImGui::SetNextItemWidth(-buttons);
   if (appears || std::exchange(asked_, false)) ImGui::SetKeyboardFocusHere();
-  ImGui::PushID(openings_);  // another field each time, so that its text is selected
+  ImGui::PushID(openings_);  // a new id selects the field's text
   done |= ImGui::InputText("##name", &name_, ImGuiInputTextFlags_EnterReturnsTrue);
   has_keyboard_ = ImGui::IsItemActive();
   ImGui::PopID();

@@ -1,5 +1,4 @@
-// A dialog that asks for a file: to open one that is there, or to name one to write. The window
-// library has none.
+// A dialog for choosing a file to open or to write, which the window library lacks.
 #pragma once
 
 #include <cstdint>
@@ -13,21 +12,21 @@ class FileDialog {
  public:
   enum class Purpose : uint8_t {
     kRead,
-    kWrite,  // a file that is there is chosen only once the dialog has asked
+    kWrite,  // asks before an existing file is replaced
   };
 
-  // `suffixes`: of the files that are listed, lower case.
+  // Lists files with these lower-case `suffixes`.
   FileDialog(const char* title, const char* verb, Purpose purpose,
              std::vector<std::string> suffixes);
 
-  // `path`: where to begin, a file or folder.
+  // `path`: the initial file or folder.
   void open(const std::string& path);
-  // Closes it, if it is open, when it is drawn next.
+  // Closes the dialog the next time it is drawn.
   void cancel() { cancelled_ = true; }
   const char* title() const { return title_; }
-  // Whether keys go to the name, when it was drawn last.
+  // Whether the name field had keyboard focus when last drawn.
   bool has_keyboard() const { return has_keyboard_; }
-  // Draws it while it is open; calls `chosen` with the path. Each frame.
+  // Call each frame: draws the dialog while it is open, and calls `chosen` with the path.
   void draw(const std::function<void(const std::string&)>& chosen);
 
  private:
@@ -36,9 +35,9 @@ class FileDialog {
     bool folder = false;
   };
   void enter(const std::string& folder);
-  // Whether `path` can be chosen: not before it was asked for twice where it would be replaced.
+  // Whether `path` may be chosen; an existing file must be confirmed first.
   bool agreed(const std::string& path);
-  // The list of the folder's files. True if one was chosen; `next` is the folder to go to, if any.
+  // Draws the folder's files. Returns whether one was chosen; sets `next` to a chosen folder.
   bool draw_files(std::string* next);
 
   const char* title_;
@@ -46,7 +45,7 @@ class FileDialog {
   Purpose purpose_;
   std::vector<std::string> suffixes_;
   std::string folder_, name_;
-  std::string replaced_;  // is there, as the dialog says; whole path
+  std::string replaced_;  // existing file that needs confirmation; full path
   std::vector<Entry> entries_;
   int openings_ = 0;
   bool opening_ = false, cancelled_ = false, asked_ = false, has_keyboard_ = false;

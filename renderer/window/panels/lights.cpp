@@ -1,4 +1,4 @@
-// The tab of lights, and the environment.
+// The lights tab, including the environment.
 #include <fmt/format.h>
 #include <imgui.h>
 
@@ -20,7 +20,6 @@ bool same_light(const std::optional<LightEdit>& solo, const LightEdit& edit) {
   return solo && solo->kind == edit.kind && solo->target == edit.target;
 }
 
-// A button that is lit while it is on.
 bool lit_button(const char* label, bool on) {
   if (on) {
     ImGui::PushStyleColor(ImGuiCol_Button, accent_colour());
@@ -36,7 +35,7 @@ float solo_width() {
   return ImGui::CalcTextSize("Solo").x + 2.0f * ImGui::GetStyle().FramePadding.x;
 }
 
-// Name and type, cut off where the button to the right of them begins.
+// Draws name and type, clipped before the button to their right.
 void draw_name(const ListedLight& light, bool on) {
   const float room =
       ImGui::GetContentRegionAvail().x - solo_width() - ImGui::GetStyle().ItemSpacing.x;
@@ -132,7 +131,7 @@ void draw_environment(Workbench& bench) {
   }
 }
 
-// Changing lights without a new ray, or rendering anew as a final frame would.
+// Chooses between light groups, which need no new samples, and rendering like a final frame.
 void choose_light_groups(Workbench& bench) {
   ViewSettings settings = bench.session.settings();
   ImGui::BeginDisabled(!can_relight(settings.render));

@@ -1,4 +1,4 @@
-// The tab of materials.
+// The materials tab.
 #include <fmt/format.h>
 #include <imgui.h>
 
@@ -43,7 +43,7 @@ bool edit_group(const MaterialGroup& group, MaterialEdit& edit, const MaterialDe
   return changed;
 }
 
-// A heading that opens and closes, in the colours of the fields below it.
+// A collapsible heading in the colours of the fields below it.
 bool group_heading(const char* name, bool open, bool edited) {
   ImGui::PushStyleColor(ImGuiCol_Header, ImGui::GetStyleColorVec4(ImGuiCol_FrameBg));
   ImGui::PushStyleColor(ImGuiCol_HeaderHovered, ImGui::GetStyleColorVec4(ImGuiCol_FrameBgHovered));
@@ -56,7 +56,7 @@ bool group_heading(const char* name, bool open, bool edited) {
   return is_open;
 }
 
-// The base, and under headings what lies on it: open where the material has it.
+// Draws the base, then collapsible layers, which are open if the material has them.
 bool edit_factors(MaterialEdit& edit, const MaterialDescription& own) {
   bool changed = false;
   for (const MaterialGroup* group : offered_groups(own, edit)) {
@@ -115,7 +115,7 @@ void draw_materials(Workbench& bench) {
   const MaterialDescription& own = outline.materials[size_t(index)];
   MaterialEdit edit = material_edit(bench.session.edits(), outline, index);
   widgets::heading(shown_name(own.name, "material", index).c_str());
-  ImGui::PushID(index);  // which headings are open is each material's own
+  ImGui::PushID(index);  // so that each material remembers its open headings
   bool changed = edit_factors(edit, own);
   ImGui::PopID();
   if (changes_something(edit) && ImGui::Button("Back to the file's", {-FLT_MIN, 0.0f})) {

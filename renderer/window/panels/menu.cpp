@@ -1,4 +1,4 @@
-// The menu along the window's upper edge.
+// The menu bar.
 #include <imgui.h>
 
 #include <filesystem>
@@ -17,7 +17,7 @@ void menu_entry(Workbench& bench, const char* name, Action action, bool enabled 
   if (ImGui::MenuItem(name, keys.c_str(), ticked, enabled)) bench.act(action);
 }
 
-// Choices that are made while a file is read; a change reads the open file again.
+// Options for reading files; a change reloads the open file.
 void choose_loading(Workbench& bench) {
   ViewSettings settings = bench.session.settings();
   bool changed =
@@ -110,7 +110,7 @@ void draw_help_menu(Workbench& bench) {
   ImGui::EndMenu();
 }
 
-// To the right of the menus.
+// Drawn to the right of the menus.
 void draw_file_name(const Workbench& bench) {
   const std::string name = std::filesystem::path(bench.load_status().path).filename().string() +
                            (bench.edits.unsaved() ? "  •  edits not saved" : "");

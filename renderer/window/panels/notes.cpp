@@ -1,4 +1,4 @@
-// Notes over the picture: the welcome, a scene that is loading, messages.
+// Notes over the picture: welcome, loading progress, messages.
 #include <imgui.h>
 
 #include <algorithm>
@@ -32,7 +32,7 @@ void draw_message_text(const Message& message) {
   ImGui::PopStyleColor();
 }
 
-// `height`: where in the area, from its top to its bottom.
+// `height`: the relative position in the area, 0 at the top and 1 at the bottom.
 void place_in_middle(const Rect& area, float height) {
   ImGui::SetNextWindowPos({0.5f * float(area.x0 + area.x1), height * float(area.y0 + area.y1)},
                           ImGuiCond_Always, {0.5f, 0.5f});
@@ -77,7 +77,7 @@ void Interface::draw_loading(Workbench& bench) {
   ImGui::End();
 }
 
-// The newest message, over the lower edge of the picture for a while; an error until it is closed.
+// Shows the newest message over the picture's lower edge for a while, errors longer.
 void Interface::draw_notice(Workbench& bench) {
   const std::deque<Message>& messages = bench.messages.messages();
   if (messages.empty()) return;

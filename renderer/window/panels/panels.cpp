@@ -12,7 +12,7 @@
 namespace emberline {
 namespace {
 
-constexpr float kLeastPanel = 22.0f, kMostPanel = 45.0f;  // in heights of a line
+constexpr float kLeastPanel = 22.0f, kMostPanel = 45.0f;  // in line heights
 
 struct Tab {
   const char* name;
@@ -80,7 +80,7 @@ void Interface::draw_side_panel(Workbench& bench, float top, float width, float 
   const float wanted = panel_width(bench.window, width);
   ImGui::SetNextWindowPos({width - wanted, top});
   ImGui::SetNextWindowSize({wanted, bottom - top});
-  // Its ground is what the window is cleared to: nothing more to be drawn.
+  // The window is cleared to its colour, so it needs no background.
   ImGui::Begin("##panel", nullptr, fixed_panel_flags() | ImGuiWindowFlags_NoBackground);
   if (ImGui::BeginTabBar("##tabs", ImGuiTabBarFlags_FittingPolicyResizeDown)) {
     for (int i = 0; i < int(kTabs.size()); ++i) {
@@ -103,7 +103,7 @@ void Interface::draw_side_panel(Workbench& bench, float top, float width, float 
   draw_panel_edge(bench.window, top, width, bottom - top);
 }
 
-// The left edge of the side panel can be dragged.
+// A handle on the side panel's left edge.
 void Interface::draw_panel_edge(WindowState& window, float top, float width, float height) {
   const float em = ImGui::GetFontSize();
   ImGui::SetNextWindowPos({width - panel_width(window, width) - 3.0f, top});

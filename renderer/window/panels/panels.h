@@ -1,5 +1,5 @@
-// The interface around the picture. Each function draws one part of it between ImGui's NewFrame and
-// Render, and puts what is changed into the workbench.
+// The interface around the picture. Each function draws a part of it between ImGui's NewFrame and
+// Render, and applies changes to the workbench.
 #pragma once
 
 #include <vector>
@@ -10,16 +10,15 @@
 
 namespace emberline {
 
-// Menu, tabs, status line, dialogs; leaves the rest of the window to the picture and places it
-// there.
+// Draws menu, tabs, status line and dialogs, and places the picture in the rest of the window.
 class Interface {
  public:
   void draw(Workbench& bench, float width, float height);
-  // Whether the point belongs to a window or menu that lies over the picture.
+  // Whether the point belongs to a window or menu over the picture.
   bool covers(const Vec2f& point) const;
-  bool popup_open() const { return popup_; }  // a menu, list or dialog, which has the keyboard
-  const char* asks() const;                   // the dialog whose name is being typed; empty: none
-  void cancel_dialogs();                      // as their button does
+  bool popup_open() const { return popup_; }  // a menu, list or dialog has the keyboard
+  const char* asks() const;  // the dialog whose name field has the keyboard; empty: none
+  void cancel_dialogs();     // as their Cancel buttons
 
  private:
   void draw_side_panel(Workbench& bench, float top, float width, float bottom);
@@ -31,7 +30,7 @@ class Interface {
   void draw_loading(Workbench& bench);
   void draw_welcome(Workbench& bench);
   void draw_dialogs(Workbench& bench);
-  void take_place();  // of the window that is being drawn
+  void take_place();  // registers the window being drawn
 
   FileDialog open_dialog_{
       "Open", "Open", FileDialog::Purpose::kRead, {".gltf", ".glb", ".hdr", ".exr", ".json"}};
@@ -42,7 +41,7 @@ class Interface {
   std::vector<Rect> floating_;
   bool popup_ = false;
   bool tab_chosen_ = false;
-  double dismissed_s_ = 0.0;  // messages of before are not shown over the picture any more
+  double dismissed_s_ = 0.0;  // earlier messages are no longer shown over the picture
 };
 
 // The tabs.
@@ -52,11 +51,11 @@ void draw_camera(Workbench& bench);
 void draw_sampling(Workbench& bench);
 void draw_display(Workbench& bench);
 
-// Along the upper and the lower edge of the window.
+// Drawn along the upper and lower edges of the window.
 void draw_menu(Workbench& bench);
 void draw_status_line(const Workbench& bench, float width, float height);
 
-// Under the picture, of a scene that has animations: 0 high, and nothing, of any other.
+// Drawn under the picture if the scene has animations; otherwise the height is 0.
 float time_line_height(const Workbench& bench);
 void draw_time_line(Workbench& bench, float top, float width);
 

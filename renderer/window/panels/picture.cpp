@@ -1,4 +1,4 @@
-// Sampling and display: how the frame is rendered and looked at.
+// The render and display tabs.
 #include <fmt/format.h>
 #include <imgui.h>
 
@@ -41,7 +41,7 @@ bool choose_setting(const widgets::Row& row, std::string_view name, RenderOption
   return true;
 }
 
-// Choosing a driver resets the settings that it excludes, instead of refusing the choice.
+// Resets settings that the driver or threshold excludes, instead of rejecting the choice.
 void reset_excluded_settings(RenderOptions& options) {
   if (!is_allowed(options, "noise-threshold")) options.noise_threshold.reset();
   if (is_allowed(options, "estimator")) return;
@@ -145,7 +145,7 @@ void draw_histogram(Workbench& bench) {
                      clipped.c_str());
 }
 
-// An enumeration whose table has a row for each of its values, in their order.
+// Chooses an enumerator; the table has a row for each, in order.
 template <typename Enum, typename Table>
 bool choose_value(const widgets::Row& row, Enum& value, const Table& table) {
   int index = int(value);
@@ -196,7 +196,7 @@ std::string words_of(const DisplaySettings& display) {
   return words;
 }
 
-// Describes both sides, so that another exposure is not mistaken for other light.
+// Describes both sides, so that a different exposure is not mistaken for different light.
 void draw_sides(Workbench& bench) {
   const KeptPicture& kept = bench.comparison.kept();
   if (!kept.picture || !bench.picture()) return;

@@ -1,4 +1,4 @@
-// Shows what decided the samples of one pixel, as the driver explains it.
+// Shows the driver's explanation of one pixel's samples.
 #include <imgui.h>
 
 #include <algorithm>
@@ -11,11 +11,11 @@
 namespace emberline {
 namespace {
 
-// In heights of a line: room for the driver's tables, which are 80 letters wide.
+// In line heights; the driver's tables are 80 characters wide.
 constexpr float kWidth = 44.0f, kHeight = 22.0f;
 
-// In the corner of the picture's area that is farthest from the pixel, where the panel comes; room
-// is left for notes along the lower edge.
+// Places the panel in the corner of the picture farthest from the pixel, with space for notes at
+// the lower edge.
 void place_aside(const Workbench& bench) {
   const float em = ImGui::GetFontSize();
   const Rect& area = bench.placement.area();
@@ -51,7 +51,7 @@ void draw_text(const Workbench& bench) {
 
 }  // namespace
 
-// Stays where it is put, whatever its text and wherever the pixel.
+// The panel keeps its position, whatever its text and the pixel.
 void Interface::draw_explanation(Workbench& bench) {
   if (!bench.pixels.explains()) return;
   const float em = ImGui::GetFontSize();

@@ -1,4 +1,3 @@
-// The list of shortcuts.
 #include <imgui.h>
 
 #include <algorithm>
@@ -24,7 +23,7 @@ void shortcut_heading(std::string_view text) {
   ImGui::TextColored(quiet_colour(), "%.*s", int(text.size()), text.data());
 }
 
-// The groups up to that of the picture, or from there on: two columns of about equal length.
+// Lists the groups before "Picture", or from there on: two columns of about equal length.
 void list_keys(bool second_half) {
   std::string_view group;
   bool in_second = false;

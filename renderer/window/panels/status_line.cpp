@@ -1,4 +1,4 @@
-// The line along the window's lower edge.
+// The status line.
 #include <fmt/format.h>
 #include <imgui.h>
 
@@ -70,7 +70,7 @@ void draw_parts(const Workbench& bench) {
   ImGui::TextColored(quiet_colour(), "%s", right.c_str());
 }
 
-// Along the upper edge: how far the first pass is.
+// Draws the progress of the first pass along the upper edge.
 void draw_progress(const Workbench& bench, float top, float width) {
   if (!bench.picture() || bench.picture()->complete) return;
   const auto part = float(bench.picture()->progress.completion);

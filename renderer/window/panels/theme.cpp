@@ -15,10 +15,10 @@ namespace {
 
 constexpr float kFontSize = 15.0f;  // pixels, at scale 1
 
-constexpr float kFixedSize = 0.9f;  // of that, where letters are all as wide
+constexpr float kFixedSize = 0.9f;  // relative to kFontSize, for the monospaced font
 
-// Where DejaVu lies on Debian, Fedora, Arch and openSUSE: its Sans has the letters of most scripts
-// that names in scenes are written in, which ImGui's own font has not.
+// Where Debian, Fedora, Arch and openSUSE install DejaVu. DejaVu Sans covers most scripts used in
+// scene names, unlike ImGui's own font.
 constexpr std::array kFontFolders = {
     "/usr/share/fonts/truetype/dejavu",
     "/usr/share/fonts/dejavu-sans-fonts",
@@ -27,13 +27,13 @@ constexpr std::array kFontFolders = {
     "/usr/share/fonts/truetype",
 };
 
-// Latin with its extensions, Greek, Cyrillic, punctuation, super- and subscripts, arrows, and the
-// mathematical and geometric signs that the panels use. Pairs of first and last, ended by 0.
+// Latin with extensions, Greek, Cyrillic, punctuation, super- and subscripts, arrows, and the
+// mathematical and geometric symbols of the panels. First and last of each range; ends with 0.
 constexpr std::array<ImWchar, 17> kGlyphRanges = {0x0020, 0x024F, 0x0370, 0x03FF, 0x0400, 0x04FF,
                                                   0x2010, 0x2044, 0x2070, 0x209F, 0x2190, 0x2193,
                                                   0x2200, 0x226F, 0x25A0, 0x25FF, 0};
 
-// The font of that name, or ImGui's own, whose letters are all as wide.
+// Adds the named font or, as a fallback, ImGui's monospaced one.
 void add_font(const char* name, float pixels, const ImWchar* glyph_ranges) {
   ImFontAtlas& fonts = *ImGui::GetIO().Fonts;
   for (const char* folder : kFontFolders) {
@@ -48,7 +48,7 @@ void add_font(const char* name, float pixels, const ImWchar* glyph_ranges) {
     fonts.AddFontFromMemoryTTF(owned_by_imgui, int(bytes.size()), pixels, &config, glyph_ranges);
     return;
   }
-  ImFontConfig config;  // of 13 pixels: sharp at whole multiples alone
+  ImFontConfig config;  // 13 pixels high: sharp only at whole multiples
   config.SizePixels = 13.0f * std::max(1.0f, std::round(pixels / 13.0f));
   fonts.AddFontDefault(&config);
 }
@@ -88,7 +88,7 @@ void set_colours(ImGuiStyle& style) {
   colours[ImGuiCol_Button] = grey(0.25f);
   colours[ImGuiCol_ButtonHovered] = grey(0.32f);
   colours[ImGuiCol_ButtonActive] = tinted(0.6f);
-  colours[ImGuiCol_Header] = tinted(0.3f);  // the row that is chosen
+  colours[ImGuiCol_Header] = tinted(0.3f);  // the selected row
   colours[ImGuiCol_HeaderHovered] = grey(0.28f);
   colours[ImGuiCol_HeaderActive] = tinted(0.5f);
   colours[ImGuiCol_Separator] = grey(0.25f);

@@ -1,5 +1,5 @@
-// Dear ImGui's looks: a dark, neutral grey that leaves the picture the only colour in sight, one
-// accent, and letters that can be read.
+// Dear ImGui's appearance: dark neutral grey, so that only the picture is coloured, one accent
+// colour, and readable fonts.
 #pragma once
 
 struct ImFont;
@@ -7,23 +7,23 @@ struct ImVec4;
 
 namespace emberline {
 
-// Style and fonts for an interface `scale` times the size that fits a screen of 96 dots an inch, on
-// a frame buffer with `pixels_per_unit` pixels for each of the window system's units. Call after
-// ImGui::CreateContext and before the first frame; may be called again between frames, the renderer
-// must then make its font texture anew.
+// Sets style and fonts for an interface `scale` times the size for a 96-dpi screen, on a frame
+// buffer with `pixels_per_unit` pixels per window unit. Call after ImGui::CreateContext and before
+// the first frame; it may be repeated between frames, after which the renderer must rebuild its
+// font texture.
 void apply_theme(float scale, float pixels_per_unit);
 
-// Colours that say something. Okabe & Ito 2008, "Color Universal Design", lightened for a dark
-// ground: told apart by colour-blind readers.
+// Signal colours from Okabe & Ito 2008, "Color Universal Design", lightened for a dark background;
+// distinguishable by colour-blind readers.
 ImVec4 accent_colour();
 ImVec4 warning_colour();
 ImVec4 error_colour();
-ImVec4 quiet_colour();  // what matters less than the rest
+ImVec4 quiet_colour();  // less important text
 
-// ImGuiWindowFlags of a panel that stays where it is, under everything that floats.
+// ImGuiWindowFlags of a panel that is fixed below all floating windows.
 int fixed_panel_flags();
 
-// A font of fixed width for tables in text, with Latin letters only.
+// A monospaced font for tables, with Latin letters only.
 ImFont* fixed_font();
 
 }  // namespace emberline

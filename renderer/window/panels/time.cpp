@@ -1,4 +1,4 @@
-// The time line under the picture, of a scene that has animations.
+// The time line under the picture, for scenes with animations.
 #include <fmt/format.h>
 #include <imgui.h>
 
@@ -87,7 +87,7 @@ bool choose_shutter(AnimationEdit& edit) {
   return changed;
 }
 
-// As wide as what is left beside so much.
+// Fills the line except for the width `beside`.
 bool scrub(AnimationEdit& edit, double duration, float beside) {
   const double least = 0.0, fps = fps_of(edit);
   double time = edit.time.value_or(0.0);

@@ -7,7 +7,7 @@
 namespace emberline {
 namespace {
 
-// Tolerance for times that are whole frames except for rounding.
+// Tolerance for rounding of whole frames.
 constexpr double kSlack = 1e-6;
 
 }  // namespace

@@ -9,9 +9,9 @@
 namespace emberline::widgets {
 namespace {
 
-constexpr float kNameWidth = 0.36f;  // of the panel
+constexpr float kNameWidth = 0.36f;  // relative to the panel
 
-// Draws the name, leaves the cursor where the widget begins, and returns the widget's label.
+// Draws the name, moves the cursor to the widget, and returns the widget's label.
 std::string begin(const Row& row) {
   const float left = ImGui::GetCursorPosX();
   ImGui::AlignTextToFramePadding();
@@ -81,7 +81,7 @@ bool choose_index(const Row& row, int& index, std::span<const Choice> choices,
   if (!ImGui::BeginCombo(label.c_str(), shown.c_str(), ImGuiComboFlags_HeightLarge)) return false;
   bool changed = false;
   const auto offer = [&](std::string_view name, int i, bool chosen) {
-    ImGui::PushID(i);  // names need not differ
+    ImGui::PushID(i);  // names may be equal
     if (ImGui::Selectable(std::string(name).c_str(), chosen)) {
       index = i;
       changed = true;

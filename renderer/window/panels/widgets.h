@@ -1,5 +1,5 @@
-// Rows of a panel: what a value is called on the left, and on the right the widget that changes it,
-// as wide as the panel. All return whether the value was changed.
+// Panel rows: the name of a value on the left, its widget on the right, as wide as the panel. All
+// return whether the value was changed.
 #pragma once
 
 #include <cstdint>
@@ -13,11 +13,11 @@
 
 namespace emberline::widgets {
 
-// `edited`: the value is not the file's; its name is then in the accent colour, and a click on the
-// name with the right button calls for the file's: Row::reset.
+// `edited`: the value differs from the file's; its name then has the accent colour, and a right
+// click on it sets *reset.
 struct Row {
   const char* name;
-  const char* help = nullptr;  // shown over the name
+  const char* help = nullptr;  // tooltip of the name
   bool edited = false;
   bool* reset = nullptr;
 };
@@ -25,7 +25,7 @@ struct Row {
 bool slide(const Row& row, float& value, float least, float most, const char* format,
            bool logarithmic = false);
 bool slide(const Row& row, int& value, int least, int most, bool logarithmic = false);
-// A number of the file, `own`, that an edit may replace.
+// A slider for a number of the file, `own`, that an edit may replace.
 template <typename T>
 bool slide_edit(const char* name, const char* help, std::optional<T>& edit, T own, float least,
                 float most, const char* format, bool logarithmic = false) {
@@ -41,12 +41,12 @@ bool colour(const Row& row, Rgb& value, bool hdr = false);
 bool check(const Row& row, bool& value);
 void text(const Row& row, const std::string& value);
 
-// One of a table's names; `empty_means` is what an empty value means, and can be chosen then.
+// A named choice.
 struct Choice {
   std::string_view name, summary;
 };
-// By the place among the choices. While it is none of theirs, `otherwise` is shown; without that
-// `empty_means`, which can be chosen then and is -1.
+// Chooses by index. If the index is not valid, shows `otherwise` or, if that is empty,
+// `empty_means`. If given, `empty_means` can be chosen as index -1.
 bool choose_index(const Row& row, int& index, std::span<const Choice> choices,
                   const std::string& otherwise = {}, const char* empty_means = nullptr);
 bool choose(const Row& row, std::string& value, std::span<const Choice> choices,
@@ -58,18 +58,17 @@ std::vector<Choice> choices_of(const Table& table) {
   for (const auto& entry : table) choices.push_back({entry.name, entry.summary});
   return choices;
 }
-// Refer to the names.
+// The result refers to `names`.
 std::vector<Choice> choices_of_names(std::span<const std::string> names);
 
-// Width of each of two widgets side by side, at the beginning of their line.
+// Width of each of two widgets side by side; call at the beginning of their line.
 float half_width();
 
-// A heading between groups of rows.
 void heading(const char* text);
-// Help for what was drawn last, while the mouse is over it.
+// Tooltip for the previous item.
 void help(const std::string& text);
 void tooltip(const std::string& text);
-// A line of text, broken where the panel ends; what matters less than the rest is quiet.
+// A paragraph wrapped at the panel's edge; quiet_paragraph() is for less important text.
 void paragraph(const std::string& text);
 void quiet_paragraph(const std::string& text);
 

@@ -1,4 +1,4 @@
-// Writes to the journal what is on the screen. The window's thread only.
+// Logs what is displayed to the journal. Used on the window's thread only.
 #pragma once
 
 #include <memory>
@@ -15,9 +15,9 @@ class DrawnJournal {
   // `journal` must outlive this.
   explicit DrawnJournal(Journal& journal) : journal_(journal) {}
 
-  // After each frame: the picture that is on the screen, and where.
+  // Call after each frame with the displayed picture and its placement.
   void note(const std::shared_ptr<const ShownPicture>& picture, const PicturePlacement& placement);
-  // `asking`: the dialog whose name is being typed; empty: none.
+  // `asking`: the dialog whose name field has the keyboard; empty: none.
   void note_dialog(const std::string& asking);
 
  private:

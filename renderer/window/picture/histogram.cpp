@@ -6,7 +6,7 @@ namespace emberline {
 namespace {
 
 constexpr double kPause_s = 0.2;
-// A larger picture is sampled at every n-th pixel: shares are right to a tenth of a percent.
+// Larger pictures are subsampled; fractions stay accurate to a tenth of a percent.
 constexpr size_t kMostPixels = 300000;
 
 }  // namespace
@@ -17,7 +17,7 @@ void Histogram::update(const std::shared_ptr<const ShownPicture>& picture, doubl
   counted_s_ = now_s;
   counts_ = {};
   const size_t pixels = picture->rgba8.size() / 4;
-  // Odd, so that it walks over all columns of a frame whose width is a power of two.
+  // Odd, so that all columns are visited if the width is a power of two.
   const size_t stride = (pixels / kMostPixels) | 1;
   size_t black = 0, clipped = 0, counted = 0;
   for (size_t i = 0; i < pixels; i += stride, ++counted) {

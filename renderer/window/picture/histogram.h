@@ -1,4 +1,4 @@
-// How often each display value occurs in the picture as shown.
+// Histogram of the picture's display values.
 #pragma once
 
 #include <array>
@@ -12,13 +12,13 @@ class Histogram {
  public:
   static constexpr int kBins = 128;
 
-  // Counts anew for a newer picture, at most a few times a second: under a millisecond.
+  // Updates for a newer picture, at most a few times a second; takes less than a millisecond.
   void update(const std::shared_ptr<const ShownPicture>& picture, double now_s);
 
-  // Height of a bar, in [0, 1]; channel 0 to 2. The largest bar between black and white fills the
-  // height, so that a black ground does not flatten all else.
+  // Height of a bar, in [0, 1], of channel 0 to 2. Scaled by the largest bar between black and
+  // white, so that a black background does not flatten the others.
   float height(size_t channel, int bin) const;
-  // Shares of the pixels: with every channel at 0, with some channel at 255.
+  // Fractions of pixels with all channels at 0, and with any channel at 255.
   double black() const { return black_; }
   double clipped() const { return clipped_; }
 

@@ -15,15 +15,15 @@ namespace {
 
 using Json = nlohmann::json;
 
-// The built-in script: the number of edits of each kind, and the time between them, as an artist
-// who looks at the result would make them.
+// Built-in script: edits of each kind, and the interval at which an artist who looks at the results
+// would make them.
 constexpr int kEditsOfEachKind = 25;
 constexpr double kBetweenEdits_s = 0.25;
 constexpr double kWarmUp_s = 1.0;
-// After the last edit: until its picture has settled, and how long the pace is then taken, longer
-// where no picture comes meanwhile.
+// After the last edit: time for its picture to settle, then the measuring time for the render
+// speed, extended if no picture arrives.
 constexpr double kSettling_s = 2.0, kIdle_s = 6.0, kIdleAtMost_s = 60.0;
-// The longest script: a day.
+// Longest script: a day.
 constexpr double kLongest_s = 86400.0;
 
 Json milliseconds(std::vector<double> seconds) {
@@ -48,7 +48,7 @@ struct Latencies {
   }
 };
 
-// "light 0 2" -> "light": what kinds are summed up under.
+// The kind of edit to group by: "light 0 2" -> "light".
 std::string kind_of(const std::string& what) {
   if (what == "camera") return "orbit";
   return what.substr(0, what.find(' '));
@@ -64,7 +64,7 @@ Measurement::Measurement(const ViewOptions& options, Workbench& bench)
   const JsonReader script(json, options.measure_script);
   for (size_t i = 0; i < script.size(); ++i) {
     const JsonReader step = script[i].object({"at_s", "edit"});
-    step["edit"].members();  // an object: what is in it is said when its time has come
+    step["edit"].members();  // must be an object; its members are checked when it is due
     steps_.push_back({step["at_s"].number(0.0, kLongest_s), JsonValue(json[i]["edit"])});
   }
   std::ranges::stable_sort(steps_, {}, &Step::at_s);
@@ -153,7 +153,7 @@ void Measurement::step(double now_s) {
   }
   if (next_step_ < steps_.size() || now_s < last_edit_s_ + kSettling_s) return;
   if (!idle_begin_) idle_begin_ = mark(now_s);
-  // Without another picture the rate would be 0, whatever it is.
+  // Without another picture the measured speed would be 0.
   const bool another = bench_.picture()->samples > idle_begin_->samples;
   const double end_s = idle_begin_->time_s + (another ? kIdle_s : kIdleAtMost_s);
   if (now_s < end_s && !bench_.picture()->finished) return;

@@ -1,11 +1,11 @@
-// `--measure F`: replays edits in the real window, and writes how long each took to appear on the
-// screen, how long the window was busy at most, and how fast it renders between edits.
+// `--measure F`: replays edits in the real window and measures the latency of each edit, how long
+// the window was busy, and the render speed between edits.
 //
-// A script is a JSON list of steps, each with the second after the first picture at which it is due
-// and one edit:
+// A script is a JSON list of steps, each with its time in seconds after the first picture and one
+// edit:
 //
-//   [{"at_s": 0.5, "edit": {"orbit": [40, 0]}},                 pixels of the mouse
-//    {"at_s": 0.7, "edit": {"light": 0, "intensity": 2}},       of the window's list of lights
+//   [{"at_s": 0.5, "edit": {"orbit": [40, 0]}},                 mouse pixels
+//    {"at_s": 0.7, "edit": {"light": 0, "intensity": 2}},       index in the list of lights
 //    {"at_s": 0.9, "edit": {"material": 3, "roughness": 0.4}},
 //    {"at_s": 1.1, "edit": {"environment_rotation": 30}},       degrees
 //    {"at_s": 1.3, "edit": {"exposure": 0.5}}]
@@ -23,13 +23,13 @@ namespace emberline {
 
 class Measurement {
  public:
-  // Throws InputError for a script that cannot be used.
+  // Throws InputError for an unusable script.
   Measurement(const ViewOptions& options, Workbench& bench);
 
-  // Makes the edits that are due. Each time that the window wakes up.
+  // Makes the edits that are due. Call whenever the window wakes up.
   void step(double now_s);
-  double next_s() const;  // when there is something to do
-  // How long the window was busy, from its waking up to its going back to sleep.
+  double next_s() const;  // time of the next step
+  // Records how long the window was busy between waking up and sleeping.
   void blocked(double seconds);
   bool finished() const { return finished_; }
   // Throws RenderError.

@@ -6,7 +6,7 @@
 namespace emberline {
 namespace {
 
-// A picture that is dragged away stays visible by this many pixels of the screen.
+// Screen pixels of a dragged picture that stay visible.
 constexpr double kLeastInSight = 32.0;
 
 }  // namespace
@@ -33,7 +33,7 @@ void PicturePlacement::fit_now() {
   if (width_ < 1 || height_ < 1 || area_.empty()) return;
   zoom_ = std::clamp(std::min(double(area_.width()) / width_, double(area_.height()) / height_),
                      kLeastZoom, kMostZoom);
-  // Whole pixels of the screen, so that a picture at 1:1 is not smeared over its neighbours.
+  // Snapped to whole screen pixels, so that a 1:1 picture is not blurred.
   left_ = std::floor(area_.x0 + 0.5 * (area_.width() - zoom_ * width_));
   top_ = std::floor(area_.y0 + 0.5 * (area_.height() - zoom_ * height_));
 }

@@ -1,9 +1,9 @@
-// Where the picture lies in the window: fitted, or at a chosen zoom in screen pixels per picture
-// pixel. No window library, so that its arithmetic is tested alone.
+// The picture's position in the window: fitted, or at a chosen zoom in screen pixels per picture
+// pixel. It needs no window library, so that it can be tested alone.
 //
-// Screen coordinates are pixels of the window's frame buffer from its upper left corner, y down;
-// picture coordinates are pixels of the frame, (0, 0) its upper left corner, pixel (x, y) covering
-// [x, x + 1) x [y, y + 1).
+// Screen coordinates are frame-buffer pixels from the window's upper left corner, y down. Picture
+// coordinates are frame pixels; (0, 0) is the upper left corner, and pixel (x, y) covers [x, x + 1)
+// x [y, y + 1).
 #pragma once
 
 #include <optional>
@@ -17,16 +17,15 @@ class PicturePlacement {
  public:
   static constexpr double kLeastZoom = 1.0 / 32.0, kMostZoom = 32.0;
 
-  // The part of the window that the picture may have, and the size of the frame. Keeps the zoom
-  // and what is in the middle.
+  // Sets the available part of the window and the frame's size. Keeps the zoom and the centre.
   void place(const Rect& area, int width, int height);
 
-  // The whole picture, as large as it fits; from now on also when the area changes.
+  // Fits the whole picture into the area, also when the area changes later.
   void fit();
   bool fitted() const { return fitted_; }
-  // `zoom` is clamped; what is under `screen` stays under it.
+  // `zoom` is clamped; the point under `screen` stays there.
   void zoom_to(double zoom, const Vec2f& screen);
-  void zoom_to(double zoom);  // about the middle of the area
+  void zoom_to(double zoom);  // around the centre of the area
   // Moves the picture with the mouse.
   void drag(const Vec2f& screen_delta);
 
@@ -34,7 +33,7 @@ class PicturePlacement {
   const Rect& area() const { return area_; }
   Vec2f to_screen(const Vec2f& picture) const;
   Vec2f to_picture(const Vec2f& screen) const;
-  // The pixel under a point of the screen; none beside the picture or outside the area.
+  // The pixel under a screen point; absent beside the picture or outside the area.
   std::optional<Vec2i> pixel_at(const Vec2f& screen) const;
 
  private:
@@ -44,7 +43,7 @@ class PicturePlacement {
   Rect area_;
   int width_ = 0, height_ = 0;
   double zoom_ = 1.0;
-  double left_ = 0.0, top_ = 0.0;  // of the picture, on the screen
+  double left_ = 0.0, top_ = 0.0;  // of the picture, in screen coordinates
   bool fitted_ = true;
 };
 

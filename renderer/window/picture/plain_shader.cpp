@@ -21,7 +21,7 @@ void main() {
 }
 )";
 
-// Nothing but the texture: what llvmpipe knows as a copy.
+// Only a texture lookup, which llvmpipe recognises as a copy.
 constexpr const char* kPixels = R"(#version 130
 uniform sampler2D Texture;
 in vec2 place;
@@ -37,7 +37,7 @@ void PlainShader::end(ImDrawList& list) {
   list.AddCallback(ImDrawCallback_ResetRenderState, nullptr);
 }
 
-// Instead of ImGui's program, with its vertices and its projection.
+// Replaces ImGui's program, but keeps its vertices and projection.
 void PlainShader::use(const ImDrawList* /*list*/, const ImDrawCmd* command) {
   auto& self = *static_cast<PlainShader*>(command->UserCallbackData);
   GLint imgui = 0;
@@ -51,7 +51,7 @@ void PlainShader::use(const ImDrawList* /*list*/, const ImDrawCmd* command) {
   glUniformMatrix4fv(self.projection_, 1, GL_FALSE, projection.data());
 }
 
-// Takes its vertices from where `like`, ImGui's program, takes them.
+// Uses the vertex attribute locations of `like`, ImGui's program.
 void PlainShader::build(unsigned like) {
   const unsigned program = glCreateProgram();
   for (const auto& [kind, source] :
@@ -60,7 +60,7 @@ void PlainShader::build(unsigned like) {
     glShaderSource(shader, 1, &source, nullptr);
     glCompileShader(shader);
     glAttachShader(program, shader);
-    glDeleteShader(shader);  // once the program is
+    glDeleteShader(shader);  // takes effect when the program is deleted
   }
   bool alike = true;
   for (const char* name : {"Position", "UV"}) {

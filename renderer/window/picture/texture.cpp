@@ -1,13 +1,13 @@
 #include "renderer/window/picture/texture.h"
 
-#define GLFW_INCLUDE_GLEXT  // some gl.h end at OpenGL 1.1
+#define GLFW_INCLUDE_GLEXT  // some versions of gl.h end at OpenGL 1.1
 #include <GLFW/glfw3.h>
 
 namespace emberline {
 namespace {
 
-// As graphics cards and windows keep their pixels, so that neither is converted when it is drawn:
-// blue in the lowest byte of a word.
+// The native layout of graphics cards and windows, which avoids conversion while drawing: blue in
+// the lowest byte of a word.
 constexpr GLenum kFormat = GL_BGRA, kType = GL_UNSIGNED_INT_8_8_8_8_REV;
 
 void convert(const std::vector<uint8_t>& rgba8, std::vector<uint32_t>& words) {
@@ -33,8 +33,8 @@ void PictureTexture::upload(int width, int height, const std::vector<uint8_t>& r
     glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, width, height, kFormat, kType, words_.data());
     return;
   }
-  // The driver's choice of memory: by GL_RGBA8 some choose another order than the one that is
-  // given.
+  // GL_RGBA lets the driver choose; with GL_RGBA8 some drivers use another byte order than the
+  // given one.
   glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA, width, height, 0, kFormat, kType, words_.data());
   set_filter();
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
@@ -51,7 +51,8 @@ void PictureTexture::show_pixels(bool pixels) {
   set_filter();
 }
 
-// Pixels are never shown smaller than they are; a driver that is told so need not look.
+// Minification has the same filter, so that the driver need not tell the two apart; squares are
+// never minified.
 void PictureTexture::set_filter() const {
   const GLint filter = pixels_ ? GL_NEAREST : GL_LINEAR;
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, filter);

@@ -1,4 +1,4 @@
-// A picture on the graphics card: uploaded where it changed, drawn smooth or pixel by pixel.
+// A picture's texture, drawn with interpolation or pixel by pixel.
 #pragma once
 
 #include <cstdint>
@@ -6,7 +6,7 @@
 
 namespace emberline {
 
-// To be used with its OpenGL context current.
+// Use with its OpenGL context current.
 class PictureTexture {
  public:
   PictureTexture() = default;
@@ -14,9 +14,9 @@ class PictureTexture {
   PictureTexture(const PictureTexture&) = delete;
   PictureTexture& operator=(const PictureTexture&) = delete;
 
-  // Rows from the top, four bytes a pixel. Memory on the card is kept while the size is.
+  // Four bytes per pixel, top row first. Texture memory is reused while the size stays the same.
   void upload(int width, int height, const std::vector<uint8_t>& rgba8);
-  // Single pixels, instead of a smooth transition between them: drawn enlarged, or one to one.
+  // Disables interpolation: for enlarged pixels, or one to one.
   void show_pixels(bool pixels);
 
   bool empty() const { return width_ == 0; }
@@ -27,7 +27,7 @@ class PictureTexture {
  private:
   void set_filter() const;
 
-  std::vector<uint32_t> words_;  // the picture in the card's order, while it is handed over
+  std::vector<uint32_t> words_;  // the picture in the card's byte order
   unsigned name_ = 0;
   int width_ = 0, height_ = 0;
   bool pixels_ = false;

@@ -14,8 +14,8 @@
 namespace emberline {
 namespace {
 
-constexpr double kPixelZoom = 2.0;    // from here on pixels are squares
-constexpr double kValuesZoom = 28.0;  // from here on their values are written into them
+constexpr double kPixelZoom = 2.0;    // pixels are drawn as squares from this zoom
+constexpr double kValuesZoom = 28.0;  // values are drawn into pixels from this zoom
 constexpr float kLeastMark = 9.0f;    // around the picked pixel
 constexpr ImU32 kGround = IM_COL32(24, 24, 25, 255);
 constexpr ImU32 kShadow = IM_COL32(0, 0, 0, 160);
@@ -29,7 +29,7 @@ ImVec2 corner(const Workbench& bench, float x, float y) {
   return {at.x, at.y};
 }
 
-// Light on dark, so that it can be seen on any picture.
+// Light on dark, visible on any picture.
 void outline(ImDrawList& list, const ImVec2& a, const ImVec2& b, ImU32 ink) {
   list.AddRect({a.x - 1, a.y - 1}, {b.x + 1, b.y + 1}, kShadow);
   list.AddRect(a, b, ink);
@@ -40,7 +40,7 @@ void draw_rect(const Workbench& bench, ImDrawList& list, const Rect& rect, ImU32
           corner(bench, float(rect.x1), float(rect.y1)), ink);
 }
 
-// A pixel that is smaller than can be seen: a frame around it, with room.
+// Draws a frame around a pixel, with a margin if the pixel is small.
 void draw_picked(const Workbench& bench, ImDrawList& list, const Vec2i& pixel) {
   const ImVec2 a = corner(bench, float(pixel.x), float(pixel.y));
   const ImVec2 b = corner(bench, float(pixel.x + 1), float(pixel.y + 1));
@@ -48,7 +48,7 @@ void draw_picked(const Workbench& bench, ImDrawList& list, const Vec2i& pixel) {
   outline(list, {a.x - room, a.y - room}, {b.x + room, b.y + room}, IM_COL32_WHITE);
 }
 
-// Four short corners: a bucket under way, as renderers have long drawn it.
+// Marks a bucket in progress by four corners, as renderers traditionally do.
 void draw_bucket(const Workbench& bench, ImDrawList& list, const Rect& rect) {
   const ImVec2 a = corner(bench, float(rect.x0), float(rect.y0));
   const ImVec2 b = corner(bench, float(rect.x1), float(rect.y1));
@@ -62,7 +62,7 @@ void draw_bucket(const Workbench& bench, ImDrawList& list, const Rect& rect) {
   }
 }
 
-// The linear values of the pixels in sight, into them.
+// Draws the linear values of the visible pixels into them.
 void draw_values(const Workbench& bench, ImDrawList& list, const ShownPicture& picture) {
   const Rect& area = bench.placement.area();
   const Vec2f first = bench.placement.to_picture(Vec2f(float(area.x0), float(area.y0)));
@@ -109,7 +109,7 @@ void draw_legend(const Workbench& bench, ImDrawList& list, const ShownPicture& p
       draw_label(list, {at.x + 1.6f * em, at.y}, category.name);
       const Rgb8& c = category.colour;
       list.AddRectFilled({at.x - 3, at.y - 3}, {at.x + em + 3, at.y + em + 3},
-                         IM_COL32(20, 20, 20, 200));  // on pixels of its own colour
+                         IM_COL32(20, 20, 20, 200));  // background for the swatch
       list.AddRectFilled(at, {at.x + em, at.y + em}, IM_COL32(c[0], c[1], c[2], 255));
       at.y += 1.7f * em;
     }
@@ -127,7 +127,7 @@ void draw_legend(const Workbench& bench, ImDrawList& list, const ShownPicture& p
   }
 }
 
-// The line of the wipe, and which side is which.
+// Draws the wipe's line, and labels its sides.
 void draw_wipe(const Workbench& bench, ImDrawList& list, int width, int height) {
   const float x = bench.comparison.place() * float(width);
   const ImVec2 a = corner(bench, x, 0.0f), b = corner(bench, float(width), float(height));
@@ -144,7 +144,8 @@ void draw_wipe(const Workbench& bench, ImDrawList& list, int width, int height) 
                                               : "B  as kept");
 }
 
-// Around the picture from `a` to `b`, not under it: an OpenGL in software would draw it twice.
+// Fills the area around the picture from `a` to `b`, but not under it: software OpenGL would draw
+// those pixels twice.
 void draw_ground(ImDrawList& list, const Rect& area, const ImVec2& a, const ImVec2& b) {
   const ImVec2 first(float(area.x0), float(area.y0)), last(float(area.x1), float(area.y1));
   const float top = std::clamp(a.y, first.y, last.y), bottom = std::clamp(b.y, first.y, last.y);
@@ -163,7 +164,7 @@ void row(const char* name, const std::string& value) {
   ImGui::TextUnformatted(value.c_str());
 }
 
-// Whether there is a picture for the right side of the wipe.
+// Whether the right side of the wipe has a picture.
 bool has_other_side(const Workbench& bench) {
   const Wipe wipe = bench.comparison.wipe();
   if (wipe == Wipe::kKept) return bench.comparison.picture_b() != nullptr;
@@ -196,8 +197,7 @@ void PictureView::draw(Workbench& bench, const std::optional<Rect>& dragged_regi
     return;
   }
   const int width = drawn_->width, height = drawn_->height;
-  // Pixel for pixel there is nothing to be interpolated, which an OpenGL in software would do
-  // nevertheless.
+  // At 1:1 there is nothing to interpolate, but software OpenGL would do so anyway.
   const double zoom = bench.placement.zoom();
   const bool pixels = zoom >= kPixelZoom || zoom == 1.0;
   picture_.show_pixels(pixels);
@@ -206,8 +206,8 @@ void PictureView::draw(Workbench& bench, const std::optional<Rect>& dragged_regi
   const ImVec2 a = corner(bench, 0, 0), b = corner(bench, float(width), float(height));
   draw_ground(list, area, a, b);
   list.PushClipRect({float(area.x0), float(area.y0)}, {float(area.x1), float(area.y1)});
-  // A to the left of the wipe, B to its right, neither under the other: llvmpipe, Mesa's OpenGL in
-  // software, leaves out the upper of two pictures where nothing else is drawn.
+  // A and B are drawn beside each other, without overlap: llvmpipe, Mesa's software OpenGL, omits
+  // the upper of two overlapping pictures where nothing else is drawn.
   const bool wipe = has_other_side(bench) && !picture_b_.empty();
   const float place = wipe ? bench.comparison.place() : 1.0f;
   const float line = wipe ? corner(bench, place * float(width), 0.0f).x : b.x;
@@ -238,7 +238,7 @@ void draw_inspector(const Workbench& bench) {
   const Vec2f at = bench.placement.to_screen(Vec2f(float(pixel.x + 1), float(pixel.y + 1)));
   const float gap = ImGui::GetFontSize();
   const Rect& area = bench.placement.area();
-  // To the side where there is room.
+  // Placed on the side with enough room.
   const bool left = at.x + 18.0f * gap > float(area.x1),
              above = at.y + 13.0f * gap > float(area.y1);
   ImGui::SetNextWindowPos({at.x + (left ? -gap : gap), at.y + (above ? -gap : gap)},

@@ -1,5 +1,5 @@
-// The picture in the window, with what lies over it: the other half of a wipe, buckets under way,
-// the region, the values of pixels when they are large. None of it is ever in the pixels.
+// Draws the picture and what lies over it: the other half of a wipe, buckets in progress, the
+// region, values of enlarged pixels. None of it changes the pixels.
 #pragma once
 
 #include "renderer/window/picture/plain_shader.h"
@@ -10,10 +10,10 @@ namespace emberline {
 
 class PictureView {
  public:
-  // Between ImGui's NewFrame and Render.
+  // Call between ImGui's NewFrame and Render.
   void draw(Workbench& bench, const std::optional<Rect>& dragged_region);
 
-  // The newest picture that draw() has drawn; null before.
+  // The newest picture drawn; null before.
   const std::shared_ptr<const ShownPicture>& drawn() const { return drawn_; }
 
  private:
@@ -25,7 +25,7 @@ class PictureView {
   bool drawn_b_raw_ = false;
 };
 
-// Beside the cursor: what is known of the pixel under it.
+// Shows what is known of the pixel under the cursor, beside it.
 void draw_inspector(const Workbench& bench);
 
 }  // namespace emberline

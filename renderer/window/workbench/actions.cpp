@@ -1,4 +1,4 @@
-// Carries out actions.
+// Implements the actions.
 #include <array>
 #include <numbers>
 
@@ -38,7 +38,7 @@ void toggle_pause(Workbench& bench) {
   bench.settings.change_with([](ViewSettings& s) { s.paused = !s.paused; });
 }
 
-// With the next seed.
+// Rendering with the next seed restarts the frame.
 void restart(Workbench& bench) {
   bench.settings.change_with([](ViewSettings& s) { s.render.seed += 1; });
 }
@@ -58,7 +58,7 @@ struct Effect {
   void (*act)(Workbench& bench, int number);
 };
 
-// One for each action, in their order.
+// One per action, in order.
 constexpr std::array kEffects = {
     Effect{Action::kOpen, [](Workbench& b, int) { b.interface.ask_for_scene = true; }},
     Effect{Action::kReload, [](Workbench& b, int) { b.files.reload(); }},

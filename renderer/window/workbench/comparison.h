@@ -1,7 +1,7 @@
-// Two pictures side by side, with a wipe between them: the newest one, A, against one that was kept
-// before, B; or the denoised one against the raw one.
+// Compares two pictures with a wipe: the newest one, A, with one kept earlier, B; or the denoised
+// with the raw one.
 //
-// The window's thread only; nothing here blocks it.
+// Used on the window's thread only; nothing here blocks.
 #pragma once
 
 #include <memory>
@@ -15,41 +15,41 @@ class Workbench;
 // B, as it was kept.
 struct KeptPicture {
   std::shared_ptr<const ShownPicture> picture;  // null: none
-  DisplaySettings display;                      // of that moment
-  double time_s = 0.0;                          // when it was kept; window_time_s()
+  DisplaySettings display;                      // at that time
+  double time_s = 0.0;                          // window_time_s() when it was kept
 };
 
 enum class Wipe : uint8_t {
   kNone,
-  kKept,  // the newest picture to the left, B to the right
-  kRaw,   // denoised to the left, raw to the right
+  kKept,  // newest picture on the left, B on the right
+  kRaw,   // denoised on the left, raw on the right
 };
 
 class Comparison {
  public:
   explicit Comparison(Workbench& bench) : bench_(bench) {}
 
-  // Takes in what the session has brought. Called each time that the window wakes up. True if
-  // there is something new to be seen.
+  // Fetches updates from the session. Call whenever the window wakes up. Returns whether there is
+  // something new to display.
   bool update();
 
-  // Null: there is nothing to keep.
+  // Null is ignored.
   void keep(const std::shared_ptr<const ShownPicture>& picture);
   const KeptPicture& kept() const { return kept_; }
-  // Whether B has the display settings of now; else it has those that it was kept with.
+  // Whether B uses the current display settings instead of those it was kept with.
   bool graded_as_a() const { return graded_as_a_; }
   void grade_as_a(bool on) { graded_as_a_ = on; }
-  // B as it is to be shown; null if nothing is kept.
+  // B as displayed; null if nothing is kept.
   const std::shared_ptr<const ShownPicture>& picture_b() const { return picture_b_; }
 
   Wipe wipe() const { return wipe_; }
-  // Switches this kind of wipe on or off, or tells the user why there is none.
+  // Switches this kind of wipe on or off, or tells the user why it is not possible.
   void toggle(Wipe kind);
-  // Share of the picture's width that lies to the left of the wipe, in [0, 1].
+  // Position of the wipe as a fraction of the picture's width, in [0, 1].
   float place() const { return place_; }
   void move_to(float place);
 
-  // Without denoised pictures there is no wipe between them and raw ones.
+  // Switching denoising off also ends the raw wipe.
   void toggle_denoise();
 
  private:

@@ -1,4 +1,4 @@
-// Messages of the window to its user. The window's thread only.
+// Messages of the window to its user. Used on the window's thread only.
 #pragma once
 
 #include <cstdint>
@@ -20,12 +20,12 @@ class MessageLog {
   // Messages also go to `journal`, which must outlive this.
   explicit MessageLog(Journal& journal) : journal_(journal) {}
 
-  // A message with the text of the newest one takes its place.
+  // A message with the same text as the newest one replaces it.
   void note(const std::string& text);
   void warning(const std::string& text);
   void error(const std::string& text);
 
-  // The newest ones, the newest last.
+  // The most recent messages, newest last.
   const std::deque<Message>& messages() const { return messages_; }
   // Whether there was a message since the last call.
   bool take_news();

@@ -9,10 +9,10 @@
 namespace emberline {
 namespace {
 
-constexpr double kTurnPerPixel = 0.25;  // degrees of the environment
-constexpr double kTurnPerHeight = 3.0;  // radians of an orbit, by a drag over the frame's height
-constexpr double kDollyStep = 0.88;     // of the distance, by one step of the wheel
-// Distances to what is looked at, a second.
+constexpr double kTurnPerPixel = 0.25;  // degrees of environment rotation
+constexpr double kTurnPerHeight = 3.0;  // radians of orbit per frame height
+constexpr double kDollyStep = 0.88;     // factor on the distance per wheel step
+// Relative to the distance of the pivot, per second.
 constexpr double kFlightSpeed = 0.6, kFastFlight = 4.0;
 
 }  // namespace
@@ -66,7 +66,7 @@ void Navigator::fly(const std::array<bool, 6>& held, double seconds, bool fast) 
     return double(held[size_t(forth)]) - double(held[size_t(back)]);
   };
   const ViewCamera view = camera();
-  // In proportion to what is looked at, so that one slows down on coming near.
+  // Proportional to the distance, so that flight slows down near objects.
   const double way = kFlightSpeed * view.reach() * seconds * (fast ? kFastFlight : 1.0);
   change(emberline::fly(view, way * along(Flight::kRight, Flight::kLeft),
                         way * along(Flight::kUp, Flight::kDown),

@@ -1,7 +1,7 @@
-// Moves the camera by hand: drags, wheel, keys, bookmarks. Every move is an edit of the scene's
-// camera, in proportion to the distance of what is looked at. Without a scene nothing moves.
+// Moves the camera by drags, wheel, keys and bookmarks. Every move edits the scene's camera, in
+// proportion to the distance of the pivot. Does nothing without a scene.
 //
-// The window's thread only; nothing here blocks it.
+// Used on the window's thread only; nothing here blocks.
 #pragma once
 
 #include <array>
@@ -19,30 +19,29 @@ class Navigator {
  public:
   explicit Navigator(Workbench& bench) : bench_(bench) {}
 
-  // The session has a new scene. `reread`: the same file again, whose bookmarks stay.
+  // The session has a new scene. `reread`: the same file again, so bookmarks are kept.
   void scene_arrived(bool reread);
 
-  // `pixels`: the way of the mouse, in the picture's own pixels. Drags that move no camera but the
-  // light turn the environment; the others do nothing.
+  // `pixels`: the mouse movement in picture pixels. Handles camera drags and
+  // Drag::kTurnEnvironment, and ignores others.
   void drag(Drag drag, const Vec2f& pixels);
-  void dolly(double steps);  // of the wheel, towards the scene
-  // `held`: by Flight.
+  void dolly(double steps);  // wheel steps, towards the scene
+  // `held` is indexed by Flight.
   void fly(const std::array<bool, 6>& held, double seconds, bool fast);
-  // Orbits around the point from now on, and focuses a lens there.
+  // Makes the point the pivot, and focuses the lens there.
   void look_at(const Vec3d& point);
 
   bool orthographic() const;
-  // Objects at the pivot keep their size. Perspective returns with its last angle.
+  // Objects at the pivot keep their size. Perspective is restored with its last angle.
   void set_orthographic(bool orthographic);
   void set_mirrored(bool mirrored);
-  // The distance that the lens is focused at, in metres; if none is set, the distance to the point
-  // that is orbited. Needs a scene.
+  // The lens's focus distance in metres; by default the distance to the pivot. Needs a scene.
   double focus_distance() const;
 
   void frame_all();
   void reset();
 
-  // Bookmark 1 is the first in the list.
+  // Bookmarks are numbered from 1.
   const std::array<std::optional<CameraEdit>, 9>& bookmarks() const { return bookmarks_; }
   void recall_bookmark(int number);
   void store_bookmark(int number);

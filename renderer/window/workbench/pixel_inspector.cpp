@@ -11,7 +11,7 @@
 namespace emberline {
 namespace {
 
-// The parts of an inspection that are shown, apart from the picture's own values.
+// The displayed parts of an inspection, except the picture's own values.
 auto seen(const std::optional<PixelInspection>& p) {
   return p ? std::tuple(p->known, p->x, p->y, p->samples, p->explanation)
            : std::tuple(false, -1, -1, 0u, std::string());
@@ -51,7 +51,7 @@ void PixelInspector::orbit_around(const Vec2i& pixel) {
   refresh_inspection();
 }
 
-// True if there is something new to be seen.
+// Returns whether there is something new to display.
 bool PixelInspector::refresh_inspection() {
   const std::optional<PixelInspection> before = std::exchange(inspection_, std::nullopt);
   if (pointed_ && (bench_.window.inspector || clicked_ || pivot_)) {
@@ -86,7 +86,7 @@ void PixelInspector::toggle_explanation() {
   refresh_explanation();
 }
 
-// True if there is something new to be seen.
+// Returns whether there is something new to display.
 bool PixelInspector::refresh_explanation() {
   bench_.session.pick(explains_ ? picked_ : std::nullopt);
   const std::optional<PixelInspection> before =

@@ -1,7 +1,7 @@
-// Single pixels of the picture: the one under the cursor, and the one that was clicked, whose
-// samples are explained. Values that the session has to wait for arrive with update().
+// Inspects the pixel under the cursor, and the clicked pixel, whose samples are explained. Values
+// that are not available immediately arrive with update().
 //
-// The window's thread only; nothing here blocks it.
+// Used on the window's thread only; nothing here blocks.
 #pragma once
 
 #include <functional>
@@ -14,46 +14,45 @@ namespace emberline {
 
 class Workbench;
 
-// The material whose panel is open.
+// The material shown in its panel.
 struct MaterialSelection {
-  int material = -1;      // into ListedScene::outline's materials; -1: none
-  bool show_tab = false;  // the tab of materials is to be opened
+  int material = -1;      // index in the materials of ListedScene::outline; -1: none
+  bool show_tab = false;  // request to open the materials tab
 };
 
 class PixelInspector {
  public:
-  // `copy_text` puts a text on the clipboard.
+  // `copy_text` copies a text to the clipboard.
   PixelInspector(Workbench& bench, std::function<void(const std::string&)> copy_text)
       : bench_(bench), copy_text_(std::move(copy_text)) {}
 
-  // The session has a new scene.
   void scene_arrived();
-  // Takes in what the session has brought. Called each time that the window wakes up. True if
-  // there is something new to be seen.
+  // Fetches updates from the session. Call whenever the window wakes up. Returns whether there is
+  // something new to display.
   bool update();
 
-  // The cursor is over this pixel; none: beside the picture.
+  // Sets the pixel under the cursor; absent: outside the picture.
   void point_at(const std::optional<Vec2i>& pixel);
   const std::optional<Vec2i>& pointed() const { return pointed_; }
-  // The inspected pixel, if a panel asks for it.
+  // The inspected pixel, if a panel shows it.
   const std::optional<PixelInspection>& inspection() const { return inspection_; }
-  // Shows it beside the cursor, or not (WindowState::inspector).
+  // Toggles the display beside the cursor (WindowState::inspector).
   void toggle();
   void copy_values();
 
-  // A click: selects the material there, and picks the pixel to be explained.
+  // Handles a click: selects the material there, and picks the pixel to explain.
   void select_at(const Vec2i& pixel);
-  // A double click: the camera orbits around what is seen there.
+  // Handles a double click: makes the point seen there the camera's pivot.
   void orbit_around(const Vec2i& pixel);
 
   // The pixel that was clicked last.
   const std::optional<Vec2i>& picked() const { return picked_; }
-  // Whether the panel with its explanation is open. It opens with the pixel under the cursor, or
-  // else with the one of before.
+  // Whether the explanation panel is open. It opens for the pixel under the cursor, or else the
+  // previous one.
   bool explains() const { return explains_; }
   void toggle_explanation();
   const std::optional<PixelInspection>& explanation() const { return explanation_; }
-  // As the panel shows it; empty while nothing is known.
+  // The text in the panel; empty if nothing is known.
   std::string explanation_text() const;
   void copy_explanation();
 
@@ -65,7 +64,7 @@ class PixelInspector {
   Workbench& bench_;
   const std::function<void(const std::string&)> copy_text_;
   std::optional<Vec2i> pointed_, picked_;
-  std::optional<Vec2i> clicked_, pivot_;  // until it is known what is there
+  std::optional<Vec2i> clicked_, pivot_;  // pending until the session knows what is there
   bool explains_ = false;
   std::optional<PixelInspection> inspection_, explanation_;
 };

@@ -1,8 +1,8 @@
-// Plays the open scene's animations, and steps through their frames. A frame is an edit of
-// SceneEdits::animation; frames that the session is too slow for are left out. Does nothing for a
-// scene without animations.
+// Plays and steps through the open scene's animations. Each frame is an edit of
+// SceneEdits::animation; frames are dropped if the session is too slow. Does nothing for a scene
+// without animations.
 //
-// The window's thread only; nothing here blocks it.
+// Used on the window's thread only; nothing here blocks.
 #pragma once
 
 #include "renderer/window/panels/time_line.h"
@@ -12,22 +12,21 @@ namespace emberline {
 
 class Player {
  public:
-  // Both must outlive this.
+  // Both arguments must outlive this.
   Player(const RenderSession& session, SceneEditor& edits) : session_(session), edits_(edits) {}
 
-  // Whether the open scene has animations.
   bool available() const;
 
   bool playing() const { return playback_.playing(); }
   void play_or_stop();
   void stop() { playback_.stop(); }
-  void step(int frames);  // stops, too
+  void step(int frames);  // also stops
   bool loops() const { return playback_.loop; }
   void set_loop(bool loop) { playback_.loop = loop; }
 
-  // Shows the frame that is due. Called each time that the window wakes up.
+  // Shows the frame that is due. Call whenever the window wakes up.
   void update();
-  // window_time_s() when the next frame is due; without one, beyond all times.
+  // window_time_s() of the next frame; 1e300 if not playing.
   double next_frame_s() const;
 
  private:

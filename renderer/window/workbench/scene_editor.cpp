@@ -59,7 +59,7 @@ void SceneEditor::clear_environment() {
   const auto scene = bench_.session.scene();
   if (!scene) return;
   if (scene->outline.environment) return set_environment("");
-  change_with("environment file", [](SceneEdits& e) {  // nothing is left that could be edited
+  change_with("environment file", [](SceneEdits& e) {  // no environment is left to edit
     e.environment = {};
     std::erase_if(e.lights,
                   [](const LightEdit& light) { return light.kind == EditedLight::kEnvironment; });

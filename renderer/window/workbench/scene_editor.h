@@ -1,7 +1,7 @@
-// Edits of the open scene, with undo and redo. The edits themselves are RenderSession::edits().
+// Edits the open scene, with undo and redo. RenderSession::edits() holds the edits.
 //
-// A change that the session refuses becomes a message, and everything stays as it was. Without a
-// scene nothing is changed. The window's thread only; nothing here blocks it.
+// A change that the session rejects becomes a message and has no effect, as does any change without
+// a scene. Used on the window's thread only; nothing here blocks.
 #pragma once
 
 #include <optional>
@@ -19,27 +19,26 @@ class SceneEditor {
  public:
   explicit SceneEditor(Workbench& bench) : bench_(bench) {}
 
-  // The session has a new scene. `reread`: it is the same file again, and the edits of before are
-  // kept where they still fit; the history is not.
+  // The session has a new scene. `reread`: the same file again; previous edits are kept if they
+  // still fit, the history is cleared.
   void scene_arrived(bool reread);
 
-  // `what` names the control that changes something: changes by one control during one gesture are
-  // one step of undo.
+  // `what` names the control: changes by one control during one gesture form one undo step.
   void change(const SceneEdits& edits, std::string_view what);
   void change(const LightEdit& light, std::string_view what);
   void change(const MaterialEdit& material, std::string_view what);
   void change(const CameraEdit& camera, std::string_view what);
   void change(const AnimationEdit& animation, std::string_view what);
-  // Ends the gesture: the next change is a step of its own.
+  // Ends the gesture: the next change is a new undo step.
   void end_gesture() { history_.end_gesture(); }
 
-  // An environment in place of the scene's. Its edited strength and rotation stay.
+  // Replaces the scene's environment. Its edited strength and rotation are kept.
   void set_environment(const std::string& file);
-  // Back to the environment that the scene was opened with, or to none.
+  // Restores the environment that the scene was opened with, if any.
   void clear_environment();
   void turn_environment(double degrees);
 
-  // Only this light shines. It is not saved and not undone.
+  // Switches all other lights off. Neither saved nor part of undo.
   void set_solo(const std::optional<LightEdit>& light);
   const std::optional<LightEdit>& solo() const { return solo_; }
 
@@ -49,7 +48,7 @@ class SceneEditor {
   void redo();
 
   bool unsaved() const;
-  // These edits are in a file now.
+  // Records that these edits have been saved.
   void note_saved(const SceneEdits& edits) { saved_ = edits; }
 
  private:
@@ -59,7 +58,7 @@ class SceneEditor {
   void write_journal() const;
 
   Workbench& bench_;
-  EditHistory history_;  // its current step is what the session has
+  EditHistory history_;  // its current step equals the session's edits
   SceneEdits saved_;
   std::optional<LightEdit> solo_;
 };

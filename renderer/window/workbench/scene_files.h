@@ -1,8 +1,7 @@
-// Reads and writes files for the user: scenes, edits, environments, pictures. A failure becomes a
-// message.
+// Reads and writes scenes, edits, environments and pictures for the user. Failures become messages.
 //
-// The window's thread only. Nothing here waits for a picture or a scene: those are read and written
-// in the background. Edits are read at once.
+// Used on the window's thread only. Scenes and pictures are read and written in the background;
+// edits are read immediately.
 #pragma once
 
 #include <functional>
@@ -23,21 +22,21 @@ class SceneFiles {
       : first_scene_(options.scene), first_edits_file_(options.edits), bench_(bench) {}
 
   void open(const std::string& scene);
-  // Reads the scene's file again, with the settings' options of loading as they now are. Edits,
-  // bookmarks and the file of the edits stay; the history of the edits does not.
+  // Reads the scene's file again with the current loading options. Keeps edits, bookmarks and the
+  // edits' file, but not the undo history.
   void reload();
-  // A scene; or an environment or edits for the open one.
+  // Opens a scene, or an environment or edits for the open scene.
   void open_dropped(const std::string& path);
-  // The session has a new scene. True if it is a file that was read again.
+  // The session has a new scene. Returns whether it is a reload.
   bool scene_arrived();
 
   void save_edits();
   void save_picture(const std::string& path);
   void save_heatmap(const std::string& path, ViewOverlay quantity);
-  // Tells which files have been written. Called each time that the window wakes up.
+  // Reports finished writes. Call whenever the window wakes up.
   void update();
 
-  // Throws UsageError where `option`'s file is one that the open scene was read from.
+  // Throws UsageError if `path` is an input file of the open scene.
   void check_output(const std::string& option, const std::string& path) const;
 
  private:

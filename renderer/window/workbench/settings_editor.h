@@ -1,6 +1,6 @@
-// How the picture is rendered and shown. The settings themselves are RenderSession::settings(), and
-// RenderSession::problem() says where they make no sense. The window's thread only; nothing here
-// blocks it.
+// Changes how the picture is rendered and shown. RenderSession::settings() holds the settings, and
+// RenderSession::problem() reports invalid ones. Used on the window's thread only; nothing here
+// blocks.
 #pragma once
 
 #include "renderer/session/render_session.h"
@@ -11,11 +11,11 @@ namespace emberline {
 
 class SettingsEditor {
  public:
-  // All of these must outlive this.
+  // All arguments must outlive this.
   SettingsEditor(RenderSession& session, EditLatency& latency, Journal& journal);
 
   void change(const ViewSettings& settings);
-  // Calls change_it(settings) with a copy of the present ones.
+  // Calls change_it(settings) with a copy of the current settings.
   void change_with(const auto& change_it) {
     ViewSettings settings = session_.settings();
     change_it(settings);

@@ -67,7 +67,7 @@ bool Workbench::update_load_status() {
 
 void Workbench::note_failed_load() {
   messages.error(load_status_.error);
-  // It is not known what such a scene would have read: only a new file is certainly none of it.
+  // Unknown inputs: only a new or empty journal file is certainly not one of the scene's files.
   std::error_code none;
   const auto size = std::filesystem::file_size(journal.path(), none);
   if (journal.waits() && (none || size == 0)) journal.begin();
@@ -107,7 +107,7 @@ bool Workbench::update_problem() {
   return true;
 }
 
-// A playing animation is one step of undo, as a drag is.
+// Playback forms one undo step, like a drag.
 void Workbench::gesture_goes_on(bool held) {
   if (!held && !player.playing()) edits.end_gesture();
 }

@@ -1,8 +1,7 @@
-// Everything that the window is about, without a window: the session, and the classes that change
-// what it shows, each for a group of panels. Panels and input use those directly. Nothing here
-// draws.
+// The window's model, without a window: the session, and the classes that change what it shows,
+// each for a group of panels. Panels and input use them directly. Nothing here draws.
 //
-// The window's thread only; nothing here blocks it.
+// Used on the window's thread only; nothing here blocks.
 #pragma once
 
 #include <functional>
@@ -28,33 +27,32 @@
 
 namespace emberline {
 
-// Open parts of the interface, and requests that are not carried out yet. Plain state.
+// Open parts of the interface, and pending requests. Plain state.
 struct InterfaceState {
   bool show_shortcuts = false, show_messages = false;
   bool ask_for_scene = false, ask_for_picture_file = false,
-       ask_for_environment = false;  // a dialog is to be opened
+       ask_for_environment = false;  // requests to open a dialog
   bool quit = false, full_screen = false, want_screenshot = false;
 };
 
 class Workbench {
  public:
-  // `state` must outlive this. The session calls `wake`, from its own threads, when update() has
-  // something to take in; `copy_text` puts a text on the clipboard. Throws RenderError for a
-  // journal that cannot be written.
+  // `state` must outlive this. The session's threads call `wake` when update() has news;
+  // `copy_text` copies a text to the clipboard. Throws RenderError for a journal that cannot be
+  // written.
   Workbench(const ViewOptions& options, WindowState& state, std::function<void()> wake,
             std::function<void(const std::string&)> copy_text);
   ~Workbench();
 
-  // Takes in what the session has brought. Called each time that the window wakes up. True if
-  // there is something new to be seen. Throws UsageError where the journal is one of the files that
-  // a new scene was read from.
+  // Fetches updates from the session. Call whenever the window wakes up. Returns whether there is
+  // something new to display. Throws UsageError if the journal is an input file of a new scene.
   bool update();
-  // A slider or the mouse is held: what is changed until it is let go is one step of undo.
+  // `held`: a slider or mouse button is held, and changes until its release form one undo step.
   void gesture_goes_on(bool held);
   // `number`: of a bookmark.
   void act(Action action, int number = 0);
 
-  // As of the last update().
+  // State as of the last update().
   const LoadStatus& load_status() const { return load_status_; }
   const std::shared_ptr<const ShownPicture>& picture() const { return picture_; }
 
@@ -64,7 +62,7 @@ class Workbench {
   Journal journal;
   EditLatency latency;
   MessageLog messages;
-  RenderSession session;  // panels read it; what changes it are the following
+  RenderSession session;  // panels read it; the members below change it
   SceneEditor edits;
   SettingsEditor settings;
   Navigator navigator;
@@ -82,7 +80,7 @@ class Workbench {
   bool update_picture();
   bool update_problem();
 
-  std::shared_ptr<const ListedScene> scene_;  // that the parts know
+  std::shared_ptr<const ListedScene> scene_;  // known to the other members
   std::shared_ptr<const ShownPicture> picture_;
   LoadStatus load_status_;
   std::string problem_;
