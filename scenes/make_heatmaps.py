@@ -22,21 +22,21 @@ import tempfile
 
 HERE = pathlib.Path(__file__).resolve().parent
 SCENES = ["spheres", "teapot"]
-# Error of a hundredth of the display's range. White from 400 samples a pixel on: the same scale in both.
+# A threshold of 1/100 of the display's range. The scale is the same in both: white from 400 samples on.
 OPTIONS = ["--driver", "adaptive", "--integrator", "direct", "--noise-threshold", "0.01", "--range", "0,400"]
-# Half the size: three rows. White from three times the mean on.
+# Half the size, since there are three rows. White from three times the mean.
 BLUR = ["--driver", "adaptive", "--spp", "64", "--range", "0,192", "--size", "400x225"]
 SHUTTER = ["--time", "0", "--shutter", "0,0.5"]
 LENS = ["--f-stop", "0.5", "--focus-distance", "1.27"]  # the books
-# Of the other: quantity and style.
+# Frame and heatmaps of heatmaps.jpg: quantity and style of each.
 FRAME = ["--driver", "adaptive", "--noise-threshold", "0.02", "--max-spp", "256", "--size", "640x360"]
 HEATMAPS = [["samples", "--colors", "viridis"], ["stop"], ["time", "--colors", "turbo"],
             ["error", "--log", "--colors", "inferno"]]
 JPEG = ["--eraseattrib", ".*", "--nosoftwareattrib", "--attrib", "oiio:ColorSpace", "sRGB", "--compression", "jpeg:85",
         "-d", "uint8", "-o"]
-DEPTHS = ["0.5", "2"]  # of the nearest, and what is white, in metres
+DEPTHS = ["0.5", "2"]  # depth of the nearest surface, and the depth range up to white, in metres
 OBJECTS = "20"
-BACKGROUND = "0.118,0.118,0.118"  # the legend's
+BACKGROUND = "0.118,0.118,0.118"  # the legend's colour
 
 
 def png_size(path):
@@ -49,9 +49,9 @@ def run(*words):
 
 
 def make_figure(emberline, scene, rows, out):
-    """Picture left, density right, for each of `rows`, which are options of the render."""
+    """Image left, sample density right, for each of `rows`, which are render options."""
     with tempfile.TemporaryDirectory() as folder:
-        stack, pastes, top = [], [], 0  # oiiotool pastes what is on top of the stack first
+        stack, pastes, top = [], [], 0  # oiiotool pastes the top of the stack first
         for number, options in enumerate(rows):
             picture, density = (pathlib.Path(folder) / f"{name}{number}.png" for name in ("picture", "density"))
             run(emberline, "render", HERE / f"{scene}.glb", "-o", picture, "--heatmap", density, "--quiet", *options)
@@ -75,7 +75,7 @@ def make_heatmaps(emberline, threads, out):
 
 
 def make_clamped(emberline, threads, out):
-    """A picture, the same with its indirect light clamped, and what that took."""
+    """An image, the same with clamped indirect light, and the clamped energy."""
     with tempfile.TemporaryDirectory() as folder:
         frame, clamped = pathlib.Path(folder) / "frame.exr", pathlib.Path(folder) / "clamped.exr"
         render = [emberline, "render", HERE / "glass_metal.glb", "--size", "400x225", "--spp", "64", "--quiet", *threads]
@@ -90,7 +90,7 @@ def make_clamped(emberline, threads, out):
 
 
 def make_guided(emberline, threads, out):
-    """A room lit by the sky alone, through double glazing: samples of it by its light, and guided."""
+    """A room lit only by the sky through double glazing: environment sampled by its light, and guided."""
     with tempfile.TemporaryDirectory() as folder:
         edits = pathlib.Path(folder) / "edits.json"
         edits.write_text('{"emberline_edits": 1, "lights": [{"kind": "material", "name": "bulb", "on": false}]}')
@@ -103,7 +103,7 @@ def make_guided(emberline, threads, out):
 
 
 def make_denoised(emberline, threads, out):
-    """Few samples, the same denoised, the error that is expected of that, and many."""
+    """Few samples, the same denoised, the estimated remaining error, and many samples."""
     with tempfile.TemporaryDirectory() as folder:
         names = ("few", "denoised", "error", "many")
         few, denoised, error, many = panels = [pathlib.Path(folder) / f"{name}.png" for name in names]
@@ -117,7 +117,7 @@ def make_denoised(emberline, threads, out):
 
 
 def make_layers(emberline, threads, out):
-    """The picture, its light by path, albedo, normals, depth and objects."""
+    """The image, its light by path, albedo, normals, depth and object ids."""
     light = ["direct", "indirect", "reflection", "transmission"]  # the rest is black here
     with tempfile.TemporaryDirectory() as folder:
         frame = pathlib.Path(folder) / "frame.exr"
@@ -126,7 +126,7 @@ def make_layers(emberline, threads, out):
         shown = ["--colorconvert", "linear", "sRGB"]
         panels = {"": shown, **{f"{layer}.": shown for layer in [*light, "albedo"]},
                   "N.": ["--addc", "1", "--mulc", ".5"], "Z": ["--subc", DEPTHS[0], "--divc", DEPTHS[1]],
-                  "id": ["--mulc", 2**32 - 1, "--divc", OBJECTS, "--colormap", "turbo"]}  # read as a share of the largest
+                  "id": ["--mulc", 2**32 - 1, "--divc", OBJECTS, "--colormap", "turbo"]}  # read as a fraction of 2^32 - 1
         names = []
         for layer, change in panels.items():
             names.append(pathlib.Path(folder) / f"{len(names)}.png")

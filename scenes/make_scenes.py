@@ -11,7 +11,7 @@ import argparse
 import pathlib
 import sys
 
-sys.dont_write_bytecode = True  # the source tree stays clean when a test runs this
+sys.dont_write_bytecode = True  # keeps the source tree clean when a test runs this
 
 from make import (caustics, checker_plane, cornell_box, environments, glass_metal, material_rows, mis_plates, moving_blade,
                   night_street, roughness_spheres, shallow_focus, spheres, teapot, thin_wires, window_room)

@@ -25,14 +25,14 @@ namespace {
 
 namespace ocio = OCIO_NAMESPACE;
 
-// Largest finite half: what a display transform may rely on (its tables are indexed by half).
+// The largest finite half: display transforms index tables by half.
 constexpr float kLargestHalf = 65504.0f;
 
-// Of a config: those of studios have some megabytes, archives with their tables a hundred.
+// Studio configs have a few megabytes, archives with their tables about a hundred.
 constexpr uint64_t kLargestConfig = uint64_t(256) << 20;
 
-// Names under which configs in use keep "linear light, Rec. 709 primaries, D65": the ACES configs
-// of OpenColorIO 2, those of OpenColorIO 1 (ACES 1.0.3 to 1.2), Blender's, and older studio ones.
+// Names for "linear light, Rec. 709 primaries, D65" in the ACES configs of OpenColorIO 2 and of
+// OpenColorIO 1 (ACES 1.0.3 to 1.2), in Blender's config and in older studio configs.
 constexpr std::array kLinearRec709Names = {"Linear Rec.709 (sRGB)",
                                            "lin_rec709_srgb",
                                            "lin_rec709",
@@ -54,8 +54,8 @@ ocio::BuiltinTransformRcPtr builtin(const char* style, ocio::TransformDirection 
   return transform;
 }
 
-// Linear Rec. 709 to ACES2065-1, with the chromatic adaptation (Bradford, D65 to the ACES white)
-// that OpenColorIO's own matrices contain.
+// Linear Rec. 709 to ACES2065-1, with the chromatic adaptation (Bradford, D65 to the ACES white) of
+// OpenColorIO's own matrices.
 ocio::GroupTransformRcPtr rec709_to_aces() {
   const ocio::GroupTransformRcPtr group = ocio::GroupTransform::Create();
   group->appendTransform(
@@ -64,7 +64,8 @@ ocio::GroupTransformRcPtr rec709_to_aces() {
   return group;
 }
 
-// Clamp, then the curve of IEC 61966-2-1: slope 12.92 near black, 1.055 x^(1/2.4) - 0.055 above.
+// Clamps, then applies the curve of IEC 61966-2-1: slope 12.92 near black, 1.055 x^(1/2.4) - 0.055
+// above.
 ocio::GroupTransformRcPtr srgb_curve() {
   const ocio::RangeTransformRcPtr clamp = ocio::RangeTransform::Create();
   clamp->setStyle(ocio::RANGE_CLAMP);
@@ -101,7 +102,7 @@ void add_space(const ocio::ConfigRcPtr& config, const char* name, bool data,
   config->addColorSpace(space);
 }
 
-// Reference space: linear Rec. 709 itself.
+// The reference space is linear Rec. 709 itself.
 ocio::ConstConfigRcPtr built_in_config() {
   const ocio::ConfigRcPtr config = ocio::Config::Create();
   config->setMajorVersion(2);
@@ -117,8 +118,8 @@ ocio::ConstConfigRcPtr built_in_config() {
   return config;
 }
 
-// The name as the config spells it; `chosen` empty gives `fallback`. `owner` is whose names these
-// are, for the message.
+// The name as the config spells it, or `fallback` if `chosen` is empty. `owner` is what has the
+// names, for the message.
 std::string find_name(const std::string& kind, const std::string& owner, const std::string& chosen,
                       const std::vector<std::string>& names, const std::string& fallback) {
   if (chosen.empty()) return fallback;
@@ -130,8 +131,8 @@ std::string find_name(const std::string& kind, const std::string& owner, const s
 }
 
 struct Source {
-  std::string space;     // the config's space that pixels enter it in
-  bool to_aces = false;  // they are converted to ACES2065-1 first
+  std::string space;     // the config's space in which pixels enter it
+  bool to_aces = false;  // pixels are converted to ACES2065-1 first
 };
 
 Source find_source(const ocio::ConstConfigRcPtr& config, const std::string& place) {
@@ -153,16 +154,16 @@ Source find_source(const ocio::ConstConfigRcPtr& config, const std::string& plac
   return {space->getName(), false};
 }
 
-// The config in use, and what messages call it.
+// The current config and its name in messages.
 struct UsedConfig {
   ocio::ConstConfigRcPtr config;
   std::string place;
   bool built_in = false;
-  std::vector<std::string> tables = {};  // files that it names
+  std::vector<std::string> tables = {};  // files that it refers to
 };
 
 UsedConfig used_config() {
-  // OpenColorIO's remarks go the way of all messages; its errors come as exceptions.
+  // OpenColorIO logs through our log; its errors are exceptions.
   static std::once_flag logging;
   std::call_once(logging, [] {
     ocio::SetLoggingFunction([](const char* message) { log_verbose(one_line(message)); });
@@ -171,8 +172,8 @@ UsedConfig used_config() {
   if (!variable || !*variable) {
     return {built_in_config(), "the built-in OpenColorIO config", true};
   }
-  // OpenColorIO's reader would wait for a pipe, read a device for ever, and leak on a directory.
-  if (!std::string_view(variable).starts_with("ocio://")) {  // a config within the library
+  // OpenColorIO's own reader would block on a pipe, read a device forever, and leak on a directory.
+  if (!std::string_view(variable).starts_with("ocio://")) {  // a config built into the library
     const InputFile file(variable, "$OCIO");
     if (file.size() > kLargestConfig) {
       throw InputError(variable, "is too large for an OpenColorIO config: {} (named by $OCIO)",
@@ -238,7 +239,7 @@ std::vector<std::string> display_tables() {
   try {
     return used_config().tables;
   } catch (const InputError&) {
-    return {};  // whoever needs it says so
+    return {};  // code that needs the config reports the error
   }
 }
 
@@ -253,8 +254,8 @@ struct DisplayTransform::Impl {
 
 DisplayTransform::DisplayTransform(const DisplaySettings& settings, WorkingSpace from) {
   if (!std::isfinite(settings.exposure)) throw UsageError("`exposure`: not a finite number");
-  // OpenColorIO 2.1 keeps what it reads of the environment in one string for all threads, and a
-  // window makes transforms for the screen and for files at once (found by ThreadSanitizer).
+  // OpenColorIO 2.1 keeps what it reads of the environment in one string shared by all threads, and
+  // a window makes transforms for the screen and for files concurrently.
   static std::mutex one_at_a_time;
   const std::lock_guard lock(one_at_a_time);
 
@@ -283,8 +284,8 @@ DisplayTransform::DisplayTransform(const DisplaySettings& settings, WorkingSpace
       pipeline->setLooksOverrideEnabled(true);
       pipeline->setLooksOverride(look.c_str());
     }
-    // Lossless: without the fast approximations of log and power, whose error is one in the last
-    // bit of 12, and which differ between kinds of processor.
+    // Lossless: avoids the fast approximations of log and power, which are off by one in the last
+    // of 12 bits and differ between processors.
     impl->to_display = pipeline->getProcessor(config, config->getCurrentContext())
                            ->getOptimizedCPUProcessor(ocio::OPTIMIZATION_LOSSLESS);
 
@@ -305,7 +306,7 @@ DisplayTransform::DisplayTransform(const DisplaySettings& settings, WorkingSpace
     throw InputError(place, one_line(error.what()) + (built_in ? "" : " (named by $OCIO)"));
   } catch (const EmberlineError&) {
     throw;
-  } catch (const std::exception& error) {  // of a number that it does not check
+  } catch (const std::exception& error) {  // e.g. an unchecked number
     throw InputError(place, "OpenColorIO fails at a variable of the environment, OCIO_...: " +
                                 one_line(error.what()));
   }

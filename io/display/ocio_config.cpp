@@ -17,13 +17,13 @@ namespace {
 
 namespace ocio = OCIO_NAMESPACE;
 
-// A hundred times what configs in use come to.
+// A hundred times what real configs expand to.
 constexpr double kMostTransforms = 1e5;
-// Calls nest as references do.
+// Bounds the recursion.
 constexpr int kDeepest = 200;
-// Tables of studios have some ten megabytes.
+// Studio tables have about ten megabytes.
 constexpr uint64_t kLargestTable = uint64_t(64) << 20;
-// Each can triple what a config unfolds to; those of studios have none.
+// Each alias can triple the size of the parsed config; studio configs have none.
 constexpr int kMostAliases = 16;
 
 class ConfigWalk {
@@ -48,7 +48,7 @@ class ConfigWalk {
   }
 
  private:
-  // How many transforms something of that name comes to, counted once.
+  // The number of transforms that `name` expands to, counted once per name.
   double once(const std::string& name, const std::function<double()>& count) {
     const auto [entry, fresh] = counts_.try_emplace(name, -1.0);
     if (!fresh && entry->second < 0) throw InputError(place_, name + " leads back to itself");
@@ -64,7 +64,7 @@ class ConfigWalk {
     return counts_[name] = total;
   }
 
-  // Of something that has a transform for each of two directions.
+  // Counts the transforms of both directions.
   template <typename Thing, typename Direction>
   double both(const std::string& name, const Thing& thing, Direction there, Direction back) {
     return once(name, [&] {
@@ -95,7 +95,7 @@ class ConfigWalk {
     });
   }
 
-  // "a, +b | -c": names of looks with directions, and alternatives.
+  // Parses "a, +b | -c": names of looks with directions, and alternatives.
   double looks(const char* text) {
     double total = 0;
     std::string name;
@@ -150,7 +150,7 @@ class ConfigWalk {
     return 1;
   }
 
-  // One that is not there is OpenColorIO's to report, if it is needed.
+  // A missing file is ignored: OpenColorIO reports it if it is needed.
   void check_file(const char* name) {
     std::string path;
     try {
@@ -168,9 +168,9 @@ class ConfigWalk {
     files_.push_back(path);
   }
 
-  // Tables in XML (CTF, CLF) can name others, which OpenColorIO then opens whatever they are: a
-  // device, a pipe, themselves twice. No config needs it: a GroupTransform says the same. XML's own
-  // entities could hide such a name.
+  // XML tables (CTF, CLF) can refer to further files, which OpenColorIO opens unchecked: devices,
+  // pipes, cycles. Configs can use a GroupTransform instead. DOCTYPE is refused too, since XML
+  // entities could hide such a reference.
   void check_references(const InputFile& file, const std::string& path) {
     std::array<char, 64> begin;
     const int64_t read = file.try_read(0, begin.size(), begin.data());
@@ -190,13 +190,12 @@ class ConfigWalk {
 
   const ocio::ConstConfigRcPtr& config_;
   const std::string& place_;
-  std::map<std::string, double> counts_;  // below 0: under way
+  std::map<std::string, double> counts_;  // negative: in progress
   int depth_ = 0;
   std::vector<std::string> files_;
 };
 
-// The text without comments. A quote could end a string that only seemed to begin one, so a line's
-// end with a quote in it stays.
+// Removes comments, except those with a quote: they may be part of a string.
 std::string without_comments(const std::string& text) {
   std::string result;
   for (size_t i = 0; i < text.size();) {
@@ -212,9 +211,9 @@ std::string without_comments(const std::string& text) {
   return result;
 }
 
-// The names behind an indicator: of anchors ('&') or aliases ('*'). Text may look like either, but
-// an alias without an anchor of its name is none. Characters beyond ASCII count as equal: a parser
-// reads all damaged ones as the same.
+// The names of anchors ('&') or aliases ('*'). Plain text may look like either, but only an alias
+// with a matching anchor counts. Non-ASCII characters compare equal, since a parser maps all
+// damaged ones to the same character.
 std::vector<std::string> yaml_names(const std::string& text, char indicator) {
   std::vector<std::string> names;
   for (size_t i = text.find(indicator); i != std::string::npos; i = text.find(indicator, i + 1)) {

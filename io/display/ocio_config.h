@@ -1,4 +1,4 @@
-// OpenColorIO configs, looked at before OpenColorIO follows them.
+// Validates OpenColorIO configs before OpenColorIO follows their references.
 #pragma once
 
 #include <OpenColorIO/OpenColorIO.h>
@@ -8,14 +8,14 @@
 
 namespace emberline {
 
-// OpenColorIO 2 follows what a config refers to wherever it leads. So this throws InputError at
-// `place` where a space, look, view or named transform leads back to itself or comes to more than
-// 100,000 transforms, and where a file that one names is there and is no regular file, or too
-// large. Returns those that are there.
+// Checks what the config refers to, because OpenColorIO 2 follows any reference. Throws InputError
+// at `place` if a space, look, view or named transform refers to itself or expands to more than
+// 100,000 transforms, or if a referenced file exists but is not regular or is too large. Returns
+// the referenced files that exist.
 std::vector<std::string> check_ocio_config(const OCIO_NAMESPACE::ConstConfigRcPtr& config,
                                            const std::string& place);
 
-// A config's text before it is parsed: aliases in aliases grow without end. Throws InputError.
+// Checks a config's text before it is parsed: nested aliases grow exponentially. Throws InputError.
 void check_ocio_aliases(const std::string& text, const std::string& place);
 
 }  // namespace emberline

@@ -1,4 +1,4 @@
-// The settings of EXR files. Does not include the writer.
+// Settings of EXR files, without the writer.
 #pragma once
 
 #include <cstdint>

@@ -9,20 +9,20 @@
 namespace emberline {
 namespace {
 
-constexpr float kSame = 1e-4f;  // headers have four digits
+constexpr float kSame = 1e-4f;  // headers hold four digits
 
 bool same(const Chromaticities& a, const Chromaticities& b) {
   const auto near = [](float u, float v) { return std::abs(u - v) < kSame; };
   return std::ranges::equal(a, b, near);
 }
 
-// X, Y, Z of a chromaticity, their sum 1.
+// XYZ of a chromaticity, with X + Y + Z = 1.
 Imath::V3d xyz(const Chromaticities& c, size_t i) {
   const double x = c[2 * i], y = c[2 * i + 1];
   return {x, y, 1.0 - x - y};
 }
 
-// From a row R, G, B to a row of the cones that Bradford's transform adapts, of which white is 1.
+// Maps a row R, G, B to the cone responses of Bradford's transform, relative to white.
 Imath::M33d to_adapted_cones(const Chromaticities& c, const std::string& place) {
   // J. Lam, "Metamerism and colour constancy", 1985.
   const Imath::M33d cones(0.8951, -0.7502, 0.0389, 0.2664, 1.7135, -0.0685, -0.1614, 0.0367,
@@ -38,7 +38,7 @@ Imath::M33d to_adapted_cones(const Chromaticities& c, const std::string& place) 
   if (!spans || !(std::min({white.x, white.y, white.z}) > 1e-3)) {
     throw InputError(place, "its chromaticities span no colours");
   }
-  const Imath::V3d amounts = white * to_cones.inverse();  // of the primaries in white
+  const Imath::V3d amounts = white * to_cones.inverse();  // of each primary in white
   for (int primary = 0; primary < 3; ++primary) {
     for (int cone = 0; cone < 3; ++cone) to_cones[primary][cone] *= amounts[primary] / white[cone];
   }

@@ -1,6 +1,6 @@
-// Tiles as DWAA and DWAB have them. OpenEXR's C interface cannot (3.1), and its C++ one writes
-// whole files: so each tile is written as a file of its own, to memory, and its code taken out of
-// that. Part of the image library.
+// Encodes DWAA and DWAB tiles. OpenEXR's C interface (3.1) cannot, and its C++ interface writes
+// whole files, so each tile is written to memory as a file of its own and its chunk extracted. Part
+// of the image library.
 #include "io/exr/dwa.h"
 
 #include <OpenEXR/ImfChannelList.h>
@@ -45,14 +45,14 @@ void encode_dwa_tile(int width, int height, std::span<const EncodedPlane> planes
                                                                     : Imf::FLOAT;
     const size_t bytes = type == Imf::HALF ? 2 : 4;
     header.channels().insert(plane.channel, Imf::Channel(type));
-    // OpenEXR reads from it.
+    // OpenEXR only reads from it.
     auto* const values = reinterpret_cast<char*>(const_cast<uint8_t*>(plane.values));
     buffer.insert(plane.channel, Imf::Slice(type, values, bytes, bytes * size_t(width)));
   }
   MemoryStream stream;
   Imf::TiledOutputFile file(stream, header, 0);
   file.setFrameBuffer(buffer);
-  // Behind header and table: place and level of the tile, its size, its code.
+  // After the header and the offset table: the tile's coordinates and level, its size, its data.
   constexpr size_t kStart = 5 * sizeof(int32_t);
   const size_t begin = size_t(stream.tellp()) + kStart;
   file.writeTile(0, 0);

@@ -1,4 +1,4 @@
-// Behind ImageLibrary::encode_dwa.
+// Implementation of ImageLibrary::encode_dwa.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace emberline {
 
-// Throws what OpenEXR throws.
+// Throws OpenEXR's exceptions.
 void encode_dwa_tile(int width, int height, std::span<const EncodedPlane> planes, bool wide,
                      std::vector<uint8_t>& code);
 

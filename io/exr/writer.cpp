@@ -1,7 +1,6 @@
-// Encoded by OpenEXR's C interface (OpenEXRCore, since 3.1): its encoder keeps no state
-// between threads, so tiles are compressed in parallel by the threads that rendered them. The C++
-// TiledOutputFile compresses under its own lock, about 1 ms for a 64x64 tile of five float
-// channels, which would hold up a machine with many cores.
+// Uses OpenEXR's C interface (OpenEXRCore, since 3.1): its encoder shares no state between threads,
+// so the render threads compress tiles in parallel. The C++ TiledOutputFile compresses under its
+// own lock, about 1 ms per 64x64 tile of five float channels, which does not scale.
 #include "io/exr/writer.h"
 
 #include <Imath/half.h>
@@ -24,11 +23,11 @@
 namespace emberline {
 namespace {
 
-// Of zlib's, as OpenEXR's own writers take since 3.1.3: level 6, the C interface's, makes files
-// about 1 % smaller and takes half as long again.
+// zlib level of OpenEXR's own writers since 3.1.3. Level 6, the C interface's default, makes files
+// about 1 % smaller and takes 50 % longer.
 constexpr int kZipLevel = 4;
 
-// Names longer than this need a flag in the file that OpenEXR before 1.7 does not know.
+// Longer names need a flag that OpenEXR before 1.7 does not know.
 constexpr size_t kShortNameLength = 31;
 
 constexpr NamedValue<ExrCompression> kCompressions[] = {
@@ -48,7 +47,7 @@ constexpr NamedValue<ExrParts> kParts[] = {
     {"layers", "one for each layer: faster to read where one is wanted", ExrParts::kLayers},
 };
 
-// What OpenEXR says about the last error of this thread; it hands it to a callback only.
+// The message of this thread's last OpenEXR error, which OpenEXR passes only to a callback.
 thread_local std::string last_message;
 
 void keep_message(exr_const_context_t, exr_result_t, const char* message) {
@@ -72,7 +71,7 @@ uint16_t half_bits(float value) {
   return Imath::half(std::clamp(value, -kMost, kMost)).bits();
 }
 
-// One channel of interleaved floats as a plane of file values.
+// Converts one channel of interleaved floats to a plane of file values.
 void convert_channel(const float* pixels, size_t count, size_t stride, ChannelType type,
                      uint8_t* plane) {
   const auto put = [&](const auto& bits_of) {
@@ -96,7 +95,7 @@ bool ends_as_colour(const std::string& channel) {
          channel.ends_with(".A") || layer_of(channel) == "RGBA";
 }
 
-// What a lossy compression takes for a colour: Y is a luminance to it.
+// Lossy compression treats these names as colours; it takes Y for a luminance.
 bool would_blur(const std::string& channel) {
   return ends_as_colour(channel) || channel.ends_with(".Y");
 }
@@ -121,10 +120,10 @@ bool is_colour(const std::string& channel) {
 struct ExrWriter::Impl {
   struct Part {
     std::string name;
-    std::vector<const PictureChannel*> channels;  // of the header
+    std::vector<const PictureChannel*> channels;  // point into the header
     ExrCompression compression = ExrCompression::kZip;
-    std::vector<uint64_t> tiles;      // where they are in the file, row by row; 0: not written
-    exr_context_t encoder = nullptr;  // of a file of this part alone, which nobody writes
+    std::vector<uint64_t> tiles;      // file offsets, row-major; 0: not written
+    exr_context_t encoder = nullptr;  // writes a file with this part alone, which is discarded
   };
 
   Impl(const std::string& path, const ExrHeader& frame_header) : header(frame_header), file(path) {
@@ -142,8 +141,8 @@ struct ExrWriter::Impl {
     }
   }
 
-  // Called by OpenEXR with the bytes of a header, for a text, or for nobody. All behind the header
-  // is written here.
+  // Called by OpenEXR with the header's bytes. Collects them in the string `user`, or discards them
+  // if it is null. The rest of the file is written by this class.
   static int64_t write_bytes(exr_const_context_t, void* user, const void* bytes, uint64_t count,
                              uint64_t offset, exr_stream_error_func_ptr_t) {
     if (!user) return int64_t(count);
@@ -153,8 +152,8 @@ struct ExrWriter::Impl {
     return int64_t(count);
   }
 
-  // The last step of encoding a tile. Readers take code that is as long as the pixels for the
-  // pixels themselves; OpenEXR (3.1) leaves them out for longer code alone.
+  // The last step of encoding a tile. A reader takes a chunk as long as the pixels for raw pixels,
+  // but OpenEXR (3.1) falls back to raw pixels only if the code is longer.
   static exr_result_t keep_chunk(exr_encode_pipeline_t* pipeline) {
     const bool shorter = pipeline->compressed_bytes < pipeline->packed_bytes;
     const auto* bytes = static_cast<const uint8_t*>(shorter ? pipeline->compressed_buffer
@@ -164,7 +163,7 @@ struct ExrWriter::Impl {
     return EXR_ERR_SUCCESS;
   }
 
-  // Remembers the first failure and throws it. Never called under the lock.
+  // Records the first failure and throws it. Must not be called under the lock.
   [[noreturn]] void fail(const std::string& why) {
     const std::lock_guard lock(mutex);
     if (failure.empty()) failure = "cannot write " + file.path() + ": " + why;
@@ -181,7 +180,7 @@ struct ExrWriter::Impl {
     if (!failure.empty()) throw RenderError(failure);
   }
 
-  // Throws what fail() does.
+  // Throws as fail() does.
   void write_at(const void* bytes, size_t count, uint64_t offset) {
     const int error = file.try_write_at(bytes, count, offset);
     if (error != 0) fail(std::generic_category().message(error));
@@ -196,7 +195,7 @@ struct ExrWriter::Impl {
                               const float* pixels);
   std::vector<uint8_t> encode_lossless(int part, int tile_x, int tile_y, const Rect& rect,
                                        const std::vector<const uint8_t*>& planes);
-  // Adds a tile to bytes that are to be written.
+  // Reserves the chunk's place in the file and appends the chunk to `bytes`.
   uint64_t put_chunk(int part, int tile_x, int tile_y, const std::vector<uint8_t>& chunk,
                      std::vector<uint8_t>& bytes);
   void append(int part, int tile_x, int tile_y, const std::vector<uint8_t>& chunk);
@@ -207,7 +206,7 @@ struct ExrWriter::Impl {
     return Rect{x0, y0, x0 + header.tile_size, y0 + header.tile_size}.intersect(header.data_window);
   }
 
-  // Tiles never written, as zeros.
+  // Writes zeros for the tiles that were never written.
   void fill_missing_tiles();
   void write_tables();
 
@@ -215,10 +214,10 @@ struct ExrWriter::Impl {
   std::vector<Part> parts;
   int tiles_x = 0, tiles_y = 0;
   AtomicFile file;
-  std::string header_bytes;  // as they are in the file
+  std::string header_bytes;  // as written to the file
 
-  std::mutex mutex;           // guards what follows, and the parts' tiles and encoders
-  uint64_t end = 0;           // of what there is in the file
+  std::mutex mutex;           // guards the members below and the parts' tiles and encoders
+  uint64_t end = 0;           // current length of the file
   std::string failure;        // message of the first failure
   std::vector<bool> written;  // per tile, row-major
 };
@@ -264,7 +263,7 @@ void ExrWriter::Impl::write_header() {
   } whole{begin_context(&header_bytes)};
   for (size_t i = 0; i < parts.size(); ++i) add_part(whole.context, parts[i], int(i));
   check(exr_write_header(whole.context));
-  // The C interface (3.1) encodes a part when that before it is written.
+  // The C interface (3.1) encodes parts only in order, so each part gets its own encoder.
   for (Part& part : parts) {
     part.encoder = begin_context(nullptr);
     add_part(part.encoder, part, 0);
@@ -290,8 +289,7 @@ void ExrWriter::Impl::add_part(exr_context_t context, const Part& layout, int pa
                                 uint32_t(header.tile_size), EXR_TILE_ONE_LEVEL,
                                 EXR_TILE_ROUND_DOWN));
   for (const PictureChannel* channel : layout.channels) {
-    // The perceptual hint serves B44 compression only; this is the default of OpenEXR's own
-    // writers.
+    // The perceptual hint matters only for B44; this is the default of OpenEXR's own writers.
     check(exr_add_channel(context, part, channel->name.c_str(), pixel_type(channel->type),
                           EXR_PERCEPTUALLY_LOGARITHMIC, 1, 1));
   }
@@ -300,7 +298,7 @@ void ExrWriter::Impl::add_part(exr_context_t context, const Part& layout, int pa
                                                xy[4], xy[5], xy[6], xy[7]};
   check(exr_attr_set_chromaticities(context, part, "chromaticities", &primaries));
   add_view(context, part);
-  // Who reads a file of several parts looks for these in the first.
+  // Readers of multi-part files look for these in the first part.
   for (const auto& [name, value] : header.attributes) {
     if (part == 0) check(exr_attr_set_string(context, part, name.c_str(), value.c_str()));
   }
@@ -330,7 +328,7 @@ void ExrWriter::Impl::add_view(exr_context_t context, int part) {
 
 std::vector<uint8_t> ExrWriter::Impl::encode(int part, int tile_x, int tile_y, const Rect& rect,
                                              const float* pixels) {
-  // File values, one plane behind the other.
+  // File values, plane by plane.
   const Part& layout = parts[size_t(part)];
   const size_t count = size_t(rect.area()), stride = header.channels.size();
   std::vector<uint8_t> values(layout.channels.size() * count * sizeof(float));
@@ -376,7 +374,7 @@ std::vector<uint8_t> ExrWriter::Impl::encode_lossless(int part, int tile_x, int 
   check(exr_encoding_initialize(context, 0, &chunk, &pipeline));
   const std::vector<const PictureChannel*>& channels = parts[size_t(part)].channels;
   for (int i = 0; i < pipeline.channel_count; ++i) {
-    // OpenEXR keeps channels in alphabetical order; ours are found by name.
+    // OpenEXR sorts channels alphabetically, so ours are looked up by name.
     exr_coding_channel_info_t& target = pipeline.channels[i];
     const auto source =
         std::ranges::find(channels, std::string(target.channel_name), &PictureChannel::name);
@@ -396,9 +394,9 @@ std::vector<uint8_t> ExrWriter::Impl::encode_lossless(int part, int tile_x, int 
   return bytes;
 }
 
-// OpenEXR's C interface writes one part behind another. So this is done here ("File Layout"): of
-// several parts the part's number, then the tile's place and level, the size, and the bytes.
-// Returns their place in the file, which is taken from now on.
+// Writes the chunk header and data (OpenEXR, "File Layout"), because OpenEXR's C interface writes
+// parts only one after another. The header has the part number (multi-part files only), the tile's
+// coordinates and level, and the size. Returns the chunk's offset, which is now reserved.
 uint64_t ExrWriter::Impl::put_chunk(int part, int tile_x, int tile_y,
                                     const std::vector<uint8_t>& chunk,
                                     std::vector<uint8_t>& bytes) {
@@ -424,10 +422,9 @@ void ExrWriter::Impl::append(int part, int tile_x, int tile_y, const std::vector
 }
 
 void ExrWriter::Impl::fill_missing_tiles() {
-  // Ctrl-C early in a 16384 x 16384 frame leaves 65,000 tiles: compressed one by one they took
-  // 19 s. Equal in size they are equal in bytes, so each of the at most four sizes (inner, right
-  // edge, lower edge, corner) is compressed once; and many are written at once, since millions of
-  // tiles of a pixel took longer than the frame.
+  // A render cancelled early can leave tens of thousands of empty tiles, or millions if they are
+  // tiny. Tiles of equal size have equal bytes, so each of the at most four sizes (inner, right
+  // edge, lower edge, corner) is compressed once, and many are written at a time.
   constexpr size_t kBlock = size_t(1) << 20;
   std::vector<uint8_t> block;
   const auto write_block = [&] {
@@ -454,7 +451,7 @@ void ExrWriter::Impl::fill_missing_tiles() {
   write_block();
 }
 
-// Where the tiles are, of one part after the other.
+// Writes the tile offsets, part after part.
 void ExrWriter::Impl::write_tables() {
   uint64_t at = header_bytes.size();
   for (const Part& part : parts) {
@@ -501,9 +498,9 @@ void ExrWriter::write(std::span<const float> pixels) {
 
 void ExrWriter::set_attribute(const std::string& name, const std::string& value) {
   Impl& self = *impl_;
-  // In the file an attribute is its name, its type, the length of its value (four bytes, the lowest
-  // first) and its value, name and type ended by a zero byte (OpenEXR, "File Layout"). No value of
-  // ours has a zero byte, so the sequence occurs once.
+  // An attribute in the file is its name, its type, the length of its value (four bytes,
+  // little-endian) and its value; name and type end with a zero byte (OpenEXR, "File Layout"). Our
+  // values have no zero bytes, so the sequence occurs once.
   const std::string begin = name + '\0' + "string" + '\0';
   const size_t at = self.header_bytes.find(begin);
   assert(at != std::string::npos && "an attribute of the header");
@@ -532,7 +529,7 @@ std::optional<uint32_t> smpte_time_code(int64_t frame, double fps) {
   const auto rate = int64_t(rounded);
   if (frame < 0 || frame >= kDay * rate) return std::nullopt;
   const int64_t seconds = frame / rate;
-  // Two binary-coded digits of each field, frames in the lowest byte; the flags between stay 0.
+  // Each field is two binary-coded decimal digits, frames in the lowest byte; the flag bits stay 0.
   uint32_t code = 0;
   int shift = 0;
   for (const int64_t field : {frame % rate, seconds % 60, seconds / 60 % 60, seconds / 3600}) {
@@ -545,7 +542,7 @@ std::optional<uint32_t> smpte_time_code(int64_t frame, double fps) {
 std::pair<int32_t, uint32_t> frame_rate_fraction(double fps) {
   const double whole = std::round(fps);
   if (fps == whole && whole <= 1e6) return {int32_t(whole), 1};
-  // Television's: a thousandth slower than a whole number.
+  // Television rates: 1000/1001 of a whole number.
   const double faster = std::round(fps * 1.001);
   if (std::abs(faster / 1.001 - fps) < 1e-3) return {int32_t(faster * 1000), 1001};
   return {int32_t(std::round(std::min(fps, 1e6) * 1000)), 1000};

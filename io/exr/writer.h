@@ -1,11 +1,11 @@
-// A tiled OpenEXR file that is written tile by tile, in any order, from any thread.
+// Writes a tiled OpenEXR file tile by tile, in any order, from any thread.
 //
-// The file is written beside its target under a temporary name, flushed to disk and renamed in
-// finish(); destroyed without finish() it leaves nothing behind.
+// The file is written under a temporary name beside its target, flushed to disk and renamed in
+// finish(). If it is destroyed without finish(), it leaves nothing behind.
 //
-// One level, tiles in the order in which they come (line order "random Y"): what is held in memory
-// is the tile at hand of each calling thread, and eight bytes for every tile of the frame and part.
-// No threads are started; a tile is compressed by the thread that brings it, outside the lock.
+// One resolution level; tiles are stored in order of arrival (line order "random Y"). Memory: the
+// current tile of each calling thread, plus eight bytes per tile and part. Starts no threads; the
+// calling thread compresses its tile outside the lock.
 #pragma once
 
 #include <cstdint>
@@ -25,31 +25,32 @@
 namespace emberline {
 
 std::span<const NamedValue<ExrCompression>> exr_compression_table();
-// Whether it changes colours: channels of layers of R, G and B.
+// True if the compression changes colours: the R, G and B channels of layers.
 inline bool is_lossy(ExrCompression compression) { return compression >= ExrCompression::kDwaa; }
 
 std::span<const NamedValue<ExrParts>> exr_parts_table();
 
-// "albedo" of "albedo.R"; of R, G, B and A "RGBA", else of a name without a full stop itself.
+// "albedo" for "albedo.R", "RGBA" for R, G, B and A, and the name itself if it has no full stop.
 std::string layer_of(const std::string& channel);
-// Whether the channel's values say what a colour is to look like, so that they may be blurred a
-// little: not what is counted, reckoned with, or an id.
+// True if the channel is a colour meant for viewing, which lossy compression may blur: not a count,
+// an id or data for computation.
 bool is_colour(const std::string& channel);
 
-// HH:MM:SS:FF of a frame from 0 on, as SMPTE ST 12-1 packs it, without dropped frames; frames a
-// second are rounded up. Nothing beyond a day, or 39 frames a second, which it cannot say.
+// The time code HH:MM:SS:FF of a frame, frames numbered from 0, packed as in SMPTE ST 12-1 without
+// drop frames; `fps` is rounded up. Nothing for times beyond a day or more than 39 frames per
+// second, which the format cannot express.
 std::optional<uint32_t> smpte_time_code(int64_t frame, double fps);
 // 24 as 24 / 1, 23.976 as 24000 / 1001.
 std::pair<int32_t, uint32_t> frame_rate_fraction(double fps);
 
 struct ExrHeader {
   int width = 0, height = 0;  // display window: the whole frame
-  Rect data_window;           // what is rendered (the crop)
-  int tile_size = 64;         // tiles are aligned to the data window's corner
+  Rect data_window;           // the rendered region (crop)
+  int tile_size = 64;         // tiles start at the data window's corner
   std::vector<PictureChannel> channels;
   ExrView view = {};
-  // A lossy one is that of colours alone: of a part without others, or of one whose others end in
-  // no R, G or B; a part with such others is kZip.
+  // A lossy compression is used for a part if all its channels that OpenEXR would blur are colours;
+  // a part with others in R, G or B uses kZip.
   ExrCompression compression = ExrCompression::kZip;
   ExrParts parts = ExrParts::kOne;
   // String attributes: settings, versions, seed, command line.
@@ -58,30 +59,30 @@ struct ExrHeader {
 
 class ExrWriter {
  public:
-  // Creates the file and writes its header. Throws RenderError when the file cannot be created
-  // (no such folder, a folder of that name, not writable, disk full).
+  // Creates the file and writes its header. Throws RenderError if it cannot (no such folder, a
+  // folder of that name, not writable, disk full).
   ExrWriter(const std::string& path, const ExrHeader& header);
   ~ExrWriter();
   ExrWriter(const ExrWriter&) = delete;
   ExrWriter& operator=(const ExrWriter&) = delete;
 
   // `pixels` holds rect.area() x channels floats, interleaved in header order, rows from rect.y0.
-  // `rect` is one whole tile (clipped by the data window) in frame coordinates, given once.
-  // kUint is rounded to nearest, clamped to [0, 2^32 - 1]; exact to 2^24. kHalf is rounded to
-  // nearest, clamped to its largest finite value.
-  // Thread-safe. Throws RenderError (disk full); after that every call throws the same.
+  // `rect` is one whole tile (clipped to the data window) in frame coordinates. Write each tile
+  // once.
+  // kUint is rounded to nearest, clamped to [0, 2^32 - 1], and exact to 2^24. kHalf is rounded to
+  // nearest and clamped to its finite range.
+  // Thread-safe. Throws RenderError (disk full); every later call throws the same error.
   void write_tile(const Rect& rect, const std::vector<float>& pixels);
 
-  // All tiles, of `pixels` that hold the data window's rows from the top, interleaved likewise.
+  // Writes all tiles. `pixels` holds the data window's rows from the top, interleaved as above.
   void write(std::span<const float> pixels);
 
-  // Replaces the value of one of the header's attributes, which is known only now: it is padded
-  // with blanks to the length that the attribute had, and no longer than that. Before finish().
-  // Throws RenderError.
+  // Replaces the value of a header attribute. It is padded with blanks to the old length and must
+  // not be longer. Call before finish(). Throws RenderError.
   void set_attribute(const std::string& name, const std::string& value);
 
-  // Tiles never written are filled with 0 (a stopped render stays readable). Call once, when no
-  // thread writes any more. Throws RenderError; nothing is left behind then.
+  // Fills missing tiles with 0, so that a cancelled render is readable, and renames the file. Call
+  // once, after the last write. Throws RenderError and then leaves nothing behind.
   void finish();
 
  private:
@@ -89,8 +90,7 @@ class ExrWriter {
   std::unique_ptr<Impl> impl_;
 };
 
-// A picture that is held as a whole (ExrWriter::write) as a file, which appears whole or not at
-// all. Throws RenderError.
+// Writes a whole image atomically. Throws RenderError.
 void write_exr_file(const std::string& path, const ExrHeader& header,
                     std::span<const float> pixels);
 

@@ -25,19 +25,18 @@
 namespace emberline {
 namespace {
 
-// Names of the temporary files at hand, where a signal handler can read them: fixed memory, no
-// lock. A slot is taken and freed by one thread at a time (the exchange), so a name is never torn
-// while it is marked readable.
+// Names of the live temporary files, readable by a signal handler: fixed memory, no lock. The
+// atomic exchange gives a slot to one thread at a time, so a readable name is never torn.
 struct UnfinishedFile {
   enum State : int { kFree, kTaken, kReadable };
   std::atomic<int> state{kFree};
   char name[PATH_MAX] = {};
 };
-constexpr size_t kUnfinishedSlots = 64;  // more files at once than any frame writes
+constexpr size_t kUnfinishedSlots = 64;  // more files than a frame writes at once
 UnfinishedFile g_unfinished[kUnfinishedSlots];
 static_assert(std::atomic<int>::is_always_lock_free);
 
-// The slot, or -1 for none. Only who has it looks at its name, but for the signal handler.
+// The slot, or -1 if there is none. Only the slot's owner and the signal handler read its name.
 int remember_unfinished(const std::string& name) noexcept {
   if (name.size() >= PATH_MAX) return -1;
   for (size_t i = 0; i < kUnfinishedSlots; ++i) {
@@ -72,14 +71,15 @@ std::string folder_of(const std::string& path) {
   return folder.empty() ? "." : folder;
 }
 
-// Threads between the creation of a temporary file and its slot; and whether the process is ending,
-// when no file may be created any more.
+// g_creating counts the threads that have created a temporary file without a slot yet. Once
+// g_ending is set, no file may be created.
 std::atomic<int> g_creating{0};
 std::atomic<bool> g_ending{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 
-// Without it a signal handler could end the process before a new file has its slot, and the file
-// would stay. Handlers do not run on this thread meanwhile, as they wait for it.
+// Guards the creation of a file until it has its slot, so that a signal handler cannot end the
+// process in between and leave the file behind. Signals are blocked on this thread because the
+// handler waits for it.
 class CreatingFile {
  public:
   CreatingFile() {
@@ -102,8 +102,8 @@ class CreatingFile {
   sigset_t before_;
 };
 
-// The file that `path` names once symbolic links are followed. Where there is none yet, its name in
-// the folder that is meant now: links to that may change while a frame renders.
+// The file that `path` names after symbolic links. If it does not exist, resolves its folder now,
+// because links to that may change while a frame renders.
 std::string resolve_links(const std::string& path) {
   if (const std::optional<std::string> file = real_path(path)) return *file;
   const std::filesystem::path end = without_links(path);
@@ -112,30 +112,30 @@ std::string resolve_links(const std::string& path) {
   return folder && !name.empty() ? (std::filesystem::path(*folder) / name).string() : path;
 }
 
-// What the name of a temporary file of `target` begins with; the process's id and, if need be,
-// "-<number>" follow. Stale ones are removed, so it is a name that nobody else gives to files.
+// The start of a temporary file's name for `target`; the process id and, if needed, "-<number>"
+// follow. Stale files are removed by name, so the stem must be unmistakable.
 std::string temporary_stem(const std::string& target) {
   const std::filesystem::path path(target);
-  // Leaves room for the rest: a target's name may use all of NAME_MAX.
+  // Leaves room for the suffix: a target's name may use all of NAME_MAX.
   const std::string name = path.filename().string().substr(0, NAME_MAX - 32);
   return (path.parent_path() / name).string() + ".emberline.part-";
 }
 
-// A positive number as to_string writes it.
+// A positive number in the form that to_string writes.
 bool is_number(std::string_view text) {
   return !text.empty() && text.size() <= 10 && text.front() != '0' &&
          std::ranges::all_of(text, [](char c) { return c >= '0' && c <= '9'; });
 }
 
-// Whether `path` still names the file that is open.
+// Whether `path` still names the open file.
 bool is_name_of(const std::string& path, int descriptor) {
   struct stat named = {}, opened = {};
   return ::lstat(path.c_str(), &named) == 0 && ::fstat(descriptor, &opened) == 0 &&
          named.st_dev == opened.st_dev && named.st_ino == opened.st_ino;
 }
 
-// Opens and locks a new file beside `target`. The lock tells other runs that it is in use. The
-// process's id keeps two renders into one folder apart; a number follows where it does not.
+// Creates and locks a file beside `target`. The lock tells other runs that it is in use. The
+// process id keeps two renders into one folder apart; a number is added if the name is taken.
 Descriptor open_beside(const std::string& target, mode_t mode, std::string* temporary) {
   const std::string stem = temporary_stem(target) + std::to_string(getpid());
   for (int attempt = 0; attempt < 1000; ++attempt) {
@@ -144,8 +144,8 @@ Descriptor open_beside(const std::string& target, mode_t mode, std::string* temp
         ::open(temporary->c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode));
     if (descriptor < 0 && errno == EEXIST) continue;
     if (descriptor < 0) return descriptor;
-    // Before it was locked another run may have taken it for a stale one. A file system without
-    // locks is as good: nobody can lock the file there, so nobody removes it.
+    // Another run may have removed the file as stale before it was locked. If flock is not
+    // supported, other runs cannot lock it either, so they do not remove it.
     const bool taken = ::flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
     struct stat status = {};
     const bool removed = ::fstat(descriptor, &status) == 0 && status.st_nlink == 0;
@@ -155,8 +155,8 @@ Descriptor open_beside(const std::string& target, mode_t mode, std::string* temp
   return Descriptor();
 }
 
-// Removes the file if no run has it in use, and if it is one that a run of this user can have left
-// behind: regular, without other names. What cannot be locked stays.
+// Removes the file if no run uses it and a killed run of this user could have left it: regular,
+// with no other links. Files that cannot be locked stay.
 void remove_if_stale(const std::string& path) {
   const Descriptor descriptor(::open(path.c_str(), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
   if (descriptor < 0) return;
@@ -168,7 +168,7 @@ void remove_if_stale(const std::string& path) {
   }
 }
 
-// What killed runs have left of `target`.
+// Removes the temporary files that killed runs left for `target`.
 void remove_stale_files(const std::string& target) {
   const std::filesystem::path stem(temporary_stem(target));
   const std::string begin = stem.filename().string();
@@ -190,7 +190,7 @@ void remove_stale_files(const std::string& target) {
 
 constexpr int kNoDescriptor = -1, kDescriptorOfAnother = -2;
 
-// The number of the descriptor in such a folder, "/proc/<process>[/task/<thread>]/fd".
+// The descriptor's number if `folder` is "/proc/<process>[/task/<thread>]/fd".
 int descriptor_in(const std::filesystem::path& folder, const std::string& name) {
   const std::vector<std::string> parts(folder.begin(), folder.end());
   if (parts.size() < 4 || parts[1] != "proc" || parts.back() != "fd") return kNoDescriptor;
@@ -199,8 +199,8 @@ int descriptor_in(const std::filesystem::path& folder, const std::string& name) 
   return std::atoi(name.c_str());
 }
 
-// What a name such as /dev/stdout stands for: a number of our own, or one of the two above. What it
-// leads to is written by others, too, who would go on with a file that has lost its name.
+// The descriptor behind a name such as /dev/stdout: a number of this process, or a constant above.
+// Such a file is never replaced, since other writers would continue with the unlinked file.
 int descriptor_of(const std::string& path) {
   std::error_code error;
   std::filesystem::path at = std::filesystem::absolute(path, error);
@@ -224,7 +224,7 @@ bool is_pipe_or_device(const std::filesystem::path& path) {
 }
 
 std::filesystem::path without_links(std::filesystem::path path) {
-  constexpr int kMostLinks = 40;  // as the system follows
+  constexpr int kMostLinks = 40;  // the kernel's limit
   std::error_code error;
   const auto is_link = [&] {
     return std::filesystem::is_symlink(std::filesystem::symlink_status(path, error));
@@ -267,14 +267,15 @@ AtomicFile::AtomicFile(const std::string& path, std::string target)
                          : "cannot create a file in the folder " + folder,
          error == ENOENT ? 0 : error);
   }
-  // Best effort: on some file systems permissions cannot be changed, which is no reason to stop.
+  // Best effort: some file systems do not support permissions.
   if (exists && ::fchmod(descriptor_, status.st_mode & 07777) != 0) errno = 0;
 }
 
 AtomicFile::~AtomicFile() { discard(); }
 
 void AtomicFile::discard() noexcept {
-  if (!temporary_.empty()) {  // while it is locked: nobody else removes it, or takes its name
+  // Unlinked while still locked, so no other run can remove it or take its name.
+  if (!temporary_.empty()) {
     ::unlink(temporary_.c_str());
     forget_unfinished(unfinished_slot_);
     temporary_.clear();
@@ -291,16 +292,16 @@ void AtomicFile::write_at(const void* bytes, size_t count, uint64_t offset) {
 }
 
 Descriptor AtomicFile::commit_locked(bool fresh) {
-  // EINVAL: a file system that cannot flush says so; that is not a loss of data.
+  // EINVAL: the file system cannot flush; no data is lost.
   int error = ::fsync(descriptor_) != 0 && errno != EINVAL ? errno : 0;
-  // Some network file systems report a full disk only when a descriptor is closed. The other one
-  // holds the lock until the file has its name.
+  // Some network file systems report a full disk only on close. The duplicate descriptor keeps the
+  // lock until the file has its name.
   Descriptor locked(::fcntl(descriptor_, F_DUPFD_CLOEXEC, 0));
   if (::close(descriptor_.release()) != 0 && error == 0) error = errno;
   bool linked = false;
   if (error == 0 && fresh) {
     linked = ::link(temporary_.c_str(), target_.c_str()) == 0;
-    // Where there are no hard links, as on some network file systems, it is renamed.
+    // Some network file systems have no hard links; then it is renamed.
     if (!linked && errno == EEXIST) error = errno;
     if (linked) ::unlink(temporary_.c_str());
   }
@@ -312,8 +313,8 @@ Descriptor AtomicFile::commit_locked(bool fresh) {
   forget_unfinished(unfinished_slot_);
   temporary_.clear();
 
-  // The new name survives a power cut only once the folder is flushed too. The file is whole
-  // either way, so a file system that cannot do this is left alone.
+  // The new name survives a power cut only once the folder is flushed. The file is complete either
+  // way, so errors are ignored.
   const Descriptor folder(::open(folder_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (folder >= 0) ::fsync(folder);
   return locked;
@@ -324,7 +325,7 @@ void AtomicFile::commit() { commit_locked(); }
 void remove_unfinished_files() noexcept {
   constexpr timespec kPause = {0, 100'000};
   g_ending = true;
-  for (int i = 0; i < 1000 && g_creating > 0; ++i) ::nanosleep(&kPause, nullptr);  // 0.1 s at most
+  for (int i = 0; i < 1000 && g_creating > 0; ++i) ::nanosleep(&kPause, nullptr);  // at most 0.1 s
   for (UnfinishedFile& slot : g_unfinished) {
     if (slot.state == UnfinishedFile::kReadable) ::unlink(slot.name);
   }
@@ -370,7 +371,7 @@ LockedFile::LockedFile(const std::string& path)
   struct stat status = {};
   const bool regular = ::fstat(descriptor_, &status) == 0 && S_ISREG(status.st_mode);
   const bool taken = ::flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
-  // Another run may have replaced it since it was opened, and be done.
+  // Another run may have replaced the file after it was opened.
   const bool named = is_named();
   if (!regular || taken || !named) {
     fail(path_, regular ? "another run has it" : "it is not a regular file", 0);
@@ -387,7 +388,7 @@ void LockedFile::cut(uint64_t size) {
 void LockedFile::append(std::string_view bytes) {
   if (const int error = descriptor_.write_at(bytes.data(), bytes.size(), size_)) {
     if (::ftruncate(descriptor_, off_t(size_)) != 0) {
-    }  // the next one is written over the rest
+    }  // the next append overwrites the remains
     fail(path_, "writing failed", error);
   }
   size_ += bytes.size();
@@ -437,7 +438,7 @@ ScratchFile::ScratchFile(const std::string& folder, std::string failure)
     : failure_(std::move(failure)),
       descriptor_(::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600)) {
   if (descriptor_ >= 0) return;
-  // Not every file system has files without a name: one that loses its name at once.
+  // Without O_TMPFILE support, create a named file and unlink it at once.
   if (errno != EOPNOTSUPP && errno != EISDIR) fail(errno);
   std::string name = folder + "/emberline.XXXXXX";
   descriptor_ = Descriptor(::mkostemp(name.data(), O_CLOEXEC));

@@ -1,4 +1,4 @@
-// Files that appear whole or not at all: written beside their target, flushed to disk, renamed.
+// Atomic file replacement: write a temporary file beside the target, flush it to disk, rename it.
 #pragma once
 
 #include <cstddef>
@@ -13,17 +13,17 @@
 
 namespace emberline {
 
-// A file under a temporary name in its target's folder ("out.exr.emberline.part-<pid>"), which
-// takes the target's place in commit(). Destroyed without commit() it leaves nothing behind, and
-// what stood under the target's name before is untouched.
+// Writes to a temporary file in the target's folder ("out.exr.emberline.part-<pid>"), which
+// replaces the target in commit(). If it is destroyed without commit(), it leaves nothing behind
+// and the existing target is untouched.
 //
-// It is locked (flock) while it is in use. One of the same target and user that nobody holds is
-// what a killed run has left: whoever writes that target next removes it. Where a file system has
-// no locks, such files stay.
+// The temporary file is locked (flock) while it is in use. An unlocked one of the same target and
+// user was left by a killed run; the next AtomicFile for that target removes it. On a file system
+// without locks, such files stay.
 //
-// A target that is a symbolic link stays one: the file it points to is replaced, or made. The
-// permissions of a replaced file are kept. All errors are RenderError, one line that names the
-// target.
+// If the target is a symbolic link, the link stays and the file that it points to is replaced or
+// created. A replaced file keeps its permissions. All errors are RenderError: one line that names
+// the target.
 class AtomicFile {
  public:
   // Throws when the target is a folder, a device or write-protected, or its folder is not writable.
@@ -33,16 +33,16 @@ class AtomicFile {
   // Thread-safe for disjoint ranges. Throws (disk full, I/O error).
   void write_at(const void* bytes, size_t count, uint64_t offset);
 
-  // As write_at, for callers that cannot be thrown through: 0, or the errno.
+  // Like write_at, but returns 0 or the errno, for callers that must not throw.
   int try_write_at(const void* bytes, size_t count, uint64_t offset) noexcept;
 
-  // Flushes the file, renames it and flushes the folder. Throws; the temporary file is then gone.
+  // Flushes the file, renames it and flushes the folder. If it throws, the temporary file is gone.
   void commit();
-  // The same; the lock goes on until the descriptor that is returned is closed. A `fresh` file
-  // takes no other's place: throws where there is one.
+  // As commit(), but keeps the lock until the returned descriptor is closed. With `fresh`, throws
+  // if the target exists.
   Descriptor commit_locked(bool fresh = false);
 
-  const std::string& path() const { return path_; }  // as the caller gave it
+  const std::string& path() const { return path_; }  // as given by the caller
 
  private:
   friend class LockedFile;
@@ -57,96 +57,94 @@ class AtomicFile {
   Descriptor descriptor_;
 };
 
-// Whether something stands there that cannot be replaced, as files are.
+// Whether the path is a pipe or a device, which cannot be replaced by renaming.
 bool is_pipe_or_device(const std::filesystem::path& path);
 
-// Where a chain of symbolic links leads, to what is not there yet, too.
+// Follows a chain of symbolic links; the last name need not exist.
 std::filesystem::path without_links(std::filesystem::path path);
 
-// Throws as AtomicFile's constructor would for a path that cannot be written to, and leaves nothing
-// behind; so that it is known before hours of work and not after them.
+// Throws if AtomicFile's constructor would throw for this path, and leaves nothing behind. Callers
+// use it to fail before hours of rendering rather than after them.
 void check_writable(const std::string& path);
 
-// Unlinks the temporary files of every AtomicFile alive. For a signal handler that is about to end
-// the process: async-signal-safe.
+// Unlinks the temporary file of every live AtomicFile. Async-signal-safe, for a signal handler that
+// is about to end the process.
 void remove_unfinished_files() noexcept;
 
-// Writes the whole of `bytes` as above. A target that is a pipe or a device cannot be renamed onto
-// and is written to directly, as is an open descriptor (/dev/stdout), wherever it leads. Throws
-// RenderError.
+// Writes all of `bytes` atomically. Pipes, devices and open descriptors (/dev/stdout) are written
+// to directly, since they cannot be replaced. Throws RenderError.
 void write_file_atomically(const std::string& path, std::string_view bytes);
 
-// Tells other runs that a folder is in use, until it is destroyed or the process ends (flock).
+// Marks a folder as in use (flock) until this object is destroyed or the process ends.
 class FolderLock {
  public:
-  // False where another run has told so. A file system without locks keeps nobody out. Once.
+  // Call once. False if another run holds the lock; always true on a file system without locks.
   bool take(const std::string& folder);
 
  private:
   Descriptor descriptor_;
 };
 
-// A file that one run at a time has: appended to, or replaced as a whole. All errors are
-// RenderError, one line that names the file. One thread at a time.
+// A file that is locked against other runs, and is appended to or replaced as a whole. All errors
+// are RenderError: one line that names the file. Not thread-safe.
 class LockedFile {
  public:
-  // That is not there yet: made whole, with these bytes.
+  // Creates a new file atomically with these bytes.
   LockedFile(const std::string& path, std::string_view bytes);
-  // One that is there. What killed runs have left beside it is removed.
+  // Opens an existing file and removes the temporary files that killed runs left for it.
   explicit LockedFile(const std::string& path);
 
-  // Cuts off what is behind the first `size` bytes.
+  // Truncates the file to `size` bytes.
   void cut(uint64_t size);
-  // Behind all others; where that fails, it is as if nothing had been appended.
+  // Appends at the end. If it fails, the file is unchanged.
   void append(std::string_view bytes);
-  void sync();  // to the disk
-  // Replaces the file with what `write` makes, which is held from then on. Throws where another
-  // file has taken its place.
+  void sync();  // flushes to the disk
+  // Replaces the file with what `write` produces and locks the new file. Throws if another file has
+  // taken this one's name.
   void replace(const std::function<void(AtomicFile& file)>& write);
-  // Whether it still has its name: it may have been removed or replaced.
+  // Whether the path still names this file, which may have been removed or replaced.
   bool is_named() const noexcept;
-  // Its name goes, if it is still this file's.
+  // Unlinks the file if the path still names it.
   void remove() noexcept;
-  // Takes the place of another file in its folder. Throws where it has lost its own name.
+  // Renames it within its folder, replacing a file there. Throws if it has lost its own name.
   void rename_to(const std::string& path);
 
   const std::string& path() const { return path_; }
   uint64_t size() const { return size_; }
 
  private:
-  std::string path_;    // as the caller gave it, for messages
-  std::string target_;  // path_ with symbolic links resolved, as they were at the beginning
+  std::string path_;    // as given by the caller, for messages
+  std::string target_;  // path_ with symbolic links resolved when the file was opened
   Descriptor descriptor_;
   uint64_t size_ = 0;
 };
 
-// A file without a name, for what does not fit into memory: it goes with the object, its maps and
-// the process, however that ends. All errors are RenderError, one line that says where and what
-// for.
+// An unnamed file for data that does not fit into memory; it is gone with this object and its maps,
+// or with the process. All errors are RenderError: one line that says where, and what it was for.
 class ScratchFile {
  public:
-  // In the folder of that file, which has the room: its results go there.
+  // In the folder of `path`, which has room because the results are written there.
   static ScratchFile beside(const std::string& path);
-  // In the folder for temporary files ($TMPDIR, else /tmp); `purpose` is what it cannot do without.
+  // In the folder for temporary files ($TMPDIR, else /tmp); `purpose` names what needs the file.
   static ScratchFile temporary(const std::string& purpose);
 
-  // Both thread-safe; writing for disjoint ranges. What was never written reads as zeros.
+  // Both are thread-safe, writes for disjoint ranges. Ranges that were never written read as zeros.
   void write_at(const void* bytes, size_t count, uint64_t offset);
   void read_at(void* bytes, size_t count, uint64_t offset) const;
-  // `count` bytes from `offset` on, a multiple of the page, to be read where they lie: until the
-  // pointer's last copy goes, which may outlive the file.
+  // Maps `count` bytes from `offset`, a multiple of the page size, for reading. The map lives until
+  // the last copy of the pointer is gone and may outlive the file.
   std::shared_ptr<const std::byte> map(uint64_t offset, uint64_t count) const;
 
  private:
   ScratchFile(const std::string& folder, std::string failure);
   [[noreturn]] void fail(int error) const;
 
-  std::string failure_;  // a line, but for the reason
+  std::string failure_;  // the message without its reason
   Descriptor descriptor_;
 };
 
-// A file that others follow while it grows: empty at first, and what is appended is there at once.
-// It waits for no reader of a pipe. All errors are RenderError, one line that names the file.
+// A file that other programs follow: it starts empty, and appended bytes are visible at once. Does
+// not wait for a pipe's reader. All errors are RenderError: one line that names the file.
 class GrowingFile {
  public:
   explicit GrowingFile(const std::string& path);

@@ -1,4 +1,4 @@
-// Whole numbers in files, whatever the machine's own order of bytes.
+// Reads integers of a fixed byte order, independent of the machine's.
 #pragma once
 
 #include <cassert>
@@ -8,7 +8,7 @@
 
 namespace emberline {
 
-// The number in `count` bytes at `offset`, which the caller knows to be there.
+// The big-endian number in `count` bytes at `offset`; the caller checks the range.
 template <typename Number = uint32_t>
 Number big_endian(std::span<const uint8_t> bytes, size_t offset, size_t count) {
   assert(offset <= bytes.size() && count <= bytes.size() - offset && count <= sizeof(Number));
@@ -17,7 +17,7 @@ Number big_endian(std::span<const uint8_t> bytes, size_t offset, size_t count) {
   return value;
 }
 
-// The same with the least significant byte first.
+// The little-endian number in `count` bytes at `offset`; the caller checks the range.
 template <typename Number = uint32_t>
 Number little_endian(std::span<const uint8_t> bytes, size_t offset, size_t count) {
   assert(offset <= bytes.size() && count <= bytes.size() - offset && count <= sizeof(Number));

@@ -24,9 +24,9 @@ class Descriptor {
   operator int() const { return number_; }
   int release() { return std::exchange(number_, -1); }
 
-  // Reads as many of the bytes as there are; -1 for an error, which errno says. Thread-safe.
+  // Reads up to `count` bytes and returns how many; -1 on error, with errno set. Thread-safe.
   int64_t read_at(void* bytes, uint64_t count, uint64_t offset) const noexcept;
-  // Writes all of the bytes: 0, or the errno. Thread-safe for disjoint ranges.
+  // Writes all bytes and returns 0 or the errno. Thread-safe for disjoint ranges.
   int write_at(const void* bytes, size_t count, uint64_t offset) const noexcept;
 
  private:

@@ -16,7 +16,7 @@
 namespace emberline {
 namespace {
 
-// Adds whole words of eight bytes, the last filled with zeros.
+// Hashes the bytes as 8-byte words; the last is padded with zeros.
 uint64_t add_words(uint64_t hash, const void* bytes, size_t size) {
   const auto* next = static_cast<const uint8_t*>(bytes);
   for (size_t i = 0; i < size; i += 8) {
@@ -27,14 +27,14 @@ uint64_t add_words(uint64_t hash, const void* bytes, size_t size) {
   return hash;
 }
 
-// As fingerprint() of what it holds, which is never in memory as a whole.
+// Equals fingerprint() of the contents, but reads them in parts.
 uint64_t of_file(const InputFile& file, uint64_t seed, const LoadProgress& progress) {
   constexpr uint64_t kPart = uint64_t(1) << 20;  // whole words
   std::vector<uint8_t> part(std::min(kPart, file.size()));
   uint64_t hash = hash_combine64(seed, file.size());
   for (uint64_t at = 0; at < file.size(); at += kPart) {
     const uint64_t size = std::min(kPart, file.size() - at);
-    progress.check();  // a file full of holes has any size
+    progress.check();  // a sparse file can have any size
     file.read(at, size, part.data());
     hash = add_words(hash, part.data(), size);
   }

@@ -14,12 +14,12 @@
 namespace emberline {
 namespace {
 
-// Some milliseconds from a disk; between them a load can be called off.
+// A few milliseconds of reading; a load can be cancelled between two parts.
 constexpr uint64_t kPart = uint64_t(8) << 20;
 
 std::string system_message(int error) { return std::generic_category().message(error); }
 
-// O_NONBLOCK: opening a pipe must not wait for its other end. It changes nothing for regular files.
+// O_NONBLOCK keeps the opening of a pipe from waiting for its other end; regular files ignore it.
 Descriptor open_to_read(const std::filesystem::path& path) {
   int descriptor = -1;
   do {
@@ -48,7 +48,7 @@ const char* kind_of(mode_t mode) {
 
 InputFile::InputFile(const std::filesystem::path& path, const std::string& place)
     : name_(path.string()), place_(place) {
-  // Looked at before it is opened: a device may do things when it is.
+  // Checked before opening, since opening a device may have side effects.
   struct stat status = {};
   if (::stat(path.c_str(), &status) != 0) {
     const int error = errno;

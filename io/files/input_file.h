@@ -1,8 +1,7 @@
-// The one door in: every file that is read is opened here, and by nobody else
-// (tests/invariance/one_door.py).
+// Opens every file that is read; no other code does (tests/invariance/one_door.py).
 //
-// Only regular files are read: a pipe or a device would wait for ever, or never end. Whatever is
-// wrong is one InputError at `place`, which names the file or the JSON pointer that asked for it.
+// Only regular files are read: a pipe or a device could block or never end. Every failure is one
+// InputError at `place`, the file's name or the JSON pointer that refers to it.
 #pragma once
 
 #include <cstdint>
@@ -23,27 +22,26 @@ class InputFile {
   // Throws InputError for a file that is missing, not regular or not readable.
   explicit InputFile(const std::filesystem::path& path) : InputFile(path, path.string()) {}
   InputFile(const std::filesystem::path& path, const std::string& place);
-  // Nothing where there is no file of that name; throws for all else.
+  // Returns nothing if the file does not exist; throws for every other failure.
   static std::optional<InputFile> open_if_there(const std::filesystem::path& path);
 
-  uint64_t size() const { return state_.size; }  // in bytes, when it was opened
+  uint64_t size() const { return state_.size; }  // in bytes, at the time of opening
   const std::string& place() const { return place_; }
-  // It as it was when it was opened, asked for as `name`.
+  // The file's identity and state at the time of opening, under the name by which it was requested.
   NamedFile named(const std::string& name) const { return {name, identity_, name_, state_}; }
 
-  // The `count` bytes from `offset` on, which lie inside the file. Throws InputError, also where
-  // the file has become shorter; Cancelled, some megabytes after `progress` says so.
+  // Reads `count` bytes from `offset`; the range must lie inside the file. Throws InputError, also
+  // if the file has shrunk since; throws Cancelled within some megabytes of a cancel.
   void read(uint64_t offset, uint64_t count, void* bytes,
             const LoadProgress& progress = LoadProgress::unwatched()) const;
-  // The same, without an exception: how many bytes there were, at most `count`; -1 for an error of
-  // the disk. May begin behind the end.
+  // Reads up to `count` bytes and returns how many; -1 on an I/O error. May start past the end.
   int64_t try_read(uint64_t offset, uint64_t count, void* bytes) const noexcept;
-  // All of it.
+  // Reads the whole file.
   std::vector<uint8_t> read_all(const LoadProgress& progress = LoadProgress::unwatched()) const;
   std::string read_text() const;
 
  private:
-  std::string about() const;  // ": name", where the place does not name the file
+  std::string about() const;  // ": name", or empty if the place already names the file
 
   Descriptor descriptor_;
   std::string name_, place_;
@@ -51,16 +49,16 @@ class InputFile {
   FileState state_;
 };
 
-// The identity of what stands under a name, of whatever kind; nothing if nothing does.
+// Identity of the file or folder at this path; nothing if the path does not exist.
 std::optional<FileIdentity> file_identity(const std::filesystem::path& path);
-// The same with its state, as it is now.
+// The file's identity and its current state.
 std::optional<NamedFile> file_now(const std::filesystem::path& path);
 
-// A text that the kernel makes up when it is asked ("/proc/self/status"), which has no size; empty
-// if there is none. The first 64 KiB.
+// The first 64 KiB of a file that the kernel generates ("/proc/self/status") and that reports no
+// size. Empty if it does not exist.
 std::string read_kernel_text(const char* path);
 
-// A field of /proc/self/statm, proc_pid_statm(5), in bytes; 0 if there is none.
+// A field of /proc/self/statm in bytes, see proc_pid_statm(5); 0 if there is none.
 enum class StatmField : int { kResident = 1, kShared = 2 };
 uint64_t statm_bytes(StatmField field);
 

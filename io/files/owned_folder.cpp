@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 constexpr int kMarkerVersion = 1;
 constexpr const char* kVersionMember = "emberline_folder";
 
-// What stands under a name itself, links not followed.
+// Type of the entry itself; links are not followed.
 fs::file_type type_of(const std::string& path) {
   std::error_code unknown;
   return fs::symlink_status(path, unknown).type();
@@ -34,7 +34,7 @@ OwnedFolder::OwnedFolder(const std::string& path, OwnedFolderKind kind)
     : path_(path), kind_(std::move(kind)) {
   const bool existed = is_folder(path_);
   if (existed) {
-    lock();  // before the list is read, which another run may be adding to
+    lock();  // before reading the list, which another run may be extending
     check_subfolders();
     const fs::file_type marker = type_of(this->path(kind_.marker));
     if (marker == fs::file_type::regular) {
@@ -58,7 +58,7 @@ OwnedFolder::OwnedFolder(const std::string& path, OwnedFolderKind kind)
 
 void OwnedFolder::lock() {
   if (lock_.take(path_)) return;
-  made_.clear();  // what was made is the other's by now
+  made_.clear();  // the other run uses these folders now
   throw UsageError(kind_.option + " " + path_ +
                    ": another run is writing into it; wait for its end, or name another folder");
 }
@@ -66,7 +66,7 @@ void OwnedFolder::lock() {
 OwnedFolder::~OwnedFolder() { remove_empty(); }
 
 void OwnedFolder::remove_empty() {
-  std::error_code ignored;  // what is not empty stays
+  std::error_code ignored;  // folders that are not empty stay
   for (auto folder = made_.rbegin(); folder != made_.rend(); ++folder) {
     fs::remove(*folder, ignored);
   }
@@ -111,13 +111,13 @@ std::vector<std::string> OwnedFolder::entries() const {
 
 void OwnedFolder::check_empty() const {
   for (const std::string& name : entries()) {
-    if (name.starts_with(kind_.marker + ".part")) continue;  // of a run that was killed
+    if (name.starts_with(kind_.marker + ".part")) continue;  // left by a killed run
     throw UsageError(kind_.option + " " + path_ + ": holds files (" + name + "), but no " +
                      kind_.marker + " that says which are this command's; name a new folder");
   }
 }
 
-// "name" or "subfolder/name", without any way out.
+// Accepts "name" and "subfolder/name", without a path out of the folder.
 bool OwnedFolder::may_be_own(const std::string& name) const {
   const size_t slash = name.find('/');
   const std::string file = slash == std::string::npos ? name : name.substr(slash + 1);

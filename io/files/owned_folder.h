@@ -1,8 +1,8 @@
-// A folder that a command fills with files, and which of the files in it are the command's own.
+// A folder that a command fills, with a marker file that lists the command's own files.
 //
-// A marker in the folder lists them. What it does not list is neither overwritten nor removed, and
-// of what it lists only that counts which lies in the folder itself or in one of the command's own
-// folders there, and is a regular file: the folder may have come from someone else.
+// Files that the marker does not list are neither overwritten nor removed. The folder may come from
+// someone else, so a listed name counts only if it is a regular file in the folder or in one of the
+// command's subfolders.
 #pragma once
 
 #include <set>
@@ -16,32 +16,32 @@ namespace emberline {
 
 struct OwnedFolderKind {
   std::string option;                        // for messages: "-o"
-  std::string marker;                        // name of the list
-  std::vector<std::string> subfolders = {};  // where its files may lie, beside the folder itself
-  // The folder is made with those above it, and if there is one it is empty or has a marker;
-  // otherwise it may hold files of others too.
+  std::string marker;                        // name of the marker file
+  std::vector<std::string> subfolders = {};  // where its files may lie, besides the folder itself
+  // If true, missing parent folders are created, and an existing folder must be empty or have a
+  // marker. If false, the folder may hold other files too.
   bool exclusive = false;
 };
 
 class OwnedFolder {
  public:
-  // Makes the folder, which is its own while it lives. Throws UsageError for one that is not ours
-  // to fill or that another run is filling, RenderError for one that cannot be made or written to,
-  // and InputError for a marker that is damaged.
+  // Creates the folder and locks it. Throws UsageError if another run is filling the folder, or if
+  // it holds files that are not ours where ours must go, RenderError if it cannot be created or
+  // written to, and InputError if its marker is damaged.
   OwnedFolder(const std::string& path, OwnedFolderKind kind);
-  ~OwnedFolder();  // removes the folders that it made and nobody has filled
+  ~OwnedFolder();  // removes the folders that it created and that are still empty
 
   const std::string& path() const { return path_; }
   std::string path(const std::string& name) const;
-  std::vector<std::string> entries() const;  // the names in it, whoever's they are
-  // What the marker lists and is there, and what was claimed.
+  std::vector<std::string> entries() const;  // all names in the folder
+  // The marker's files that exist, and the claimed names.
   const std::set<std::string>& files() const { return files_; }
 
-  // Throws UsageError where one of these names belongs to something that is not ours.
+  // Throws UsageError if one of these names belongs to a file that is not ours.
   void check(std::span<const std::string> names) const;
-  // Checks and lists them, before any of them is written. Throws RenderError too.
+  // Checks the names and adds them to the marker, before they are written. Also throws RenderError.
   void claim(std::span<const std::string> names);
-  // If it is ours.
+  // Removes the file if it is ours.
   void remove(const std::string& name);
 
  private:
@@ -56,7 +56,7 @@ class OwnedFolder {
   std::string path_;
   OwnedFolderKind kind_;
   std::set<std::string> files_;
-  std::vector<std::string> made_;  // folders, in the order in which they were made
+  std::vector<std::string> made_;  // folders, in order of creation
   FolderLock lock_;
 };
 

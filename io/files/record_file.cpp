@@ -16,8 +16,8 @@ static_assert(std::endian::native == std::endian::little);
 constexpr char kFileMark[8] = {'E', 'M', 'B', 'R', 'E', 'C', 'F', '\n'};
 constexpr char kRecordMark[4] = {'E', 'M', 'B', 'R'};
 constexpr uint32_t kFormat = 1;
-constexpr uint64_t kMostOfHead = uint64_t(16) << 20;  // a frame's has the names of its mattes
-constexpr int kLevel = 1;  // zstd's fastest: half the bytes at the speed of a disk
+constexpr uint64_t kMostOfHead = uint64_t(16) << 20;  // a frame's head holds its Cryptomatte names
+constexpr int kLevel = 1;  // zstd's fastest: halves the size at disk speed
 
 struct FileStart {
   char mark[8];
@@ -74,7 +74,7 @@ std::string packed_record(uint32_t kind, uint64_t number, std::span<const std::b
   char* packed = record.data() + sizeof(RecordStart);
   const size_t size = ZSTD_compress(packed, record.size() - sizeof(RecordStart), bytes.data(),
                                     bytes.size(), kLevel);
-  if (ZSTD_isError(size)) throw std::bad_alloc();  // the only way to fail with enough room
+  if (ZSTD_isError(size)) throw std::bad_alloc();  // the only error with enough room
   record.resize(sizeof(RecordStart) + size);
   RecordStart start = {{}, kind, number, bytes.size(), size, fingerprint({packed, size}), 0};
   std::memcpy(start.mark, kRecordMark, sizeof kRecordMark);

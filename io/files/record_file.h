@@ -1,12 +1,14 @@
-// Files of records: what a frame is kept in until it is done (renderer/output/checkpoint.h).
+// Files of records, such as the checkpoint of an unfinished frame (renderer/output/checkpoint.h):
 //
-//   "EMBRECF\n", u32 format = 1, u32 bytes of the head, u64 checksum of the head; the head, a JSON
-//   text any number of: "EMBR", u32 kind, u64 number, u64 bytes unpacked, u64 bytes packed,
+// clang-format off
+//   "EMBRECF\n", u32 format = 1, u32 bytes of the head, u64 checksum of the head; the head (JSON)
+//   any number of: "EMBR", u32 kind, u64 number, u64 bytes unpacked, u64 bytes packed,
 //                  u64 checksum of the packed bytes, u64 checksum of the 40 bytes before;
 //                  the bytes, packed by zstd
+// clang-format on
 //
-// Numbers are little-endian, checksums those of io/files/fingerprint.h. A record is appended in one
-// piece: a file that a crash has cut short ends in a part of one, and all before it holds.
+// Numbers are little-endian, checksums are those of io/files/fingerprint.h. A record is appended in
+// one piece, so a crash leaves at most one incomplete record at the end; all before it are intact.
 #pragma once
 
 #include <cstddef>
@@ -23,33 +25,33 @@ namespace emberline {
 struct RecordEntry {
   uint32_t kind = 0;
   uint64_t number = 0;
-  uint64_t bytes = 0;  // unpacked
+  uint64_t bytes = 0;  // unpacked size
   uint64_t packed = 0, checksum = 0;
-  uint64_t offset = 0;  // of the packed bytes
+  uint64_t offset = 0;  // offset of the packed bytes
 };
 
 std::string record_file_head(std::string_view head);
-// Whether a file that is there begins as these do.
+// Whether the file exists and starts with this format's magic number.
 bool is_record_file(const std::string& path);
-// Any thread; packing runs at some hundred megabytes a second.
+// Thread-safe. Packs some hundred megabytes a second.
 std::string packed_record(uint32_t kind, uint64_t number, std::span<const std::byte> bytes);
 
-// One that is there. Reading is thread-safe.
+// Reads an existing file. Reading is thread-safe.
 class RecordFile {
  public:
-  // Reads the head, and what stands before each record. Throws InputError for a file that is not
-  // one, is of a later format, or whose head is damaged.
+  // Reads the head and each record's header. Throws InputError if the file has another format, a
+  // later version or a damaged head.
   explicit RecordFile(const std::string& path);
 
   const std::string& head() const { return head_; }
   const std::string& path() const { return file_.place(); }
-  // Those before the first place that is not one.
+  // The intact records before the first damaged or incomplete one.
   std::span<const RecordEntry> records() const { return records_; }
-  uint64_t end() const { return end_; }                  // of these
-  bool has_more() const { return end_ < file_.size(); }  // behind them
-  // Throws InputError for one that is damaged or would take more than `most` bytes.
+  uint64_t end() const { return end_; }                  // where the last of them ends
+  bool has_more() const { return end_ < file_.size(); }  // bytes follow them
+  // Throws InputError if the record is damaged or unpacks to more than `most` bytes.
   std::vector<std::byte> read(const RecordEntry& record, uint64_t most) const;
-  // Whether the packed bytes have their checksum. Unpacks nothing.
+  // Verifies the checksum of the packed bytes without unpacking them.
   bool is_whole(const RecordEntry& record) const;
 
  private:
@@ -58,7 +60,7 @@ class RecordFile {
   std::vector<RecordEntry> records_;
   uint64_t end_ = 0;
 
-  // The packed bytes; throws InputError where their checksum is another.
+  // The packed bytes; throws InputError if their checksum is wrong.
   std::string read_packed(const RecordEntry& record) const;
 };
 

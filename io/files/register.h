@@ -1,5 +1,5 @@
-// All files that a run reads and writes, so that no output takes the place of an input, or of
-// another output, however their names are spelt.
+// Registers all files that a run reads and writes, so that no output overwrites an input or another
+// output, however their names are spelt.
 #pragma once
 
 #include <deque>
@@ -14,12 +14,12 @@
 
 namespace emberline {
 
-// Files that exist are told apart by device and inode, so that links and ".." deceive nobody; those
-// that do not, by their folder's and their name, upper and lower case alike where both are new: on
-// some file systems they are. Pipes and devices (/dev/stdout) are not replaced, and not registered.
+// Existing files are compared by device and inode, so links and ".." make no difference. New files
+// are compared by folder and name, ignoring case, since some file systems do. Pipes and devices
+// (/dev/stdout) are not replaced and not registered.
 //
-// Inputs and outputs come in any order: whichever comes second throws UsageError, which names the
-// output and `what` the other file is ("it is the scene").
+// Inputs and outputs may be registered in any order: the second of a conflicting pair throws
+// UsageError, which names the output and says `what` the other file is ("it is the scene").
 class FileRegister {
  public:
   FileRegister() = default;
@@ -28,22 +28,22 @@ class FileRegister {
 
   void read(const std::filesystem::path& path, const std::string& what);
   void read(const std::vector<NamedFile>& files, const std::string& what);
-  // `option` wrote it, as in "-o".
+  // `option` is the option that names the output, as in "-o".
   void write(const std::string& option, const std::filesystem::path& path);
-  // Any file in that folder whose name is one of these. A folder has one such output.
+  // Reserves all files in `folder` whose names satisfy `names`. One such output per folder.
   void write_in(const std::string& option, const std::filesystem::path& folder,
                 std::function<bool(const std::string& name)> names);
-  // Any file in that folder, and in those below.
+  // Reserves every file in `folder` and in the folders below it.
   void write_below(const std::string& option, const std::filesystem::path& folder);
 
  private:
   struct Place {
-    std::filesystem::path path;                // as far as it exists, without links
-    std::optional<FileIdentity> file, folder;  // where there are such
+    std::filesystem::path path;                // resolved as far as it exists
+    std::optional<FileIdentity> file, folder;  // if they exist
 
-    std::string key() const;         // equal for names of one file
-    std::string folder_key() const;  // of the folder it is in
-    std::string inner_key() const;   // of a folder: folder_key() of what is in it
+    std::string key() const;         // equal for two names of one file
+    std::string folder_key() const;  // key of the folder that holds this file
+    std::string inner_key() const;   // of a folder: the folder_key() of its files
   };
   struct Input {
     Place place;
@@ -52,12 +52,12 @@ class FileRegister {
   struct Output {
     std::string option, given;
     Place place;
-    std::function<bool(const std::string& name)> names;  // of files in a folder
+    std::function<bool(const std::string& name)> names;  // names of files in a folder
 
     bool names_file(const Place& other) const { return names(other.path.filename().string()); }
     bool is_above(const Place& other) const;
   };
-  // A folder whose name was looked up once: a range writes thousands of files into it.
+  // Cached lookup of a folder's name: an animation writes thousands of files into one.
   struct Folder {
     std::filesystem::path path;
     std::optional<FileIdentity> identity;
@@ -66,9 +66,9 @@ class FileRegister {
   [[noreturn]] static void refuse_twice(const Output& output, const Output& other);
   Place place_of(const std::filesystem::path& path);
   void add(Input input);
-  // The output that writes the file of that place, or null.
+  // The output that writes this file, or null.
   const Output* writer_of(const Place& place) const;
-  // Throws where one of the inputs is covered.
+  // Throws if `covers` is true of an input.
   void check_inputs(const Output& output,
                     const std::function<bool(const Place& place)>& covers) const;
 
@@ -76,10 +76,10 @@ class FileRegister {
   std::vector<Input> inputs_;
   std::unordered_map<std::string, size_t> input_of_;
   std::deque<Output> outputs_;
-  // By key, by the folder they are in, folders that are written to by their own key.
+  // files_ by key, files_in_ by their folder's key, folders_ by their own key.
   std::unordered_map<std::string, const Output*> files_, folders_;
   std::unordered_map<std::string, std::vector<const Output*>> files_in_;
-  std::vector<const Output*> trees_;  // of write_below()
+  std::vector<const Output*> trees_;  // from write_below()
 };
 
 }  // namespace emberline

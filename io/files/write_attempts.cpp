@@ -14,7 +14,7 @@ bool WriteAttempts::attempt(const std::string& path, const std::function<void()>
     written_.push_back(path);
     return true;
   } catch (const EmberlineError& error) {
-    log_error(error.what());  // names the file
+    log_error(error.what());  // the message names the file
   } catch (const std::bad_alloc&) {
     log_error("cannot write " + path + ": out of memory");
   } catch (const std::exception& error) {

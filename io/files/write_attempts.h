@@ -1,4 +1,4 @@
-// Files that are written one after another, of which one that fails takes no other with it.
+// Writes files one after another; a failure does not stop the rest.
 #pragma once
 
 #include <functional>
@@ -10,8 +10,7 @@ namespace emberline {
 // Not thread-safe.
 class WriteAttempts {
  public:
-  // Calls `write`, which writes that file. What it throws is told at once, in one line of the log,
-  // and the file counts as failed. False then.
+  // Calls `write`. If it throws, logs one line, records the file as failed and returns false.
   bool attempt(const std::string& path, const std::function<void()>& write);
 
   const std::vector<std::string>& written() const { return written_; }

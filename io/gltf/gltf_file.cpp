@@ -28,14 +28,14 @@ void report_faults(const GltfDocument& document, CoverageReport& coverage) {
   }
 }
 
-// What a user gets to see of whatever goes wrong with a file.
+// Converts internal exceptions to the InputError that the user sees.
 template <class Read>
 auto reading(const std::string& path, const Read& read) try {
   return read();
 } catch (const std::bad_alloc&) {
   throw InputError(path, "there is not enough memory to load it");
 } catch (const nlohmann::json::exception& error) {
-  // check_schema leaves nothing to trip over; if something did, it is the file's fault still.
+  // check_schema rules these out; if one occurs anyway, it is still the file's fault.
   throw InputError(path, std::string("unexpected structure: ") + error.what());
 }
 
@@ -52,7 +52,7 @@ GltfDocument open_checked(const std::string& path, const GltfOptions& options,
   return document;
 }
 
-// The progress of whoever waits, while it does.
+// Attaches the caller's progress to the document during a call.
 class Watched {
  public:
   Watched(GltfDocument& document, LoadProgress& progress) : document_(document) {
@@ -77,12 +77,12 @@ struct GltfFile::State {
   const GltfOptions options;
   GltfDocument document;
   std::vector<AnimationDescription> animations;
-  size_t faults = 0;  // of the file, without its animations; and with those that are chosen
+  size_t faults = 0;  // faults of the file without animations
   size_t faults_of_choice = 0;
-  // Which animations, and whether they pose it: all below is of that choice.
+  // The chosen animations, and whether they pose the scene; everything below depends on it.
   std::optional<std::pair<std::string, bool>> choice;
   GltfAnimation animation;
-  nlohmann::json unwritten = nlohmann::json::object();  // members that pointers write to, before
+  nlohmann::json unwritten = nlohmann::json::object();  // original members that pointers write to
   MemoryReservation unwritten_memory;
   GltfRest rest;
 };
@@ -94,7 +94,7 @@ GltfFile::State::State(const std::string& path, const GltfOptions& loading, Load
   faults = document.faults->count();
 }
 
-// What was read for other animations goes.
+// Discards what was read for other animations.
 void GltfFile::State::choose(const GltfOptions& when) {
   const std::pair wanted(when.animation, when.time.has_value());
   if (choice != wanted) {
@@ -171,7 +171,7 @@ SceneDescription GltfFile::pose(const GltfOptions& when, std::span<const uint64_
   return reading(state_->document.file, [&] {
     const Watched watched(state_->document, progress);
     state_->choose(when);
-    // Anew where pointers may have written something that it has.
+    // Parsed again if animation pointers may have changed the JSON.
     if (!state_->document.model || !state_->animation.pointers.empty()) {
       parse_gltf_model(state_->document);
     }

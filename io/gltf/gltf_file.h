@@ -1,4 +1,4 @@
-// glTF 2.0 in: .gltf and .glb, with external, embedded and data-URI buffers and images.
+// Loads glTF 2.0: .gltf and .glb, with external, embedded and data-URI buffers and images.
 #pragma once
 
 #include <memory>
@@ -13,70 +13,70 @@
 namespace emberline {
 
 struct GltfOptions {
-  // An image that does not decode becomes a neutral colour, a material's number that cannot be the
-  // specification's default, a texture that is not there none; with a warning instead of an error.
+  // Warn instead of failing: an undecodable image becomes a neutral colour, an invalid material
+  // value the specification's default, and a missing texture is dropped.
   bool lenient = false;
-  // True: what the meshes wear in any of the file's variants is read as well, images and vertex
-  // attributes included, so that SceneEdits can choose one. Otherwise their names alone.
+  // Also read the materials of all the file's variants, with their images and vertex attributes, so
+  // that SceneEdits can choose one. Otherwise read only the variants' names.
   bool variants = false;
-  // True: every mesh has tangents, so that SceneEdits can make any material anisotropic. Otherwise
-  // those whose materials need them in the file.
+  // Give every mesh tangents, so that SceneEdits can make any material anisotropic. Otherwise only
+  // meshes whose materials need them.
   bool tangents = false;
-  // True: the names and roots of all nodes are in the scene.
+  // Include the names and roots of all nodes.
   bool nodes = false;
-  // The files that the scene refers to lie in this folder or below, links followed; empty: in the
-  // scene's own.
+  // Referenced files must lie below this folder, links followed. Empty: the scene's folder.
   std::string resource_root = {};
-  // Which animation poses the scene, by name or index, or "all" of them in their order; and when,
-  // in seconds: 0, if nothing is said, held to where it begins and ends. With a time alone it is
-  // the file's first; with neither the scene is at rest, as its nodes say.
+  // The animation that poses the scene: a name, an index, or "all" for all of them in file order.
+  // `time` is in seconds, clamped to the animation's range, default 0. With only a time, the file's
+  // first animation is used; with neither, the scene is at rest.
   std::string animation = {};
   std::optional<double> time = {};
-  // While the shutter is open, in seconds from that time on: what moves then is in the scene with
-  // its motion. Absent: the instant alone.
+  // Shutter interval in seconds relative to `time`; whatever moves in it is loaded with its motion.
+  // Absent: a single instant.
   struct Shutter {
     double open = 0.0, close = 0.0;
   };
   std::optional<Shutter> shutter = {};
-  // Of an instant, in seconds from then on: where things are at that time is in the scene as well
-  // (LaterInstance), which is otherwise as it is without.
+  // For an instant with motion vectors: seconds after `time` of the second positions
+  // (LaterInstance).
   std::optional<double> later = {};
 };
 
-// Reads `path`. Throws InputError (file, JSON pointer, what to do) for anything unusable that the
-// picture needs: missing file, not a glTF, truncated, out-of-range indices, cyclic nodes, an
-// extension in extensionsRequired that is not honoured, nothing but points, lines or broken
-// geometry. A scene that shows nothing at this time has no instances, and a warning. What it does
-// not need is warned of; a camera has its fault with it. Never allocates by a count that the file's
-// own size does not bear out. What was repaired or ignored is in the result and warned of once.
-// Images are decoded in parallel (TBB). Not reentrant with log hooks; otherwise thread-safe. Throws
-// Cancelled if `progress` says so, before anything else that there is to throw; and UsageError,
-// which lists the file's animations, for one that it has not.
+// Reads `path`. Throws InputError (file, JSON pointer, what to do) if something that the image
+// needs is unusable: missing file, not a glTF, truncated, out-of-range indices, cyclic nodes, an
+// unsupported extension in extensionsRequired, or only points, lines and broken geometry. Faults in
+// unneeded parts are warnings; a camera carries its own fault. A scene that shows nothing at this
+// time has no instances and gives a warning. Throws UsageError, which lists the file's animations,
+// for an unknown animation, and Cancelled before any other error once `progress` is cancelled.
+//
+// Never allocates by a count that the file's size does not bear out. Repairs and ignored features
+// are in the result and warned of once. Decodes images in parallel (TBB). Thread-safe, but not
+// reentrant with log hooks.
 SceneDescription load_gltf(const std::string& path, const GltfOptions& options,
                            LoadProgress& progress = LoadProgress::unwatched());
 
-// A file whose scene is wanted at one time after another. What no time changes is read, checked and
-// decoded once, and kept: the document, images, what meshes are apart from their arrays. Buffers
-// are kept while something deforms. One call at a time.
+// An open file, for posing its scene at several times. Whatever does not depend on time is read,
+// checked and decoded once and kept: the document, images, and meshes without their arrays. Buffers
+// are kept while anything deforms. Not thread-safe.
 class GltfFile {
  public:
-  // Of the options all but animation, time and shutter count. Throws as load_gltf does.
+  // Ignores `animation`, `time` and `shutter`. Throws as load_gltf does.
   GltfFile(const std::string& path, const GltfOptions& options,
            LoadProgress& progress = LoadProgress::unwatched());
   ~GltfFile();
   GltfFile(const GltfFile&) = delete;
   GltfFile& operator=(const GltfFile&) = delete;
 
-  // What load_gltf gives for the animation, time and shutter of `when`; but meshes that rest have
-  // keys, and those with keys that are `held`, growing, come without their arrays. With another
-  // animation there are other keys. Throws as load_gltf does; the next pose is none the worse.
+  // Like load_gltf for the animation, time and shutter of `when`. In addition, resting meshes have
+  // keys, and those whose keys are in `held` (ascending) come without arrays. Keys are valid for
+  // one animation. Throws as load_gltf does; later poses still work.
   SceneDescription pose(const GltfOptions& when, std::span<const uint64_t> held = {},
                         LoadProgress& progress = LoadProgress::unwatched());
 
-  // For whoever gives back what poses have reserved, since the file does not.
-  uint64_t image_bytes() const;    // for all images so far
-  uint64_t resting_bytes() const;  // for the meshes with keys of the pose made last
-  uint64_t read_bytes() const;     // for those of them that were not held
+  // Reserved memory, which the caller must return to the budget.
+  uint64_t image_bytes() const;    // all images so far
+  uint64_t resting_bytes() const;  // meshes with keys in the latest pose
+  uint64_t read_bytes() const;     // those of them that were not held
 
  private:
   struct State;

@@ -1,4 +1,4 @@
-// Which files a scene is made of, so that it can be copied.
+// Lists the files of a scene, so that it can be copied.
 #pragma once
 
 #include <filesystem>
@@ -9,9 +9,9 @@
 
 namespace emberline {
 
-// The .gltf or .glb file first, then every buffer and image file that it names and that is there,
-// by the names that it has for them: absolute, links not followed, each once. `resource_root` as in
-// GltfOptions. Throws InputError for a scene that cannot be read.
+// The .gltf or .glb file first, then every existing buffer and image file that it refers to, by the
+// file's own names: absolute, links not followed, without duplicates. `resource_root` as in
+// GltfOptions. Throws InputError for an unreadable scene.
 std::vector<std::filesystem::path> scene_files(const std::string& path,
                                                const std::string& resource_root = {},
                                                LoadProgress& progress = LoadProgress::unwatched());

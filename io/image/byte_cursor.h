@@ -1,4 +1,4 @@
-// Encoded bytes, and a place among them that is looked at byte by byte. For io/image alone.
+// Encoded bytes with a read position. For io/image only.
 #pragma once
 
 #include <algorithm>
@@ -15,14 +15,14 @@
 
 namespace emberline {
 
-// Bytes of a file or of memory. For one thread at a time.
+// The bytes of a file or of memory. Not thread-safe.
 struct ByteSource {
   uint64_t size = 0;
-  // As many of these bytes as there are.
+  // Reads up to `count` bytes and returns how many.
   std::function<size_t(uint64_t offset, size_t count, void* bytes)> read;
 };
 
-// A file, read where it lies.
+// Reads the file on demand.
 inline ByteSource source_of(InputFile file) {
   const auto shared = std::make_shared<const InputFile>(std::move(file));
   return {shared->size(), [shared](uint64_t offset, size_t count, void* bytes) {
@@ -30,10 +30,10 @@ inline ByteSource source_of(InputFile file) {
           }};
 }
 
-// Reads ahead. The source outlives it.
+// Buffered reader. The source must outlive it.
 class ByteCursor {
  public:
-  // Of the source's first `most` bytes.
+  // Reads at most the source's first `most` bytes.
   explicit ByteCursor(const ByteSource& source, uint64_t most = UINT64_MAX)
       : source_(source), size_(std::min(source.size, most)) {}
 
@@ -42,7 +42,7 @@ class ByteCursor {
   bool is_behind_end() const { return offset_ > size_; }
   void skip(uint64_t count) { offset_ += std::min(count, size_ + 1); }
   void go_to(uint64_t offset) { offset_ = offset; }
-  // As many of the next bytes as there are.
+  // Reads up to `count` bytes and returns how many.
   size_t take(void* bytes, size_t count) {
     auto* to = static_cast<uint8_t*>(bytes);
     size_t left = count;
@@ -60,7 +60,7 @@ class ByteCursor {
     }
     return count - left;
   }
-  // Bytes behind the end, and those that cannot be read, are 0.
+  // Bytes past the end, and unreadable ones, read as 0.
   uint8_t byte() {
     uint8_t value = 0;
     if (take(&value, 1) == 0) ++offset_;
@@ -81,7 +81,7 @@ class ByteCursor {
     for (uint8_t c = byte(); c != 0; c = byte()) text += char(c);
     return text;
   }
-  // Goes over the text if it stands here.
+  // Skips `text` if it comes next.
   bool take_if(std::string_view text) {
     const uint64_t before = offset_;
     const bool there =

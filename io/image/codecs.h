@@ -1,5 +1,5 @@
-// PNG through libpng, JPEG through libjpeg, and Radiance's HDR. Nearly every texture, picture and
-// environment map is one of the three, and with them most runs need no image_library().
+// PNG through libpng, JPEG through libjpeg, and Radiance HDR. These cover nearly all textures,
+// pictures and environment maps, so most runs need not load image_library().
 #pragma once
 
 #include <cstdint>
@@ -13,21 +13,20 @@
 
 namespace emberline {
 
-// As ImageLibrary::open, but for all channels and all rows, in order. Palettes, fewer than 8 bits
-// and a transparent colour (`tRNS`) are expanded; CMYK becomes RGB. Null: `error` says why. `bytes`
-// outlive the decoder.
+// Like ImageLibrary::open, but reads all channels and all rows, in order. Palettes, depths below 8
+// bits and a transparent colour (`tRNS`) are expanded; CMYK is converted to RGB. Returns null on
+// failure and sets `error`. `bytes` must outlive the decoder.
 std::unique_ptr<ImageDecoder> open_png(std::span<const uint8_t> bytes, std::string& error);
 std::unique_ptr<ImageDecoder> open_jpeg(std::span<const uint8_t> bytes, std::string& error);
 
-// Radiance's picture format (.hdr): three bytes and an exponent for each pixel, rows flat or as
-// runs (G. Ward, "Real Pixels", Graphics Gems II, 1991). To read them so spares the run
-// OpenImageIO: 0.3 s and 120 MB. Exposure and gamma of the header are ignored, as OpenImageIO does.
-// `header`: what read_hdr_header() gave, with sides that were checked. `source` outlives the
-// decoder.
+// Radiance's picture format (.hdr): three mantissa bytes and an exponent per pixel, rows flat or
+// run-length encoded (G. Ward, "Real Pixels", Graphics Gems II, 1991). Avoids loading OpenImageIO
+// (0.3 s and 120 MB). Ignores the header's exposure and gamma, as OpenImageIO does. `header` comes
+// from read_hdr_header(), with its size checked. `source` must outlive the decoder.
 std::unique_ptr<ImageDecoder> open_hdr(const ByteSource& source, const ImageHeader& header);
 
-// The bytes of a file. Nothing, or why it failed. JPEG drops alpha, at quality 95 without chroma
-// subsampling.
+// Encode to the bytes of a file. Return an empty string or the error. JPEG drops alpha and uses
+// quality 95 without chroma subsampling.
 std::string encode_png(const ByteImage& picture, std::vector<unsigned char>& encoded);
 std::string encode_jpeg(const ByteImage& picture, std::vector<unsigned char>& encoded);
 

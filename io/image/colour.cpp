@@ -18,7 +18,7 @@ namespace {
 
 using Names = std::vector<std::string>;
 
-// At most so many names in a message: an EXR may have thousands.
+// Names listed in a message: an EXR may have thousands.
 constexpr size_t kMostListed = 12;
 
 std::string list_of(const Names& names) {
@@ -28,24 +28,24 @@ std::string list_of(const Names& names) {
   return text;
 }
 
-// "sky." of "sky.R".
+// "sky." for "sky.R".
 std::string_view layer_prefix(const std::string& channel) {
   const size_t stop = channel.rfind('.');
   return std::string_view(channel).substr(0, stop == std::string::npos ? 0 : stop + 1);
 }
 
-// Whether a channel without its layer has this name or its initial, in either case: OpenEXR's files
-// say R where Nuke's say red.
+// Whether the channel, without its layer, has this name or its initial, ignoring case: OpenEXR
+// files say R, Nuke's say red.
 bool is_named(std::string_view leaf, std::string_view name) {
   const std::string text = lower_case(std::string(leaf));
   return text == name || text == name.substr(0, 1);
 }
 
-// Channels of a layer, or of none.
+// Channels of one layer, or those without a layer.
 struct Layer {
   std::string prefix;  // "sky.", or empty
   const ImagePart* part = nullptr;
-  std::array<int, 4> rgba = {-1, -1, -1, -1};  // among the part's channels; -1 if absent
+  std::array<int, 4> rgba = {-1, -1, -1, -1};  // indices in the part's channels; -1 if absent
 
   bool has_rgb() const { return std::min({rgba[0], rgba[1], rgba[2]}) >= 0; }
   std::string name() const {
@@ -56,7 +56,7 @@ struct Layer {
   }
 };
 
-// Cryptomatte's channels are ids and coverage, "CryptoObject00.R" or "crypto_asset01.r".
+// Cryptomatte's channels hold ids and coverage: "CryptoObject00.R" or "crypto_asset01.r".
 bool is_cryptomatte(const std::string& prefix) {
   const std::string name = lower_case(prefix);
   return name.find("crypto") != std::string::npos && name.size() >= 3 && name.back() == '.' &&
@@ -64,7 +64,7 @@ bool is_cryptomatte(const std::string& prefix) {
          name[name.size() - 3] >= '0' && name[name.size() - 3] <= '9';
 }
 
-// In the order in which they come.
+// In order of appearance.
 std::vector<Layer> layers_of(const ImagePart& part) {
   constexpr std::array<std::string_view, 4> kNames = {"red", "green", "blue", "alpha"};
   std::vector<Layer> layers;
@@ -92,7 +92,7 @@ std::vector<Layer> rgb_layers(const std::vector<ImagePart>& parts) {
   return found;
 }
 
-// The channels of a layer that differ in nothing but their case: "R, r".
+// Lists the channels of a layer that differ only in case: "R, r".
 std::string repeated_in_cases(const Layer& layer) {
   const Names& channels = layer.part->channels;
   Names found;
@@ -130,7 +130,7 @@ bool is_luminance_chroma(const Names& channels) {
   });
 }
 
-// Y, unless X says that it is a coordinate; or the only channel, if it is R.
+// Y, unless X marks it as a coordinate; or R if it is the only channel.
 int find_grey(const Names& channels) {
   int y = -1;
   for (size_t c = 0; c < channels.size(); ++c) {

@@ -1,5 +1,5 @@
-// Finds the colour of an image by the names of its channels: an EXR may hold depth, normals and
-// other layers beside its colour, or its colour in a layer.
+// Finds an image's colour channels by name: an EXR may hold depth, normals and other layers besides
+// its colour, or have its colour in a layer.
 #pragma once
 
 #include <string>
@@ -7,28 +7,28 @@
 
 namespace emberline {
 
-// A part of a multi-part EXR; other images have none.
+// A part of a multi-part EXR; empty for other images.
 struct ImagePart {
   std::string name;
   std::vector<std::string> channels;
-  int first = -1;     // its first channel among the image's; -1: the part is not read
-  bool cube = false;  // the faces of a cube, as the EXR's attribute `envmap` says
+  int first = -1;     // index of its first channel in the image; -1: the part is not read
+  bool cube = false;  // holds the faces of a cube (EXR attribute `envmap`)
 };
 
-// Channels that stand together.
+// Consecutive channels.
 struct ColourChannels {
-  int first = 0, count = 0;  // R, G and B, or one of grey
-  bool has_alpha = false;    // A follows
+  int first = 0, count = 0;  // R, G and B, or one grey channel
+  bool has_alpha = false;    // followed by A
   int end() const { return first + count + (has_alpha ? 1 : 0); }
 };
 
-// R, G and B without a layer; else those of the only layer that has them; else Y. Throws
-// InputError that lists what there is, where that leaves nothing or a choice, and for
-// luminance-chroma. `parts` may be empty.
+// Chooses R, G and B without a layer; otherwise the only layer that has them; otherwise Y. Throws
+// InputError, which lists the channels, if there is none or more than one candidate, or for
+// luminance-chroma images. `parts` may be empty.
 ColourChannels find_colour(const std::vector<std::string>& channels,
                            const std::vector<ImagePart>& parts, const std::string& place);
 
-// Whether the channel is of a part that holds the faces of a cube.
+// Whether the channel belongs to a part that holds the faces of a cube.
 bool is_cube_map(const std::vector<ImagePart>& parts, int channel);
 
 }  // namespace emberline

@@ -10,11 +10,11 @@ namespace emberline {
 namespace {
 
 constexpr size_t kMostExrHeader = size_t(16) << 20, kMostHdrHeader = size_t(64) << 10;
-// A header's values are looked up one by one; the largest in use have some hundreds.
+// Attributes are looked up linearly; the largest real headers have some hundreds.
 constexpr int kMostExrAttributes = 4000;
 constexpr int64_t kLargestTile = 4096;
 
-// In a header whose length is known when it has been read.
+// Reads a header whose length is not known in advance.
 class HeaderReader {
  public:
   HeaderReader(const ByteSource& source, size_t most, const char* format, const std::string& place)
@@ -35,7 +35,7 @@ class HeaderReader {
     go_to(offset());
     return value;
   }
-  uint32_t word() {  // little endian
+  uint32_t word() {  // little-endian
     uint32_t value = 0;
     for (int i = 0; i < 4; ++i) value |= uint32_t(byte()) << (8 * i);
     return value;
@@ -53,7 +53,7 @@ class HeaderReader {
   const std::string& place_;
 };
 
-// "-Y 512" -> its sign and letter, and 512.
+// "-Y 512" parses to its sign, its letter and 512.
 struct HdrAxis {
   char sign = 0, letter = 0;
   int64_t size = 0;
@@ -74,9 +74,9 @@ std::optional<HdrAxis> read_hdr_axis(std::string_view& text) {
   return axis;
 }
 
-// OpenEXR reads a value of a type that it knows by its type and not by the size before it; with a
-// wrong size it would read on elsewhere than this reader, which stands at the value. Counts the
-// channels of a list.
+// Checks the size of an attribute whose type OpenEXR knows. OpenEXR reads such a value by its type
+// and ignores the stated size, so a wrong size would make it read the rest of the header
+// differently from this reader. Counts the channels of a channel list.
 void check_exr_value(HeaderReader& reader, std::string_view type, uint32_t length,
                      int64_t* channels, const std::string& place) {
   struct Fixed {
@@ -132,7 +132,7 @@ void check_exr_value(HeaderReader& reader, std::string_view type, uint32_t lengt
                               std::string(type) + " of a wrong size");
 }
 
-// ImfCompression.h, by number: none, RLE, ZIPS, ZIP, PIZ, PXR24, B44, B44A, DWAA, DWAB.
+// Rows per block, by ImfCompression.h: none, RLE, ZIPS, ZIP, PIZ, PXR24, B44, B44A, DWAA, DWAB.
 uint64_t rows_coded_together(uint8_t compression) {
   constexpr std::array<uint64_t, 10> kRows = {1, 1, 1, 16, 32, 16, 32, 32, 32, 256};
   return compression < kRows.size() ? kRows[compression] : 256;
@@ -168,8 +168,8 @@ void check_tile(const ImageHeader& header, int64_t width, int64_t height,
                    width, height);
 }
 
-// OpenEXR File Layout: magic, version and flags, then attributes (name, type, size, value) up to an
-// empty name; of several parts one header each up to an empty one.
+// OpenEXR File Layout: magic number, version and flags, then attributes (name, type, size, value)
+// up to an empty name. A multi-part file has one header per part, up to an empty one.
 ImageHeader read_exr_header(const ByteSource& source, const std::string& place) {
   constexpr uint32_t kDeep = 0x800, kMultiPart = 0x1000;
   HeaderReader reader(source, kMostExrHeader, "EXR", place);
@@ -206,7 +206,8 @@ ImageHeader read_exr_header(const ByteSource& source, const std::string& place) 
       reader.go_to(next);
     }
     if (attributes == 0 && (flags & kMultiPart)) break;
-    // Each tile, or 256 rows at most, has eight bytes in a table of offsets, and eight of its own.
+    // Each tile, or block of at most 256 rows, takes eight bytes in the offset table and eight
+    // more.
     const int64_t across = tile_width > 0 ? (width + tile_width - 1) / tile_width : 1;
     const int64_t down = (height + (tile_height > 0 ? tile_height : 256) - 1) /
                          (tile_height > 0 ? tile_height : 256);
@@ -216,7 +217,7 @@ ImageHeader read_exr_header(const ByteSource& source, const std::string& place) 
       part.height = height;
       check_bears_out(part, 16.0 * double(across) * double(down), source.size, place);
       check_tile(part, tile_width, tile_height, place);
-      // Decoded, and in a buffer of its code: all channels, whichever are wanted.
+      // Decoded pixels plus a buffer for their code; decoders read all channels, wanted or not.
       const uint64_t pixels = tile_width > 0 ? uint64_t(tile_width) * uint64_t(tile_height)
                                              : uint64_t(width) * rows_coded_together(compression);
       part.tile_bytes = 2 * pixels * uint64_t(channels) * sizeof(float);
@@ -228,7 +229,7 @@ ImageHeader read_exr_header(const ByteSource& source, const std::string& place) 
   return header;
 }
 
-// G. Ward, "Real Pixels" (Graphics Gems II, 1991): lines of text, an empty one, the resolution.
+// G. Ward, "Real Pixels" (Graphics Gems II, 1991): text lines, an empty line, the resolution.
 ImageHeader read_hdr_header(const ByteSource& source, const std::string& place) {
   HeaderReader reader(source, kMostHdrHeader, "HDR", place);
   for (std::string line = reader.until('\n'); !line.empty(); line = reader.until('\n')) {
@@ -250,7 +251,7 @@ ImageHeader read_hdr_header(const ByteSource& source, const std::string& place) 
   const bool mirrored = second->sign == '-', upwards = first->sign == '+';
   header.orientation = columns ? 5 : upwards ? (mirrored ? 3 : 4) : (mirrored ? 2 : 1);
   header.pixels_at = reader.offset();
-  // A row is flat, or four bytes and then runs of at most 127 for each of four channels.
+  // A row is flat, or has four bytes followed by runs of at most 127 for each of the four channels.
   const int64_t row = std::min(4 * header.width, 4 + 8 * ((header.width + 126) / 127));
   check_bears_out(header, double(row) * double(header.height), source.size, place);
   return header;

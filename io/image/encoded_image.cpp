@@ -12,10 +12,9 @@ namespace {
 
 using Bytes = std::span<const uint8_t>;
 
-// DEFLATE's best ratio: 258 bytes out of two bits (RFC 1951; zlib's technical notes).
+// DEFLATE's best ratio: 258 bytes from two bits (RFC 1951; zlib's technical notes).
 constexpr int kDeflateRatio = 1032;
-// A progressive JPEG goes over all its pixels with every scan; writers make some ten of them, and
-// what the format allows is far below this.
+// Every scan of a progressive JPEG visits all pixels. Encoders write about ten scans.
 constexpr int kMostScans = 500, kScansOfAnySize = 20;
 constexpr int64_t kMostScannedBlocks = int64_t(1) << 26;
 
@@ -30,8 +29,7 @@ void append(std::vector<uint8_t>& out, Bytes bytes) {
   std::memcpy(out.data() + end, bytes.data(), bytes.size());
 }
 
-// Chunks are length, type, data, CRC (PNG specification, section 5.3). Kept are those that decide
-// samples.
+// Chunks are length, type, data, CRC (PNG specification, 5.3). Keeps those that affect samples.
 CleanImage clean_png(Bytes bytes, const std::string& place) {
   constexpr std::array<std::string_view, 5> kKept = {"IHDR", "PLTE", "tRNS", "IDAT", "IEND"};
   constexpr std::array<int, 7> kSamples = {1, 0, 3, 1, 2, 0, 4};  // by colour type
@@ -53,7 +51,7 @@ CleanImage clean_png(Bytes bytes, const std::string& place) {
       clean.header.width = big_endian(chunk, 8, 4);
       clean.header.height = big_endian(chunk, 12, 4);
       row_bits = clean.header.width * depth * (colour < 7 ? kSamples[size_t(colour)] : 4);
-      // Interlaced images are decoded whole, beside the result; at most 4 x 16 bits.
+      // Interlaced images are decoded whole besides the result, at most 4 x 16 bits per pixel.
       clean.header.decoder_bytes_per_pixel = interlaced ? 8 : 0;
     }
     if (is("IDAT")) compressed += int64_t(length);
@@ -66,8 +64,7 @@ CleanImage clean_png(Bytes bytes, const std::string& place) {
   throw_truncated("PNG", place);
 }
 
-// The end of a scan's entropy-coded data: the next marker that is not a restart (ITU-T T.81,
-// section B.1.1.2).
+// The end of entropy-coded data: the next marker except restarts (ITU-T T.81, B.1.1.2).
 size_t end_of_scan(Bytes bytes, size_t offset) {
   while (offset + 1 < bytes.size()) {
     const void* found = std::memchr(&bytes[offset], 0xff, bytes.size() - 1 - offset);
@@ -80,25 +77,25 @@ size_t end_of_scan(Bytes bytes, size_t offset) {
   return bytes.size();
 }
 
-// Baseline, extended and progressive frames, Huffman or arithmetic: C0 to CF but for the tables.
+// Baseline, extended and progressive frames, Huffman or arithmetic: C0 to CF except the tables.
 bool begins_frame(uint8_t marker) {
   return marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
 }
 
-// Of a frame header: size, components, and the fewest bits that its blocks take.
+// Reads a frame header: size, components, and the minimum number of bits in its blocks.
 void read_frame_header(Bytes segment, ImageHeader* header, size_t* components_out,
                        int64_t* least_bits) {
   if (segment.size() < 10) return;
   const size_t components = *components_out = segment[9];
   header->height = big_endian(segment, 5, 2);
   header->width = big_endian(segment, 7, 2);
-  int64_t across = 8, down = 8;  // pixels of a minimum coded unit, which takes a bit at least
+  int64_t across = 8, down = 8;  // pixels of a minimum coded unit, which takes at least one bit
   for (size_t c = 0; c < components && 12 + 3 * c <= segment.size(); ++c) {
     across = std::max<int64_t>(across, 8 * (segment[11 + 3 * c] >> 4));
     down = std::max<int64_t>(down, 8 * (segment[11 + 3 * c] & 15));
   }
   *least_bits = (header->width / across) * (header->height / down);
-  // Decoders of progressive images keep all coefficients: 16 bits for each component.
+  // A progressive decoder keeps all coefficients: 16 bits per component.
   const uint8_t marker = segment[1];
   const bool progressive = marker == 0xc2 || marker == 0xc6 || marker == 0xca || marker == 0xce;
   header->decoder_bytes_per_pixel = progressive ? 2 * int(components) : 0;
@@ -115,12 +112,12 @@ CleanImage clean_jpeg(Bytes bytes, const std::string& place) {
   clean.cut_short = true;
   while (offset + 4 <= bytes.size() || (offset + 2 <= bytes.size() && bytes[offset + 1] == 0xd9)) {
     if (bytes[offset] != 0xff) {
-      ++offset;  // decoders skip what stands between segments
+      ++offset;  // decoders skip bytes between segments
       continue;
     }
     const uint8_t marker = bytes[offset + 1];
     if (marker == 0xff || marker == 0x00 || marker == 0x01 || (marker >= 0xd0 && marker <= 0xd8)) {
-      offset += marker == 0xff ? 1 : 2;  // fill bytes; markers without a segment
+      offset += marker == 0xff ? 1 : 2;  // fill bytes, and markers without a segment
       continue;
     }
     if (marker == 0xd9) {
@@ -136,14 +133,14 @@ CleanImage clean_jpeg(Bytes bytes, const std::string& place) {
     const bool kept =
         application ? (marker == 0xe0 && starts_with(segment, std::string_view("JFIF\0", 5), 4)) ||
                           (marker == 0xee && starts_with(segment, "Adobe", 4))
-                    : marker < 0xf0;  // JPG extensions and comments are above
+                    : marker < 0xf0;  // above are JPG extensions and comments
     if (!kept) continue;
     if (begins_frame(marker) && clean.header.width == 0) {
       read_frame_header(segment, &clean.header, &components, &least_bits);
     }
     append(clean.bytes, segment);
     if (marker != 0xda) continue;
-    // So do those whose components come one after the other.
+    // Decoders keep all coefficients of non-interleaved scans too.
     if (segment.size() > 4 && segment[4] < components) {
       clean.header.decoder_bytes_per_pixel = 2 * int(components);
     }
@@ -162,15 +159,14 @@ CleanImage clean_jpeg(Bytes bytes, const std::string& place) {
   return clean;
 }
 
-// RIFF chunks (RFC 9649, section 2.3). A still image: VP8 or VP8L, with VP8X and ALPH before it
-// where there is alpha.
+// RIFF chunks (RFC 9649, 2.3). A still image is VP8 or VP8L, after VP8X and ALPH if it has alpha.
 CleanImage clean_webp(Bytes bytes, const std::string& place) {
   constexpr std::array<std::string_view, 4> kKept = {"VP8X", "ALPH", "VP8 ", "VP8L"};
   constexpr uint8_t kAlphaFlag = 0x10, kAnimationFlag = 0x02;
   CleanImage clean;
   clean.bytes.reserve(bytes.size());
   append(clean.bytes, bytes.first(12));
-  // Beside the result its reader keeps the decoded picture, and VP8L a second one.
+  // Besides the result, the reader keeps the decoded picture, and VP8L a second copy.
   clean.header.decoder_bytes_per_pixel = 8;
   const uint64_t announced = uint64_t(little_endian(bytes, 4, 4)) + 8;
   if (announced > bytes.size()) throw_truncated("WebP", place);
@@ -189,7 +185,7 @@ CleanImage clean_webp(Bytes bytes, const std::string& place) {
       if (chunk[8] & kAnimationFlag) {
         throw InputError(place, "animated WebP is not supported; save one frame of it");
       }
-      clean.bytes[at + 8] = uint8_t(chunk[8] & kAlphaFlag);  // of the rest nothing is left
+      clean.bytes[at + 8] = uint8_t(chunk[8] & kAlphaFlag);  // keeps only the alpha flag
       clean.header.width = int64_t(little_endian(chunk, 12, 3)) + 1;
       clean.header.height = int64_t(little_endian(chunk, 15, 3)) + 1;
     } else if (is("VP8 ") && length >= 10) {  // RFC 6386, section 9.1
@@ -238,7 +234,7 @@ CleanImage clean_image(ImageFormat format, Bytes bytes, const std::string& place
   return clean_webp(bytes, place);
 }
 
-// TIFF 6.0, section 2: 12 bytes an entry, in ascending order, then the next directory's offset.
+// TIFF 6.0, section 2: 12 bytes per entry, in ascending order, then the next directory's offset.
 void clean_tiff(std::span<uint8_t> bytes, const std::string& place) {
   constexpr std::array<uint32_t, 7> kDropped = {
       700,    // XMP
@@ -277,7 +273,7 @@ void clean_tiff(std::span<uint8_t> bytes, const std::string& place) {
   }
   check_bears_out_any_code(header, bytes.size(), place);
   check_tile(header, tile_width, tile_height, place);
-  // No directory follows: other pages are not read.
+  // Ends the list of directories: other pages are not read.
   const size_t end = directory + 2 + kept * kEntry;
   std::memset(&bytes[end], 0, std::min<size_t>(4, bytes.size() - end));
   bytes[directory] = uint8_t(is_big_endian ? kept >> 8 : kept);

@@ -7,7 +7,7 @@
 namespace emberline {
 namespace {
 
-// Widths of rows that may be coded: the second pair of a row's first four bytes says it.
+// Widths for which rows may be run-length encoded; a coded row starts with its width.
 constexpr int kLeastCoded = 8, kMostCoded = 0x7fff;
 
 constexpr const char* kEndsEarly = "it ends early";
@@ -38,10 +38,10 @@ class HdrDecoder final : public ImageDecoder {
   }
 
  private:
-  // All of them, or false.
+  // Reads exactly `count` bytes, or returns false.
   bool take(uint8_t* bytes, size_t count) { return cursor_.take(bytes, count) == count; }
 
-  // Null, or why there is none.
+  // Returns null, or the error.
   const char* read_row() {
     if (!take(row_.data(), 4)) return kEndsEarly;
     const bool coded = layout_.width >= kLeastCoded && layout_.width <= kMostCoded &&
@@ -54,7 +54,7 @@ class HdrDecoder final : public ImageDecoder {
     return nullptr;
   }
 
-  // One byte of each pixel: runs of equal ones, and such that stand as they are.
+  // Reads one byte of each pixel: runs of equal bytes, and literal bytes.
   const char* read_coded(size_t channel) {
     uint8_t values[128];
     for (size_t at = channel; at < row_.size();) {
@@ -70,7 +70,7 @@ class HdrDecoder final : public ImageDecoder {
   }
 
   ByteCursor cursor_;
-  std::vector<uint8_t> row_;  // four bytes for each pixel
+  std::vector<uint8_t> row_;  // four bytes per pixel
 };
 
 }  // namespace

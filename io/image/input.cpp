@@ -20,9 +20,9 @@
 namespace emberline {
 namespace {
 
-// Chosen by us: what an image may announce. The largest panoramas in use are 32k wide.
+// Limit on stated sizes, our choice. The largest panoramas in use are 32k wide.
 constexpr int64_t kLargestSide = 65536;
-// Where a data window may lie: sums stay far from overflow.
+// Limit on the data window's position; keeps sums far from overflow.
 constexpr int64_t kFarthestCorner = int64_t(1) << 24;
 
 constexpr const char* kDoesNotDecode = "the image does not decode: ";
@@ -92,16 +92,16 @@ ByteSource source_of(Bytes memory) {
           }};
 }
 
-// An image whose pixels are still to be decoded.
+// An opened image whose pixels are not decoded yet.
 class OpenImage {
  public:
-  // `bytes` outlive it.
+  // `bytes` must outlive it.
   OpenImage(Bytes bytes, Formats allowed, const std::string& place, const LoadProgress& progress)
       : place_(place), progress_(progress) {
     open_bytes(bytes, allowed);
   }
-  // EXR and HDR are read from the file as they are decoded, so that a large frame is not in memory
-  // twice; PNG, JPEG, WebP and TIFF in whole.
+  // EXR and HDR are read from the file during decoding, so that a large frame is not in memory
+  // twice; PNG, JPEG, WebP and TIFF files are read whole.
   OpenImage(const std::string& path, Formats allowed, const LoadProgress& progress)
       : place_(path), progress_(progress) {
     InputFile file(path);
@@ -122,7 +122,7 @@ class OpenImage {
   bool cut_short() const { return cut_short_; }
   const std::string& place() const { return place_; }
 
-  // Where the pixels are in the picture.
+  // The pixels' position in the frame.
   Rect data_window() const {
     const ImageLayout& s = layout_;
     const int64_t x = int64_t(s.x) - s.full_x, y = int64_t(s.y) - s.full_y;
@@ -133,7 +133,7 @@ class OpenImage {
     return {int(x), int(y), int(x) + s.width, int(y) + s.height};
   }
 
-  // Rows [begin, end) of all channels, of whole tiles.
+  // Reads rows [begin, end) of all channels; the range must consist of whole tiles.
   void read_rows(int begin, int end, float* values) {
     const ImageLayout& s = layout_;
     const size_t row = size_t(s.width) * size_t(s.channels()) * sizeof(float);
@@ -144,11 +144,11 @@ class OpenImage {
     if (!error.empty()) throw InputError(place_, kDoesNotDecode + error);
   }
 
-  // `channels` channels from `first` on, interleaved, rows from the top, the data window alone.
-  // Memory is taken as the rows come: gigabytes take seconds, in which it can be called off, too.
+  // Reads channels from `first`, interleaved, rows from the top, data window only. Memory grows
+  // with the rows: clearing gigabytes takes seconds, and the load must stay cancellable.
   template <typename Value>
   void read(int first, int channels, SampleType type, std::vector<Value>& values) {
-    constexpr size_t kPart = size_t(4) << 20;  // between them it can be called off
+    constexpr size_t kPart = size_t(4) << 20;  // cancellation is checked between parts
     const ImageLayout& s = layout_;
     const size_t pixel = size_t(channels) * bytes_of(type), row = size_t(s.width) * pixel;
     progress_.budget()->reserve(MemoryPart::kTextures, size_t(s.height) * row, place_);
@@ -176,7 +176,7 @@ class OpenImage {
   }
 
  private:
-  // Within memory that is reserved. The system clears it page by page.
+  // Resizes in steps within the reserved memory, because the system clears it page by page.
   template <typename Value>
   void grow(std::vector<Value>& values, size_t size) const {
     constexpr size_t kStep = (size_t(64) << 20) / sizeof(Value);
@@ -220,7 +220,7 @@ class OpenImage {
   }
 
   void open(ImageFormat format) {
-    // Only the decoder knows a TIFF's.
+    // A TIFF's size is known only to its decoder.
     if (format != ImageFormat::kTiff) check_sides(header_.width, header_.height, place_);
     decoding_.add(uint64_t(header_.width) * uint64_t(header_.height) *
                           uint64_t(header_.decoder_bytes_per_pixel) +
@@ -237,7 +237,7 @@ class OpenImage {
     if (layout_.chromaticities) layout_.view.space = space_of(*layout_.chromaticities);
     const ImageLayout& s = layout_;
     check_sides(s.width, s.height, place_);
-    // What was checked is what is decoded: a reader may take the header's end to be elsewhere.
+    // The decoder must see the checked size; it may parse an ambiguous header differently.
     if (format != ImageFormat::kTiff && (s.width != header_.width || s.height != header_.height)) {
       throw InputError(place_, std::string(kDoesNotDecode) + "its header is ambiguous");
     }
@@ -254,7 +254,7 @@ class OpenImage {
     }
   }
 
-  // Of rows as they are stored.
+  // Undoes the orientation of stored rows.
   void turn_upright(std::byte* texels, size_t pixel) const {
     const ImageLayout& s = layout_;
     const size_t width = size_t(s.width), height = size_t(s.height), row = width * pixel;
@@ -279,14 +279,13 @@ class OpenImage {
   MemoryReservation decoding_{progress_.budget(), MemoryPart::kTextures};
   ImageHeader header_;
   bool cut_short_ = false;
-  std::vector<uint8_t> bytes_;  // what the decoder reads, unless it reads where they lie
+  std::vector<uint8_t> bytes_;  // the decoder's input, unless it reads the original bytes
   ByteSource source_;
-  std::unique_ptr<ImageDecoder> decoder_;  // after what it reads, so that it goes first
+  std::unique_ptr<ImageDecoder> decoder_;  // after its input: it must be destroyed first
   ImageLayout layout_;
 };
 
-// Decodes channels of a picture that has to be there in full; what lies outside its frame is left
-// out.
+// Decodes channels of an image that must fill its frame; crops pixels outside the frame.
 void read_frame(OpenImage& input, int first, Image& image) {
   const ImageLayout& layout = input.layout();
   const SampleType type = kSampleTypes[size_t(image.type)];
@@ -322,13 +321,13 @@ DecodedImage decode_image(std::span<const uint8_t> encoded, const std::string& p
   auto image = std::make_shared<Image>();
   image->name = place;
   image->type = texel_type(layout.type);
-  // The channels of other formats have no names but those that their order gives them.
+  // Other formats name their channels by position only.
   const ColourChannels colour = layout.parts.empty()
                                     ? ColourChannels{0, std::min(layout.channels(), 4)}
                                     : find_colour(layout.channel_names, layout.parts, place);
   image->channels = colour.end() - colour.first;
   read_frame(input, colour.first, *image);
-  // The WebP reader (OpenImageIO 2.4) multiplies whatever the hint says; EXR is so by convention.
+  // The WebP reader (OpenImageIO 2.4) premultiplies despite the hint, EXR files by convention.
   const bool has_alpha =
       colour.has_alpha || (layout.alpha_channel == image->channels - 1 && image->channels % 2 == 0);
   if (has_alpha && layout.premultiplied) unpremultiply(*image);
@@ -382,7 +381,7 @@ int FloatImage::find_channel(const std::string& name) const {
 
 namespace {
 
-// What it says of itself, without values.
+// The image's description without values.
 FloatImage described(OpenImage& input) {
   const ImageLayout& layout = input.layout();
   FloatImage image;
@@ -401,12 +400,12 @@ FloatImage described(OpenImage& input) {
   return image;
 }
 
-// From what the decoder has made of stored values to the values that are meant.
+// Converts decoded values to the intended ones.
 void convert_stored(const ImageLayout& layout, std::vector<float>& values) {
   const size_t channels = size_t(layout.channels());
   for (size_t c = 0; c < channels; ++c) {
     const SampleType type = layout.channel_types[c];
-    // A counter channel of an EXR (UINT) comes scaled to [0, 1]; undone exactly up to 2^24.
+    // A UINT channel of an EXR arrives scaled to [0, 1]; this undoes it, exactly up to 2^24.
     const bool is_counter = type == SampleType::kUint32;
     if (is_float(type) || (int(c) == layout.alpha_channel && !is_counter)) continue;
     for (size_t i = c; i < values.size(); i += channels) {

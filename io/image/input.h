@@ -1,4 +1,4 @@
-// Images in. Reading one ends with Cancelled where `progress` says so.
+// Reads images. Reading throws Cancelled if `progress` is cancelled.
 #pragma once
 
 #include <cstddef>
@@ -18,69 +18,69 @@
 
 namespace emberline {
 
-// Of any image that is read, and of pictures that the library writes.
+// Limit for every image read or written by the library.
 inline constexpr int kMostChannels = 4096;
 
 struct DecodedImage {
   std::shared_ptr<const Image> image;
-  uint64_t non_finite = 0;  // texels that were, and became 0
-  bool cut_short = false;   // a JPEG that ends early: grey from there on
-  std::string transfer;     // what a KTX 2 says of its values: "sRGB" or "linear"
+  uint64_t non_finite = 0;  // NaN and infinite texels, set to 0
+  bool cut_short = false;   // a truncated JPEG: grey after its end
+  std::string transfer;     // the transfer function that a KTX 2 states: "sRGB" or "linear"
 };
 
-// Decodes an encoded image held in memory (PNG, JPEG, WebP, EXR, HDR, KTX 2: whatever its name
-// says), keeping its bit depth and not premultiplying alpha. An EXR is read as for
-// read_environment(), with its alpha. Colour profiles and other metadata are not read. Throws
-// InputError naming `place`; for a JPEG that ends early, too, unless `lenient`.
+// Decodes an encoded image in memory (PNG, JPEG, WebP, EXR, HDR or KTX 2, by its content), keeping
+// its bit depth; alpha is not premultiplied. An EXR is read as in read_environment(), with its
+// alpha. Colour profiles and other metadata are ignored. Throws InputError at `place`, also for a
+// truncated JPEG unless `lenient`.
 DecodedImage decode_image(std::span<const uint8_t> encoded, const std::string& place,
                           bool lenient = false,
                           const LoadProgress& progress = LoadProgress::unwatched());
 
-// Reads a latitude-longitude environment map (.hdr, .exr; the channels that find_colour() finds;
-// half if the file is half, else float), whose pixels fill its frame, as linear Rec. 709: an EXR
-// that says it has other primaries is converted, and what lies outside those of Rec. 709 is
-// negative. NaN, infinite and negative texels become 0, finite ones beyond the type's range are
-// clamped to it; all are counted. Throws InputError.
+// Reads a latitude-longitude environment map (.hdr, .exr; the channels of find_colour(); half if
+// the file is half, else float) as linear Rec. 709. Its pixels must fill its frame. An EXR with
+// other primaries is converted; colours outside Rec. 709 are then negative. NaN, infinite and
+// negative texels become 0, and finite ones beyond the type's range are clamped; all are counted in
+// `*repaired`. Throws InputError.
 std::shared_ptr<const Image> read_environment(
     const std::string& path, uint64_t* repaired,
     const LoadProgress& progress = LoadProgress::unwatched());
 
-// A float image with named channels, for `compare`, `heatmap` and the tests: EXR, HDR, PNG, JPEG,
-// WebP, TIFF. Integer formats are decoded from sRGB to linear. Data window only.
+// A float image with named channels, for `compare`, `heatmap` and tests: EXR, HDR, PNG, JPEG, WebP,
+// TIFF. Integer formats are converted from sRGB to linear. Holds the data window only.
 struct FloatImage {
   int width = 0, height = 0;
-  Rect data_window;                       // these pixels, counted from the frame's corner
+  Rect data_window;                       // relative to the frame's corner
   int frame_width = 0, frame_height = 0;  // the display window
   std::vector<std::string> channel_names;
-  std::vector<ImagePart> parts;  // of an EXR
+  std::vector<ImagePart> parts;  // EXR only
   std::vector<float> values;     // interleaved
-  // The frame was stopped before it was complete, as its header says (renderer/output/outputs.h):
-  // the samples there.
+  // Sample count at which the frame was stopped, if its header says that it is incomplete
+  // (renderer/output/outputs.h).
   std::optional<uint64_t> stopped_after;
-  WorkingSpace space = WorkingSpace::kRec709;  // of an EXR
+  WorkingSpace space = WorkingSpace::kRec709;  // EXR only
   int channels() const { return int(channel_names.size()); }
   // Channel index by name ("R", "albedo.G"), -1 if absent.
   int find_channel(const std::string& name) const;
 };
-// An EXR of any size, its rows one after another. Reading may throw Cancelled, as above.
+// Reads an EXR of any size row by row. Reading may throw Cancelled.
 class FloatImageRows {
  public:
-  // Throws InputError for what is no EXR.
+  // Throws InputError if the file is not an EXR.
   explicit FloatImageRows(const std::string& path,
                           const LoadProgress& progress = LoadProgress::unwatched());
   ~FloatImageRows();
   FloatImageRows(const FloatImageRows&) = delete;
   FloatImageRows& operator=(const FloatImageRows&) = delete;
 
-  // As above, without values.
+  // The description without values.
   const FloatImage& image() const;
-  bool is_counter(size_t channel) const;  // stored as whole numbers
-  // The header's texts whose names begin with "emberline" or "cryptomatte/".
+  bool is_counter(size_t channel) const;  // stored as integers
+  // The header's text attributes that begin with "emberline" or "cryptomatte/".
   const std::vector<std::pair<std::string, std::string>>& texts() const;
   const ExrView& view() const;
-  int tile_size() const;     // of its tiles' height; of an image in rows, 64
-  int rows_at_once() const;  // read() takes a multiple of these, or all that are left
-  // The rows that follow, interleaved. Throws InputError.
+  int tile_size() const;     // the tiles' height; 64 for an image in rows
+  int rows_at_once() const;  // read() takes a multiple of these rows, or all that remain
+  // Reads the next rows, interleaved. Throws InputError.
   void read(int rows, std::vector<float>& values);
 
  private:

@@ -14,9 +14,9 @@ namespace {
 
 using Bytes = std::span<const uint8_t>;
 
-// libjpeg leaves a function that fails by longjmp: between setjmp and what may fail no object with
-// a destructor is made. Damaged data is a warning to it, of which we say nothing: whether the end
-// is missing is known before (io/image/encoded_image.h).
+// libjpeg reports errors by longjmp, so no object with a destructor may be created between setjmp
+// and a call that can fail. Warnings about damaged data are dropped: a missing end is detected
+// earlier (io/image/encoded_image.h).
 struct JpegFailure {
   jpeg_error_mgr manager = {};
   std::jmp_buf jump = {};
@@ -28,7 +28,7 @@ struct JpegFailure {
     manager.output_message = [](j_common_ptr) {};
   }
   [[noreturn]] static void fail(j_common_ptr info) {
-    auto& failure = *reinterpret_cast<JpegFailure*>(info->err);  // its first member
+    auto& failure = *reinterpret_cast<JpegFailure*>(info->err);  // the manager is the first member
     info->err->format_message(info, failure.message);
     std::longjmp(failure.jump, 1);
   }
@@ -92,7 +92,7 @@ class JpegDecoder final : public ImageDecoder {
     return true;
   }
 
-  // In place; the inks are stored as 255 less what is printed, as Adobe's programs do.
+  // In place. Inks are stored inverted (255 minus ink), as Adobe's programs write them.
   static void cmyk_to_rgb(uint8_t* line, size_t pixels) {
     for (size_t i = 0; i < pixels; ++i) {
       const int black = line[4 * i + 3];

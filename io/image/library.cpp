@@ -28,8 +28,8 @@ constexpr const char* kName = "libemberline_images.so";
 
 std::atomic<uint64_t> g_bytes{0};
 
-// A library that ends early would end the program where it is mapped: its section headers, which
-// stand last (ELF-64), are in it.
+// Rejects a truncated library file, which would crash the program when mapped. An intact file
+// contains its section headers, which come last (ELF-64).
 void check_whole(const std::string& path) {
   const InputFile file(path);
   uint8_t header[64] = {};
@@ -43,8 +43,8 @@ void check_whole(const std::string& path) {
   }
 }
 
-// What it brings along fails at no given place where there is too little memory: its libraries'
-// own beginnings end the program, or wait for ever. So the room is asked for first.
+// Checks the address space in advance: when memory is short, the constructors of OpenImageIO's
+// dependencies abort the program or hang.
 void check_room() {
   constexpr size_t kRoom = size_t(700) << 20;
   rlimit space = {}, data = {};
@@ -61,8 +61,9 @@ void check_room() {
   ::munmap(room, kRoom);
 }
 
-// Beside the library that this code is in, or in ../lib of the program; empty: neither is there. A
-// library for one kind of processor lies up to three folders deeper (renderer/arches.cmake).
+// Looks beside the binary that contains this code, then in the program's ../lib; empty if found in
+// neither. A library for one CPU architecture lies up to three folders deeper
+// (renderer/arches.cmake).
 std::string own_copy() {
   namespace fs = std::filesystem;
   std::error_code error;
@@ -81,7 +82,7 @@ std::string own_copy() {
   return {};
 }
 
-// That, or else from where the system looks.
+// Loads our own copy, or else one on the system's search path.
 void* load() {
   const std::string own = own_copy();
   if (!own.empty()) check_whole(own);

@@ -1,8 +1,8 @@
-// OpenImageIO behind an interface, for what io/image/codecs.h does not do.
+// Interface to OpenImageIO, for the formats that io/image/codecs.h does not handle.
 //
-// It brings some 240 libraries along, whose loading takes half a second of processor time. So it is
-// reached through a library of its own (image/openimageio.cpp), which is loaded for the first such
-// image.
+// OpenImageIO pulls in some 240 libraries, which take half a second of CPU time to load. It is
+// therefore linked into a separate library (image/openimageio.cpp), loaded when the first such
+// image is used.
 #pragma once
 
 #include <cstddef>
@@ -25,30 +25,29 @@ namespace emberline {
 
 enum class SampleType : uint8_t { kUint8, kUint16, kUint32, kHalf, kFloat, kOther };
 
-// What an encoded image says it holds; nothing of it is checked.
+// What an encoded image states about itself, unchecked.
 struct ImageLayout {
   int x = 0, y = 0, width = 0, height = 0, depth = 0;  // the data window
   int full_x = 0, full_y = 0, full_width = 0, full_height = 0;
-  int tile_width = 0, tile_height = 0;  // 0: in rows
+  int tile_width = 0, tile_height = 0;  // 0: stored in rows
   bool deep = false;
   std::vector<std::string> channel_names;
   std::vector<SampleType> channel_types = {};
-  SampleType type = SampleType::kOther;  // of all channels, or that which holds them all
+  SampleType type = SampleType::kOther;  // of all channels, or one that holds them all
   std::string type_name;
   int alpha_channel = -1;
-  bool premultiplied = false;  // whatever was asked for
+  bool premultiplied = false;  // even if unassociated alpha was requested
   int orientation = 1;         // as in EXIF and TIFF
-  uint64_t bytes = 0;          // of its pixels, as they are stored
-  std::vector<std::pair<std::string, std::string>> texts =
-      {};                                             // of an EXR, whose names begin as ours
-  std::vector<ImagePart> parts = {};                  // of an EXR, those not read too
-  ExrView view = {};                                  // of an EXR, but for its space
-  std::optional<Chromaticities> chromaticities = {};  // that an EXR says it has
+  uint64_t bytes = 0;          // of the stored pixels
+  std::vector<std::pair<std::string, std::string>> texts = {};  // EXR: our text attributes
+  std::vector<ImagePart> parts = {};                  // EXR: all parts, including unread ones
+  ExrView view = {};                                  // EXR: all except its space
+  std::optional<Chromaticities> chromaticities = {};  // EXR: as stated in its header
 
   int channels() const { return int(channel_names.size()); }
 };
 
-// A channel of a tile, its rows one behind another: kFloat, kHalf or kUint32.
+// A channel of a tile, row after row: kFloat, kHalf or kUint32.
 struct EncodedPlane {
   std::string channel;
   SampleType type = SampleType::kFloat;
@@ -59,15 +58,15 @@ class ImageDecoder {
  public:
   virtual ~ImageDecoder() = default;
   const ImageLayout& layout() const { return layout_; }
-  virtual std::string attribute(const char* /*name*/) const { return ""; }  // a text, else empty
-  // Channels [first, last) of some pixels, counted from the data window's corner, interleaved,
-  // converted; rows of `out` are `row` bytes apart. Pixels are whole tiles or, of an image in rows,
-  // whole rows. Nothing, or why it failed.
+  virtual std::string attribute(const char* /*name*/) const { return ""; }  // a text, or empty
+  // Reads channels [first, last) of `pixels` (relative to the data window's corner), converted and
+  // interleaved, with `row` bytes between the rows of `out`. `pixels` must consist of whole tiles
+  // or, for an image in rows, of whole rows. Returns an empty string or the error.
   virtual std::string read(const Rect& pixels, int first, int last, SampleType type, std::byte* out,
                            size_t row) = 0;
 
  protected:
-  // Of a picture without layers: kUint8, kUint16 or kFloat in all channels.
+  // For an image without layers: kUint8, kUint16 or kFloat in all channels.
   void set_layout(int width, int height, std::vector<std::string> channels, SampleType type) {
     layout_.width = layout_.full_width = width;
     layout_.height = layout_.full_height = height;
@@ -82,7 +81,7 @@ class ImageDecoder {
   ImageLayout layout_;
 };
 
-// A Decoder, unless its open(arguments...) has something to say: then null, and that.
+// Creates a Decoder and calls its open(arguments...). On failure sets `error` and returns null.
 template <typename Decoder, typename... Arguments>
 std::unique_ptr<ImageDecoder> open_decoder(std::string& error, Arguments&&... arguments) {
   auto decoder = std::make_unique<Decoder>();
@@ -95,26 +94,26 @@ std::unique_ptr<ImageDecoder> open_decoder(std::string& error, Arguments&&... ar
 class ImageLibrary {
  public:
   virtual ~ImageLibrary() = default;
-  // Of an EXR whose parts have the same pixels the channels of all are one image's.
-  // `format` is "webp", "openexr" or "tiff"; alpha is not multiplied where the reader obeys.
-  // Null: `error` says why. `source` outlives the decoder.
+  // `format` is "webp", "openexr" or "tiff". EXR parts with the same pixels are joined into one
+  // image. Alpha is unassociated if the reader supports that. Returns null on failure and sets
+  // `error`. `source` must outlive the decoder.
   virtual std::unique_ptr<ImageDecoder> open(const std::string& format, const ByteSource& source,
                                              std::string& error) const = 0;
-  // A tile's code as EXR's DWAA has it, or `wide` as DWAB. Nothing, or why it failed.
+  // Encodes a tile as DWAA, or as DWAB if `wide`. Returns an empty string or the error.
   virtual std::string encode_dwa(int width, int height, std::span<const EncodedPlane> planes,
                                  bool wide, std::vector<uint8_t>& code) const = 0;
-  // An animation of pictures of one size and three channels. Nothing, or why it failed.
+  // Encodes equal-sized three-channel pictures as an animation. Returns "" or the error.
   virtual std::string encode_gif(std::span<const ByteImage> pictures, double picture_s,
                                  std::vector<unsigned char>& encoded) const = 0;
 };
 
-// Throws RenderError where the library is not beside the program, or not of this version.
+// Throws RenderError if the library is missing or of another version.
 const ImageLibrary& image_library();
 
-// What loading it has taken so far: some hundred megabytes or, before it is loaded, nothing.
+// Memory taken by loading it: some hundred megabytes, or 0 before it is loaded.
 uint64_t image_library_bytes();
 
-// What the library exports: null for another version than its own.
+// The library's entry point; returns null if `version` differs from its own.
 extern "C" const ImageLibrary* emberline_image_library(const char* version);
 
 }  // namespace emberline

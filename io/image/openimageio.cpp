@@ -1,5 +1,4 @@
-// The image library: OpenImageIO, and nothing of ours but the interface. It calls nothing of the
-// program's that is not in a header.
+// The image library: OpenImageIO behind our interface. It may use only headers of the program.
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
@@ -19,7 +18,7 @@ namespace {
 
 namespace oiio = OIIO;
 
-// Its message as one line.
+// OpenImageIO's message as one line.
 std::string one_line(std::string text) {
   for (char& c : text) {
     if (uint8_t(c) < 0x20) c = ' ';
@@ -28,7 +27,7 @@ std::string one_line(std::string text) {
   return text.empty() ? "unknown reason" : text.substr(0, 200);
 }
 
-// An exception's words, but for a lack of memory.
+// Runs `work` and turns exceptions, except bad_alloc, into an error string.
 template <typename Work>
 std::string caught(const Work& work) {
   try {
@@ -61,8 +60,7 @@ oiio::TypeDesc oiio_type(SampleType type) {
   return oiio::TypeDesc::FLOAT;
 }
 
-// Bytes that are read where they lie. OpenImageIO's own for memory (2.4, 3.1) takes an offset just
-// below zero for one of the buffer.
+// Reads in place. OpenImageIO's memory proxy (2.4, 3.1) accepts an offset just below zero.
 class SourceProxy final : public oiio::Filesystem::IOProxy {
  public:
   explicit SourceProxy(const ByteSource& source)
@@ -72,7 +70,7 @@ class SourceProxy final : public oiio::Filesystem::IOProxy {
   size_t pread(void* bytes, size_t count, int64_t offset) override {
     return offset < 0 ? 0 : source_.read(uint64_t(offset), count, bytes);
   }
-  // In order and on one thread.
+  // Called in order, on one thread.
   size_t read(void* bytes, size_t count) override {
     cursor_.go_to(uint64_t(m_pos));
     const size_t got = cursor_.take(bytes, count);
@@ -87,12 +85,12 @@ class SourceProxy final : public oiio::Filesystem::IOProxy {
 
 class Decoder final : public ImageDecoder {
  public:
-  // Empty if all is well.
+  // Returns an empty string or the error.
   std::string open(const std::string& format, const ByteSource& source) {
     proxy_ = std::make_unique<SourceProxy>(source);
     input_ = oiio::ImageInput::create(format);
     if (!input_ || !input_->supports("ioproxy") || !input_->set_ioproxy(proxy_.get())) {
-      oiio::geterror();  // or it would greet the next caller
+      oiio::geterror();  // clears the error, or the next caller would get it
       return "this OpenImageIO cannot read " + format;
     }
     oiio::ImageSpec hints, opened;
@@ -125,7 +123,7 @@ class Decoder final : public ImageDecoder {
       const std::string name(attribute.name());
       const bool ours = name.starts_with("emberline") || name.starts_with("cryptomatte/");
       if (attribute.type() != oiio::TypeDesc::STRING || !ours) continue;
-      // Its own get_string() is for people, and shortens what is long.
+      // get_string() truncates long text.
       layout_.texts.emplace_back(name, *static_cast<const char* const*>(attribute.data()));
     }
     layout_.view = view_of(s);
@@ -154,11 +152,11 @@ class Decoder final : public ImageDecoder {
   }
 
  private:
-  // A part of an EXR, or the image.
+  // A part of an EXR, or the whole image.
   struct Part {
     oiio::ImageSpec spec;
     int subimage = 0;
-    int first = 0;  // of its channels, among all
+    int first = 0;  // index of its first channel among all
   };
 
   static ImagePart image_part(const oiio::ImageSpec& s, int first) {
@@ -168,10 +166,10 @@ class Decoder final : public ImageDecoder {
             s.get_string_attribute("textureformat") == "CubeFace Environment"};
   }
 
-  // Those behind the first that have its pixels in its tiles, and channels of other names.
+  // Joins later parts that have the first part's pixels and tiles, and new channel names.
   std::string join_parts() {
     constexpr int kMostParts = 4096;
-    const oiio::ImageSpec first = parts_.front().spec;  // which moves when there are more
+    const oiio::ImageSpec first = parts_.front().spec;  // a copy, since the vector may reallocate
     layout_.parts = {image_part(first, 0)};
     for (int i = 1; i < kMostParts && input_->seek_subimage(i, 0); ++i) {
       const oiio::ImageSpec s = input_->spec();
@@ -195,7 +193,7 @@ class Decoder final : public ImageDecoder {
         layout_.channel_types.push_back(sample_type(s.channelformat(c)));
       }
     }
-    input_->geterror();  // that there is no other is none
+    input_->geterror();  // discards the error of seeking past the last part
     return input_->seek_subimage(0, 0) ? "" : one_line(input_->geterror());
   }
 
@@ -242,11 +240,11 @@ class Decoder final : public ImageDecoder {
     return "";
   }
 
-  static constexpr int kMostChannels = 4096;  // what is read at all (image/input.cpp)
+  static constexpr int kMostChannels = 4096;  // the limit in image/input.cpp
 
   std::vector<Part> parts_;
   std::unique_ptr<SourceProxy> proxy_;
-  std::unique_ptr<oiio::ImageInput> input_;  // after what it reads, so that it goes first
+  std::unique_ptr<oiio::ImageInput> input_;  // after the proxy: it must be destroyed first
 };
 
 class OpenImageIo final : public ImageLibrary {
@@ -269,7 +267,7 @@ class OpenImageIo final : public ImageLibrary {
     oiio::Filesystem::IOVecOutput sink(encoded);
     const std::unique_ptr<oiio::ImageOutput> output = oiio::ImageOutput::create("gif");
     if (!output) return "OpenImageIO has no gif writer";
-    // A picture's duration is kept in hundredths of a second.
+    // GIF durations are in hundredths of a second.
     const int rate[2] = {100, std::max(1, int(picture_s * 100 + 0.5))};
     bool done = output->set_ioproxy(&sink);
     for (const ByteImage& picture : pictures) {

@@ -1,4 +1,4 @@
-// 8-bit pictures out: PNG, JPEG, and animated GIF.
+// Writes 8-bit pictures: PNG, JPEG, and animated GIF.
 #pragma once
 
 #include <cstdint>
@@ -10,28 +10,28 @@
 
 namespace emberline {
 
-// A display value in [0, 1] as one of 256 steps, the nearest; clipped, NaN becomes 0.
+// Rounds a display value to the nearest of 256 steps; clamps to [0, 1], NaN becomes 0.
 inline uint8_t to_byte(float value) {
   if (!(value > 0.0f)) return 0;
   return value >= 1.0f ? 255 : uint8_t(value * 255.0f + 0.5f);
 }
 
-// "png" or "jpeg" by the suffix of `path` (upper and lower case are alike). Throws UsageError that
-// lists the suffixes for any other.
+// "png" or "jpeg", from the suffix of `path` (case does not matter). Throws UsageError, which lists
+// the valid suffixes.
 std::string image_format_of(const std::string& path);
 
-// The bytes of a file of that format; the same for the same image. JPEG drops alpha, at quality 95
-// without chroma subsampling. Throws RenderError naming `path`.
+// Encodes a file of that format; deterministic. JPEG drops alpha and uses quality 95 without chroma
+// subsampling. Throws RenderError naming `path`.
 std::vector<unsigned char> encode_image(const ByteImage& image, const std::string& format,
                                         const std::string& path);
 
-// The bytes of an animated GIF, repeated for ever, of frames of equal size and three channels, each
-// with its own 256 colours; `frame_s` seconds a frame, to the hundredth. Throws RenderError naming
+// Encodes an endlessly repeated GIF from frames of equal size and three channels, each with its own
+// palette of 256 colours. `frame_s` is rounded to hundredths of a second. Throws RenderError naming
 // `path`.
 std::vector<unsigned char> encode_animation(std::span<const ByteImage> frames, double frame_s,
                                             const std::string& path);
 
-// encode_image into a file that appears whole or not at all. Throws UsageError, RenderError.
+// encode_image() into an atomically written file. Throws UsageError, RenderError.
 void write_image(const std::string& path, const ByteImage& image);
 
 }  // namespace emberline

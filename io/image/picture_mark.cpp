@@ -11,7 +11,7 @@
 namespace emberline {
 namespace {
 
-// What stands before a picture's pixels; more than any program of ours writes there.
+// Bytes searched before the pixels; our writers use less.
 constexpr size_t kMostHeader = size_t(1) << 20;
 
 bool exr_is_marked(ByteCursor& header) {
@@ -73,7 +73,7 @@ struct ExrPartList {
   bool several = false, readable = false;
 };
 
-// "OpenEXR File Layout": version and flags, then a header of attributes for each part.
+// "OpenEXR File Layout": version and flags, then one header of attributes per part.
 ExrPartList read_exr_parts(ByteCursor& cursor) {
   constexpr uint64_t kTiled = 0x200, kDeep = 0x800, kSeveral = 0x1000;
   cursor.go_to(4);
@@ -86,7 +86,7 @@ ExrPartList read_exr_parts(ByteCursor& cursor) {
     bool empty = true;
     for (std::string name = cursor.until_zero(); !name.empty() && !cursor.is_behind_end();
          name = cursor.until_zero(), empty = false) {
-      cursor.until_zero();  // its type
+      cursor.until_zero();  // type
       const uint64_t size = cursor.little_endian(4), value = cursor.offset();
       if (parts.several && name == "type") part.tiled = cursor.byte() == 't';  // "tiledimage"
       if (name == "compression") part.compression = cursor.byte();
@@ -101,8 +101,8 @@ ExrPartList read_exr_parts(ByteCursor& cursor) {
   return parts;
 }
 
-// What a file system that lost power leaves has the right length, but zeros at the end. Packed
-// pixels end with a checksum or codes (zip, piz, pxr24, dwa).
+// After a power loss a file can have the right length but end in zeros. Compressed pixels (zip,
+// piz, pxr24, dwa) end with a checksum or codes, never with this many zeros.
 constexpr uint64_t kMostZeros = 8;
 
 bool is_packed(uint8_t compression) {
@@ -120,8 +120,7 @@ bool ends_with_zeros(const ByteSource& file, uint64_t count) {
   return true;
 }
 
-// The tables of offsets end where the first chunk begins, and the file does where the last one
-// ends.
+// The offset tables must end at the first chunk, and the last chunk at the end of the file.
 bool exr_is_whole(const ByteSource& file) {
   ByteCursor cursor(file);
   const ExrPartList parts = read_exr_parts(cursor);
@@ -137,7 +136,7 @@ bool exr_is_whole(const ByteSource& file) {
   cursor.go_to(last);
   const uint64_t part = parts.several ? cursor.little_endian(4) : 0;
   if (part >= parts.list.size()) return false;
-  cursor.skip(parts.list[part].tiled ? 16 : 4);  // its place
+  cursor.skip(parts.list[part].tiled ? 16 : 4);  // its coordinates
   const uint64_t size = cursor.little_endian(4);
   cursor.skip(size);
   if (size == 0 || cursor.offset() != file.size) return false;
@@ -149,8 +148,7 @@ bool png_is_whole(const ByteSource& file) {
   return ends_with(file, std::string_view("\0\0\0\0IEND\xae\x42\x60\x82", 12));
 }
 
-// Behind the header the end's marker stands nowhere else. Before it there may be small pictures,
-// with an end of theirs.
+// Looks for the end marker only after the headers, whose thumbnails have end markers, too.
 bool jpeg_is_whole(const ByteSource& file) {
   ByteCursor cursor(file);
   cursor.skip(2);
@@ -174,7 +172,7 @@ bool gif_is_whole(const ByteSource& file) {
   while (!cursor.is_behind_end()) {
     const uint8_t kind = cursor.byte();
     if (kind == ';') return cursor.offset() == file.size;
-    if (kind == ',') {  // a picture, its colours, the width of its codes
+    if (kind == ',') {  // an image: its palette, then the width of its codes
       cursor.skip(8);
       skip_colours(cursor.byte());
       cursor.skip(1);

@@ -14,8 +14,8 @@ namespace {
 
 using Bytes = std::span<const uint8_t>;
 
-// libpng leaves a function that fails by longjmp: between setjmp and what may fail no object with a
-// destructor is made. What it only warns of is nothing to us.
+// libpng reports errors by longjmp, so no object with a destructor may be created between setjmp
+// and a call that can fail. Warnings are ignored.
 struct PngFailure {
   char message[200] = "";
 };
@@ -126,7 +126,7 @@ class PngDecoder final : public ImageDecoder {
   png_structp png_ = nullptr;
   png_infop info_ = nullptr;
   int passes_ = 1;
-  std::vector<uint8_t> line_, whole_;  // a row to be converted; an interlaced image
+  std::vector<uint8_t> line_, whole_;  // a row to convert; an interlaced image
   std::vector<png_bytep> rows_;
 };
 
@@ -153,7 +153,7 @@ bool write_png(png_structp png, png_infop info, const ByteImage& picture,
   if (picture.srgb) png_set_sRGB(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
   png_text text = {};
   text.compression = PNG_TEXT_COMPRESSION_NONE;
-  text.key = const_cast<png_charp>(kCompleteAttribute);  // copied
+  text.key = const_cast<png_charp>(kCompleteAttribute);  // libpng copies it
   text.text = const_cast<png_charp>("false");
   if (picture.incomplete) png_set_text(png, info, &text, 1);
   png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_NONE);

@@ -1,4 +1,4 @@
-// Texel values that no renderer can use, made usable and counted.
+// Replaces texel values that the renderer cannot use, and counts them.
 #pragma once
 
 #include "renderer/core/colour_matrix.h"
@@ -8,25 +8,24 @@ namespace emberline {
 
 enum class TexelRange {
   kFinite,    // NaN and infinite texels become 0
-  kRadiance,  // NaN, infinite and negative ones become 0
+  kRadiance,  // NaN, infinite and negative texels become 0
 };
 
-// Repairs a half or float image in place, in parallel; integer images have nothing to repair.
-// Returns how many texel components were changed.
+// Repairs a half or float image in place, in parallel; does nothing to integer images. Returns the
+// number of changed components.
 uint64_t repair_texels(Image& image, TexelRange range);
 
-// Colour divided by alpha (the last of 2 or 4 channels), rounded for integers. Where alpha is 0 the
-// colour stays.
+// Divides colour by alpha (the last of 2 or 4 channels) unless it is 0; rounds integers.
 void unpremultiply(Image& image);
 
-// Three channels of finite half or float texels as colours of other primaries. What is negative
-// then by more than rounding stays so; a half stays finite.
+// Converts three channels of finite half or float texels to other primaries. Values that become
+// negative by more than rounding stay negative; half stays finite.
 void convert_primaries(Image& image, const ColourMatrix& matrix);
 
-// One channel to three equal ones.
+// Copies one channel to three.
 void expand_grey(Image& image);
 
-// IEC 61966-2-1.
+// The inverse of the sRGB curve, IEC 61966-2-1.
 float srgb_to_linear(float encoded);
 
 }  // namespace emberline

@@ -13,16 +13,16 @@
 namespace emberline {
 namespace {
 
-// How often the process's share is looked at. In this time two threads that read at random map some
-// tens of megabytes.
+// Interval of checking the resident share. Two threads of random lookups can map some tens of
+// megabytes in this time.
 constexpr std::chrono::milliseconds kBetweenLooks(10);
 
-// What of files this process has mapped and touched.
+// Resident pages of mapped files in this process.
 uint64_t mapped_file_bytes() { return statm_bytes(StatmField::kShared); }
 
 }  // namespace
 
-// The file and what keeps it small in memory. The images hold it.
+// The file, and the thread that limits its resident pages. Images share ownership of it.
 class TextureFile : public std::enable_shared_from_this<TextureFile> {
  public:
   explicit TextureFile(uint64_t limit) : limit_(limit), others_(mapped_file_bytes()) {}
@@ -37,7 +37,7 @@ class TextureFile : public std::enable_shared_from_this<TextureFile> {
   TextureFile(const TextureFile&) = delete;
   TextureFile& operator=(const TextureFile&) = delete;
 
-  // One at a time.
+  // Not thread-safe.
   void take(Image& image) {
     const uint64_t size = image.byte_count(), page = uint64_t(sysconf(_SC_PAGESIZE));
     write_tiled(image);
@@ -49,7 +49,7 @@ class TextureFile : public std::enable_shared_from_this<TextureFile> {
     }
     if (!thread_.joinable()) thread_ = std::thread([this] { watch(); });
     image.mapped = {shared_from_this(), mapped.get()};
-    image.texels = std::vector<std::byte>();  // {} would keep the memory
+    image.texels = std::vector<std::byte>();  // {} would keep the capacity
   }
 
  private:
@@ -78,7 +78,7 @@ class TextureFile : public std::enable_shared_from_this<TextureFile> {
   }
 
   const uint64_t limit_;
-  const uint64_t others_;  // mapped without us
+  const uint64_t others_;  // mapped files not ours
   ScratchFile file_ = ScratchFile::temporary("hold textures in a temporary file");
   uint64_t end_ = 0;
   std::mutex mutex_;
@@ -97,7 +97,7 @@ void TextureStore::add(const std::shared_ptr<Image>& image, const LoadProgress& 
   if (!file_) file_ = std::make_shared<TextureFile>(*progress.texture_bytes());
   while (!waiting_.empty()) {
     progress.check();
-    file_->take(*waiting_.back());  // throws where the disk is full; the next image tries again
+    file_->take(*waiting_.back());  // throws if the disk is full; the next image tries again
     progress.budget()->give_back(MemoryPart::kTextures, waiting_.back()->byte_count());
     waiting_.pop_back();
   }

@@ -1,10 +1,10 @@
-// Textures that together take more memory than they may (--texture-memory): their texels lie in a
-// temporary file without a name and are mapped from there (mapped_texels.h), so that a lookup reads
-// the same bytes, the picture has the same bits, and a scene that fits has nothing of all this.
+// Moves textures that exceed the limit (--texture-memory) to an unnamed temporary file and maps
+// them from there (mapped_texels.h). Lookups read the same bytes, so the image is bit-identical; a
+// scene within the limit pays nothing.
 //
-// What of the file is in memory is the kernel's cache, which gives it up when memory is short. A
-// thread lets the process's own share go whenever it is above the limit: a page that is asked for
-// again is then found in that cache, or on the disk.
+// Resident pages belong to the kernel's page cache, which drops them when memory is short. A thread
+// releases the process's own pages whenever they exceed the limit; a page that is used again comes
+// from the page cache or the disk.
 #pragma once
 
 #include <memory>
@@ -21,18 +21,18 @@ class TextureFile;
 
 class TextureStore {
  public:
-  // Of an image that was just decoded, before anyone looks at it: puts it into the file, and all
-  // those of this load before it, once they are too many. Their bytes go back to the budget.
-  // Thread-safe. Throws RenderError for the folder of temporary files.
+  // Adds a decoded image before anyone uses its texels. Once the total exceeds the limit, moves it
+  // and all earlier images of this load to the file, and returns their bytes to the budget.
+  // Thread-safe. Throws RenderError if the temporary folder fails.
   void add(const std::shared_ptr<Image>& image, const LoadProgress& progress);
-  // All images of this load are there: they stay where they are from now on.
+  // Call when all images of this load have been added: they stay where they are.
   void end_load() { waiting_.clear(); }
 
  private:
   std::mutex mutex_;
-  uint64_t bytes_ = 0;                           // of all that came
-  std::vector<std::shared_ptr<Image>> waiting_;  // of this load, in memory
-  std::shared_ptr<TextureFile> file_;            // null as long as they fit
+  uint64_t bytes_ = 0;                           // total of all images
+  std::vector<std::shared_ptr<Image>> waiting_;  // images of this load that are still in memory
+  std::shared_ptr<TextureFile> file_;            // null while everything fits
 };
 
 }  // namespace emberline

@@ -1,4 +1,4 @@
-// Which I/O libraries this binary was built with, for headers and reports.
+// Versions of the I/O libraries in this build, for headers and reports.
 #pragma once
 
 #include <string>

@@ -16,14 +16,14 @@
 namespace emberline {
 namespace {
 
-// In the order in which they are written, for people to read.
+// Keeps the order of writing, for people to read.
 using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
 using namespace edit_limits;
-constexpr double kMostOfLens = 1e9;  // f-numbers, to either side: scenes come in any size
+constexpr double kMostOfLens = 1e9;  // of f-numbers and their inverses: scenes come in any size
 
-// Seconds, frames, and frames a second: as the command line has them.
+// Limit of seconds, frames and frames per second, the same as on the command line.
 constexpr double kMostOfTime = 1e6;
 
 struct Range {
@@ -40,8 +40,8 @@ constexpr KindName kKinds[] = {{"punctual", EditedLight::kPunctual},
                                {"material", EditedLight::kMaterial},
                                {"environment", EditedLight::kEnvironment}};
 
-// What each kind of edit has in the file, in the order in which it is written and listed: a name,
-// where its value is kept and, of numbers, their range. Read, written and named by these alone.
+// The members of each kind of edit, in file order: name, storage and, for numbers, the range.
+// Reading, writing and error messages all use these tables.
 void members(EditTarget& edit, const auto& member) {
   member("name", edit.name);
   member("index", edit.index);
@@ -181,7 +181,7 @@ AnimationEdit read_animation(const JsonReader& entry) {
   return edit;
 }
 
-// Without `progress` the file is not read.
+// Without `progress` the image is not read.
 EnvironmentEdit read_environment_edit(const JsonReader& entry, const std::string& path,
                                       const LoadProgress* progress) {
   EnvironmentEdit edit = read_members<EnvironmentEdit>(entry);
@@ -201,7 +201,7 @@ EnvironmentEdit read_environment_edit(const JsonReader& entry, const std::string
 
 LightEdit read_light(const JsonReader& entry) {
   LightEdit edit = read_members<LightEdit>(entry);
-  if (!entry.has("kind")) entry["kind"].text();  // says that it is missing
+  if (!entry.has("kind")) entry["kind"].text();  // throws: the member is missing
   if (edit.kind != EditedLight::kEnvironment) {
     check_target(entry, edit.target);
   } else {
@@ -231,7 +231,7 @@ void check_version(const JsonReader& root) {
   }
 }
 
-// The shortest number that reads back as the same float: 0.1, not 0.10000000149011612.
+// The shortest decimal that reads back as the same float: 0.1, not 0.10000000149011612.
 Json number(float value) {
   std::array<char, 32> text;
   const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
@@ -254,7 +254,7 @@ Json value_of(const std::optional<Value>& value) {
   return value ? value_of(*value) : Json();
 }
 
-// Of a copy, since members() is for reading as well.
+// Takes a copy, since members() needs a mutable edit.
 template <typename Edit>
 Json object_of(Edit edit) {
   Json object = Json::object();
@@ -285,7 +285,7 @@ Json environment_json(const EnvironmentEdit& edit, const std::string& path) {
 SceneEdits edits_of(const nlohmann::json& document, const std::string& path,
                     const LoadProgress* progress) {
   const JsonReader root(document, path);
-  check_version(root);  // before the members: another version may have others
+  check_version(root);  // before the members, which may differ in another version
   root.object(
       {"emberline_edits", "camera", "animation", "variant", "environment", "lights", "materials"});
   SceneEdits edits;

@@ -1,13 +1,16 @@
 // Edits of a scene as a small JSON file beside it ("sidecar"), for people to read and change:
 //
+// clang-format off
 //   {
 //     "emberline_edits": 1,
 //     "camera": {"file_camera": {"name": "main", "index": 0}, "fov_y": 35,
 //                "look_from": [0, 1, 4], "look_at": [0, 0.5, 0], "up": [0, 1, 0],
 //                "mirrored": false, "f_stop": 2.8, "focus_distance": 4},
-//     "animation": {"name": "walk", "time": 1.5, "fps": 24, "shutter_open": 0, "shutter_close":
-//     0.5}, "variant": {"name": "beach", "index": 1}, "environment": {"file": "studio.hdr",
-//     "strength": 1, "rotation": 30}, "lights": [{"kind": "punctual", "name": "Key", "index": 0,
+//     "animation": {"name": "walk", "time": 1.5, "fps": 24,
+//                   "shutter_open": 0, "shutter_close": 0.5},
+//     "variant": {"name": "beach", "index": 1},
+//     "environment": {"file": "studio.hdr", "strength": 1, "rotation": 30},
+//     "lights": [{"kind": "punctual", "name": "Key", "index": 0,
 //                 "intensity": 2, "color": [1, 0.9, 0.8], "on": true},
 //                {"kind": "material", "name": "neon", "on": false},
 //                {"kind": "environment", "intensity": 0.5}],
@@ -22,11 +25,12 @@
 //                    "sheen_color": [0, 0, 0], "sheen_roughness": 0,
 //                    "clearcoat": 0, "clearcoat_roughness": 0}]
 //   }
+// clang-format on
 //
-// Only the version is required. An orthographic view has "orthographic_height" in place of "fov_y"
-// and "f_stop". Colours are linear Rec. 709, angles degrees, lengths metres but a film's, which are
-// nanometres, times seconds but a shutter's, which are frames. What the members mean is in
-// renderer/description/scene_edits.h, the ranges of a material's in material_parameters.cpp.
+// Only the version is required. An orthographic view has "orthographic_height" instead of "fov_y"
+// and "f_stop". Colours are linear Rec. 709; angles are in degrees, lengths in metres (thin films
+// in nanometres), times in seconds (shutter times in frames). renderer/description/scene_edits.h
+// explains the members, material_parameters.cpp has the ranges of a material's.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -40,23 +44,22 @@ namespace emberline {
 
 inline constexpr int kEditsVersion = 1;
 
-// Throws InputError (file, JSON pointer, what was expected) for a file that is not there or not
-// JSON, another version, a member that does not exist, is given twice, or is out of its range. An
-// environment file is read as well; a relative one is looked for beside the edits.
+// Throws InputError (file, JSON pointer, what was expected) for a missing file, invalid JSON,
+// another version, or a member that is unknown, duplicated or out of range. Also reads the
+// environment file; a relative path is resolved against the edits' folder.
 SceneEdits read_edits(const std::string& path,
                       const LoadProgress& progress = LoadProgress::unwatched());
 
-// The same of a text that `name` stands for in messages; a relative environment file is looked for
-// in the current folder.
+// Parses `text`, named `name` in messages. Relative environment files are in the current folder.
 SceneEdits parse_edits(std::string_view text, const std::string& name,
                        const LoadProgress& progress = LoadProgress::unwatched());
 
-// The same of a document whose environment file is only named, for a session to read it (a relative
-// one is looked for in the current folder).
+// As parse_edits, but for a parsed document and without reading the environment file, which a
+// session reads itself. A relative path is resolved against the current folder.
 SceneEdits edits_of_document(const nlohmann::json& document, const std::string& name);
 
-// Reading it gives the same edits, bit for bit. A relative environment file is written relative to
-// the folder of `path`. Throws RenderError.
+// Reading the file back gives the same edits, bit for bit. A relative environment path is written
+// relative to the folder of `path`. Throws RenderError.
 void write_edits(const std::string& path, const SceneEdits& edits);
 
 }  // namespace emberline

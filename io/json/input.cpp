@@ -20,20 +20,19 @@ constexpr size_t kLargestSidecar = size_t(16) << 20;
 
 constexpr const char* kTwice = "the member stands twice in one object";
 
-// What a document takes, at most, with libstdc++ and a 64-bit malloc. An element of an array stands
-// in it while it grows to twice its size, and then in the list from which nlohmann's destructor
-// works, which grows likewise.
+// Upper bounds on a document's memory with libstdc++ and a 64-bit malloc. A growing array holds its
+// elements in the old and in the doubled storage, and nlohmann's destructor copies them into a list
+// that grows the same way.
 constexpr uint64_t kElementBytes = 5 * sizeof(json);
 constexpr uint64_t kContainerBytes = 64;
-constexpr uint64_t kMemberBytes = 112;  // a node of the map: its name and its value
-constexpr uint64_t kStringBytes = 48;   // and its text
+constexpr uint64_t kMemberBytes = 112;  // a map node: name and value
+constexpr uint64_t kStringBytes = 48;   // plus the text
 
-// After so much more of it memory is reserved, and asked whether the load was called off: some
-// milliseconds.
+// Interval of reserving memory and checking for cancellation: a few milliseconds.
 constexpr uint64_t kBytesBetweenChecks = uint64_t(1) << 20;
 
-// Takes the parser's events, makes the document of them, and knows at which place of it the text
-// breaks: the parser itself knows bytes only.
+// Builds the document from the parser's events and tracks the JSON pointer for messages, since the
+// parser reports byte offsets only.
 class DocumentBuilder final : public json::json_sax_t {
  public:
   DocumentBuilder(const std::string& file, DuplicateMembers duplicates,
@@ -88,11 +87,10 @@ class DocumentBuilder final : public json::json_sax_t {
   }
 
  private:
-  // An array or object that is not closed yet. What stands in it stays where it is: of an array
-  // nothing but the last element is open.
+  // An open array or object. The pointers stay valid: only an array's last element is open.
   struct Level {
     json* value;
-    const std::string* name = nullptr;  // of the latest member
+    const std::string* name = nullptr;  // name of the latest member
     json* member = nullptr;
   };
 
@@ -108,12 +106,12 @@ class DocumentBuilder final : public json::json_sax_t {
     return shortened(detail);
   }
 
-  // "file#/json/pointer" of the value that is being read.
+  // "file#/json/pointer" of the current value.
   std::string place() const {
     json::json_pointer pointer;
     for (const Level& level : levels_) {
       if (level.value->is_array()) {
-        // The innermost array's next element; of those around it the last, which is open.
+        // The next element of the innermost array; the last (open) element of the outer ones.
         pointer.push_back(std::to_string(level.value->size() - (&level != &levels_.back())));
       } else if (level.name) {
         pointer.push_back(*level.name);
@@ -166,7 +164,7 @@ class DocumentBuilder final : public json::json_sax_t {
   const DuplicateMembers duplicates_;
   const LoadProgress& progress_;
   MemoryReservation memory_;
-  uint64_t counted_ = 0;  // and not reserved yet
+  uint64_t counted_ = 0;  // not reserved yet
   json root_;
   std::vector<Level> levels_;
   size_t duplicates_found_ = 0;
@@ -178,7 +176,7 @@ class DocumentBuilder final : public json::json_sax_t {
 json parse_json(std::string_view text, const std::string& file, DuplicateMembers duplicates,
                 const LoadProgress& progress, MemoryReservation* memory) {
   DocumentBuilder builder(file, duplicates, progress);
-  json::sax_parse(text.begin(), text.end(), &builder);  // what is wrong is thrown by the builder
+  json::sax_parse(text.begin(), text.end(), &builder);  // the builder throws all errors
   if (memory) *memory = builder.take_memory();
   return builder.take();
 }

@@ -1,4 +1,4 @@
-// JSON from files that nobody vouches for: scenes, edits, what a study has kept.
+// Reads untrusted JSON: scenes, edits, cached study results.
 #pragma once
 
 #include <cstdint>
@@ -10,24 +10,24 @@
 
 namespace emberline {
 
-// What becomes of an object that has a member twice, of which the last would win in silence.
+// What to do about a duplicate member. (nlohmann alone would silently keep the last.)
 enum class DuplicateMembers : uint8_t {
   kRefused,
-  kWarnedOf,  // and the last counts, as in every other reader of glTF: such files exist
+  kWarnedOf,  // warn and keep the last, as other glTF readers do: such files exist
 };
 
-// The whole `text` as one document (RFC 8259). Throws InputError, with the JSON pointer behind
-// `file`, for text that is no JSON or no UTF-8 or has something behind its end, for nesting deeper
-// than 256 levels (what reads a document recurses), for numbers too large to be finite, and for a
-// document that takes more memory than the budget of `progress` has left; and Cancelled. `*memory`
-// is what it takes, up to fifty times its text.
+// Parses all of `text` as one document (RFC 8259). Throws InputError, with the JSON pointer after
+// `file`, for invalid JSON or UTF-8, trailing text, nesting deeper than 256 levels (readers
+// recurse), numbers that overflow, and a document that exceeds the memory budget of `progress`.
+// Throws Cancelled. `*memory` receives the reservation for the document, up to fifty times its
+// text.
 nlohmann::json parse_json(std::string_view text, const std::string& file,
                           DuplicateMembers duplicates = DuplicateMembers::kRefused,
                           const LoadProgress& progress = LoadProgress::unwatched(),
                           MemoryReservation* memory = nullptr);
 
-// A file that people or this program write beside a scene: of 16 MiB at most, within the budget.
-// Throws InputError.
+// Reads a small file that people or this program write beside a scene: at most 16 MiB, within the
+// memory budget. Throws InputError.
 nlohmann::json read_json(const std::string& path,
                          const LoadProgress& progress = LoadProgress::unwatched());
 

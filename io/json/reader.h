@@ -1,4 +1,4 @@
-// Reading a JSON document whose members are known: what is read is checked as it is read.
+// Reads a JSON document of known members and validates each value on access.
 #pragma once
 
 #include <cstddef>
@@ -15,25 +15,25 @@
 
 namespace emberline {
 
-// A value of a document and where it stands. Every function but place(), has() and null() throws
-// InputError with the file, the JSON pointer and what was expected there.
+// A value in a document, with its JSON pointer. All functions except place(), has() and null()
+// throw InputError with the file, the JSON pointer and what was expected.
 class JsonReader {
  public:
-  // `document` and `file` have to outlive this and all readers that come of it.
+  // `document` and `file` must outlive this reader and all readers made from it.
   JsonReader(const nlohmann::json& document, const std::string& file)
       : JsonReader(document, file, "") {}
 
   std::string place() const { return pointer_.empty() ? file_ : file_ + "#" + shortened(pointer_); }
 
-  // An object with none but these members.
+  // Requires an object that has no other members than these.
   const JsonReader& object(std::span<const std::string_view> members) const;
   const JsonReader& object(std::initializer_list<std::string_view> members) const {
     return object(std::span(members.begin(), members.size()));
   }
-  bool has(const char* member) const;  // no object has none
+  bool has(const char* member) const;  // false if this is not an object
   JsonReader operator[](const std::string& member) const;
-  std::vector<std::string> members() const;  // names
-  size_t size() const;                       // of an array
+  std::vector<std::string> members() const;  // their names
+  size_t size() const;                       // length of an array
   JsonReader operator[](size_t element) const;
 
   bool null() const;

@@ -13,7 +13,7 @@ namespace {
 
 using nlohmann::json;
 
-// Null stands for an extension that is not there, also where a member that it requires is null.
+// A null extension, or one with a null required member, counts as absent.
 bool is_null_extension(const json& extension, Schema schema) {
   return extension.is_null() || std::ranges::any_of(schema, [&](const Property& property) {
            if (!property.required || !extension.is_object()) return false;
@@ -35,7 +35,7 @@ class SchemaChecker {
   }
 
   void check(Schema schema) {
-    // So that indices into what is no array are told why there is nothing.
+    // First of all, so that an index into something that is not an array reports that cause.
     for (const Property& property : schema) {
       if (property.on_fault != OnFault::kSeparate || property.needed || !root_.is_object())
         continue;
@@ -54,7 +54,7 @@ class SchemaChecker {
   }
 
  private:
-  // Appends to the JSON pointer for as long as it lives.
+  // Appends a name to the JSON pointer while it exists.
   class Step {
    public:
     Step(json::json_pointer& pointer, std::string name) : pointer_(pointer) {
@@ -68,7 +68,7 @@ class SchemaChecker {
     json::json_pointer& pointer_;
   };
 
-  // Some writers forget to list what they use.
+  // Adds the extensions found to extensionsUsed, since some writers forget to list them.
   void list_extensions() {
     if (found_.empty()) return;
     json& used = root_["extensionsUsed"];
@@ -87,7 +87,7 @@ class SchemaChecker {
          (shows ? shortened(found.dump(-1, ' ', true)) : std::string(found.type_name())));
   }
 
-  // The recursion is as deep as the tables nest.
+  // Recursion is bounded by the nesting of the tables.
   void check_object(json& value, Schema schema) {
     if (!value.is_object()) fail_type("an object", value);
     for (const Property& property : schema) {
@@ -134,7 +134,7 @@ class SchemaChecker {
 
   void check_extensions(json& value, Schema schema) {
     if (!value.is_object()) {
-      // An empty array, of writers in whose language it is the same.
+      // Some exporters write an empty object as an empty array.
       if (value.is_array() && value.empty() && required_.empty()) return;
       fail_type("an object", value);
     }
@@ -175,7 +175,7 @@ class SchemaChecker {
     }
   }
 
-  // An element that has a fate of its own, or not.
+  // Checks one element. If elements are separate, a broken one is noted and becomes null.
   template <class Check>
   void check_element(json& element, const Property& property, const Check& check) {
     if (property.on_fault != OnFault::kSeparate) return check();
@@ -279,7 +279,7 @@ class SchemaChecker {
   const std::string& file_;
   GltfFaults& faults_;
   std::set<std::string> required_;  // extensions
-  std::set<std::string> found_;     // extensions that objects have; not more than a report shows
+  std::set<std::string> found_;  // extensions found on objects, at most as many as a report shows
   json::json_pointer pointer_;
   bool optional_ = false;  // inside an extension that the file does not require
 };

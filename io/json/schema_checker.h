@@ -1,4 +1,4 @@
-// A JSON document against the tables of gltf/document/schema.cpp.
+// Checks a JSON document against the tables of gltf/document/schema.cpp.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -9,7 +9,7 @@
 
 namespace emberline::schema {
 
-// The whole document, as check_schema (gltf/document/schema.h) says.
+// Checks the whole document; see check_schema (gltf/document/schema.h).
 void check_document(nlohmann::json& root, const std::string& file, GltfFaults& faults,
                     Schema schema);
 

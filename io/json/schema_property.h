@@ -1,5 +1,4 @@
-// The words in which tables say what a glTF file's objects have: the tables are in
-// gltf/document/schema.cpp.
+// Types and helpers for the schema tables of glTF objects (gltf/document/schema.cpp).
 #pragma once
 
 #include <cfloat>
@@ -13,26 +12,26 @@ enum class Kind : uint8_t {
   kInteger,  // minimum..maximum
   kIndex,    // into the array `target`
   kNumber,   // minimum..maximum
-  kNumbers,  // `count` numbers, any number of them when 0
+  kNumbers,  // `count` numbers; 0: any number
   kBoolean,
   kString,
   kStrings,
   kIndices,    // array of indices into `target`
   kIndexMap,   // object: name -> index into `target` (any integer when null)
-  kIndexMaps,  // array of those
-  kObject,     // of `schema`
+  kIndexMaps,  // array of index maps
+  kObject,     // object with members of `schema`
   kObjects,    // array of objects of `schema`
 };
 
 struct Property;
 using Schema = std::span<const Property>;
 
-// What a fault in a member does. In optional extensions members that are not required are left out,
-// and everywhere those of them that are null.
+// Effect of a fault in a member. In any case, a faulty optional member is removed if it is null or
+// inside an optional extension.
 enum class OnFault : uint8_t {
-  kSpoils,    // the object that has the member cannot be used
-  kLeftOut,   // the picture does without the member, which is removed, or 1 if it is required
-  kSeparate,  // of arrays and maps: the element alone is broken, and becomes null
+  kSpoils,    // the object that has the member is unusable
+  kLeftOut,   // the member is removed, or set to 1 if it is required
+  kSeparate,  // arrays and maps: only the faulty element is broken; it becomes null
 };
 
 struct Property {
@@ -45,13 +44,12 @@ struct Property {
   const char* target = nullptr;
   Schema schema;
   OnFault on_fault = OnFault::kSpoils;
-  bool follows = false;  // of an index: where what it names is broken, so is what has it
-  // Of an extension: needed though it is optional. Of an array that is separate: it is one at
-  // least.
+  bool follows = false;  // an index: if its target is broken, so is this object
+  // An extension's fault is an error, even if it is optional; a separate array must be an array.
   bool needed = false;
 };
 
-constexpr double kLargestInteger = 0x1p53;  // beyond, JSON numbers stop being exact
+constexpr double kLargestInteger = 0x1p53;  // larger JSON numbers are not exact
 
 constexpr Property integer(const char* name, double minimum = 0, double maximum = kLargestInteger) {
   return {name, Kind::kInteger, false, minimum, maximum, 0, nullptr, {}};
@@ -60,7 +58,7 @@ constexpr Property number(const char* name, double minimum = -FLT_MAX, double ma
   return {name, Kind::kNumber, false, minimum, maximum, 0, nullptr, {}};
 }
 constexpr Property positive(const char* name) { return number(name, FLT_TRUE_MIN); }
-// Any number: its range is the reader's affair, which may be lenient.
+// Any number; the code that reads it checks the range and may be lenient.
 constexpr Property any_number(const char* name) {
   return {name, Kind::kNumber, false, -DBL_MAX, DBL_MAX, 0, nullptr, {}};
 }

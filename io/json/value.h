@@ -1,5 +1,5 @@
-// A JSON value as a member of a class. nlohmann/json.hpp, which takes long to compile, is included
-// by the sources that look into the value.
+// A JSON value as a class member. nlohmann/json.hpp is slow to compile, so only the sources that
+// look into the value include it.
 #pragma once
 
 #include <memory>
@@ -7,7 +7,7 @@
 
 namespace emberline {
 
-// Copied with its value. One that was moved from may be assigned to, and nothing else.
+// Copies deeply. A moved-from value may only be assigned to or destroyed.
 class JsonValue {
  public:
   JsonValue();  // null

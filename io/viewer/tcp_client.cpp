@@ -30,7 +30,7 @@ std::string words(int error) { return std::generic_category().message(error); }
 
 struct Answer {
   AddressList list;
-  std::string fault;  // in its place
+  std::string fault;  // the error, if `list` is null
 };
 
 Answer look_up(const std::string& host, uint16_t port, int flags) {
@@ -46,8 +46,8 @@ Answer look_up(const std::string& host, uint16_t port, int flags) {
   return {AddressList(list, freeaddrinfo), fault};
 }
 
-// Asking for a name cannot be called off and may take the system half a minute. So it is asked for
-// on a thread that nobody waits for when it takes too long; it holds nothing of ours.
+// A name lookup cannot be cancelled and may take half a minute, so it runs on a detached thread
+// that owns all its data and is abandoned on timeout.
 Answer look_up_name(const std::string& host, uint16_t port, double until,
                     const TcpClient::KeepWaiting& keep_waiting) {
   std::packaged_task<Answer()> task([host, port] { return look_up(host, port, 0); });
@@ -65,7 +65,7 @@ Answer look_up_name(const std::string& host, uint16_t port, double until,
 // Throws RenderError.
 AddressList addresses(const std::string& host, uint16_t port, double until,
                       const TcpClient::KeepWaiting& keep_waiting) {
-  Answer answer = look_up(host, port, AI_NUMERICHOST);  // no question to anybody
+  Answer answer = look_up(host, port, AI_NUMERICHOST);  // no lookup over the network
   if (!answer.list) answer = look_up_name(host, port, until, keep_waiting);
   if (!answer.list) throw RenderError("cannot find the host: " + answer.fault);
   return std::move(answer.list);
@@ -101,7 +101,7 @@ bool TcpClient::connect_to(const void* address, double until) {
   return last_error_ == 0;
 }
 
-// What of `events`, or what else, has come; 0 when the wait is over without.
+// The poll events that arrived (of `events`, or an error); 0 if the wait ended without any.
 short TcpClient::wait_for(short events, double until) const {
   const double began = now();
   pollfd ready = {socket_, events, 0};

@@ -1,4 +1,4 @@
-// A TCP connection that is only written to, and whose every wait can be called off.
+// A send-only TCP connection whose waits can all be cancelled.
 #pragma once
 
 #include <cstddef>
@@ -11,20 +11,19 @@
 
 namespace emberline {
 
-// One thread at a time. A peer that is gone is an error, never a signal.
+// Not thread-safe. A closed peer is an error, never a signal.
 class TcpClient {
  public:
-  // Asked at the beginning of a wait, and every 20 ms from then on, with the seconds that it has
-  // lasted; false ends it.
+  // Called at the start of a wait and every 20 ms with the seconds waited so far; false cancels it.
   using KeepWaiting = std::function<bool(double)>;
 
-  // Connects to the first of the host's addresses that answers, all of them within `timeout_s`.
-  // Throws RenderError that says in a few words what went wrong: "cannot connect:
-  // Connection refused".
+  // Connects to the first of the host's addresses that answers, within `timeout_s` for all of them.
+  // Throws RenderError with a short reason: "cannot connect: Connection refused".
   TcpClient(const std::string& host, uint16_t port, double timeout_s, KeepWaiting keep_waiting);
 
-  // Returns when the system has taken all of it; it goes on sending after the object's end. Throws
-  // RenderError when the peer has closed, or the wait was called off: then some of it was sent.
+  // Returns once the system has accepted all bytes; it goes on sending after this object is
+  // destroyed. Throws RenderError if the peer has closed or the wait was cancelled; part of the
+  // data may have been sent.
   void send(std::span<const std::byte> bytes);
 
  private:
@@ -33,7 +32,7 @@ class TcpClient {
 
   KeepWaiting keep_waiting_;
   Descriptor socket_;
-  int last_error_ = 0;  // errno of the last address that was tried
+  int last_error_ = 0;  // errno of the last address tried
 };
 
 }  // namespace emberline

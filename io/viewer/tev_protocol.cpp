@@ -38,7 +38,7 @@ std::optional<uint16_t> parse_port(std::string_view text) {
   return port;
 }
 
-// An IPv6 address, perhaps with the interface it is meant on: "fe80::1%eth0".
+// An IPv6 address, optionally with its interface: "fe80::1%eth0".
 bool is_ipv6(std::string_view text) {
   const size_t zone = text.find('%');
   in6_addr address;
@@ -58,7 +58,7 @@ class PacketWriter {
  public:
   PacketWriter(PacketType type, size_t expected_bytes) {
     bytes_.reserve(expected_bytes);
-    put(uint32_t{0});  // the length, when it is known
+    put(uint32_t{0});  // the length, filled in by finish()
     put(type);
   }
 
@@ -122,7 +122,7 @@ TevAddress parse_tev_url(std::string_view url) {
 }
 
 std::vector<std::byte> tev_create_image(std::string_view name, int width, int height) {
-  constexpr size_t kNumbers = 64;  // bytes, more than all but the name takes
+  constexpr size_t kNumbers = 64;  // bytes, enough for all except the name
   PacketWriter packet(PacketType::kCreateImage, name.size() + kNumbers);
   packet.put(true);
   packet.put_string(name);

@@ -15,8 +15,7 @@ namespace {
 
 constexpr double kConnectSeconds = 5.0;
 
-// Larger rectangles go in pieces, so that a piece is soon through and soon shown, and fits in the
-// 1 MiB that tev has for a packet at first.
+// Splits larger rectangles, so that pieces show soon and fit tev's initial 1 MiB packet buffer.
 constexpr int kPiece = 128;  // pixels a side: 256 KiB
 
 double thread_cpu_seconds() {
@@ -95,7 +94,7 @@ void TevStream::put(Part part) {
   most_bytes_ = std::max(most_bytes_, waiting_bytes_);
 }
 
-// The next part, as soon as there is one; false when there will be none.
+// Waits for the next part; false when there will be none.
 bool TevStream::take(Part& part) {
   std::unique_lock lock(mutex_);
   wake_.wait(lock, [this] { return ended_ || !order_.empty(); });
@@ -132,7 +131,7 @@ void TevStream::run() {
   std::string fault;
   try {
     send_all();
-  } catch (const std::exception& error) {  // a viewer is no reason to end
+  } catch (const std::exception& error) {  // a viewer's failure must not end the render
     fault = error.what();
   }
   open_ = false;

@@ -1,4 +1,4 @@
-// A picture that grows in the image viewer tev while it is rendered, without anyone waiting for it.
+// Streams a growing picture to the image viewer tev; the renderer never waits for the viewer.
 #pragma once
 
 #include <array>
@@ -19,47 +19,46 @@
 
 namespace emberline {
 
-// Connects and sends from a thread of its own. What is added meanwhile waits in memory, the newest
-// pixels of each rectangle only: with disjoint rectangles never more than one frame, with a viewer
-// that keeps up a few tiles. A viewer that cannot be reached, or is gone, is told of in one
-// warning; from then on nothing is kept.
+// Connects and sends on its own thread. Tiles wait in memory, only the newest pixels of each
+// rectangle: at most one frame if the rectangles are disjoint, a few tiles if the viewer keeps up.
+// If the viewer cannot be reached or is lost, logs one warning and keeps nothing from then on.
 class TevStream {
  public:
   struct Image {
     std::string name;
     int width = 0, height = 0;  // of the whole frame
   };
-  // For how long finish() waits.
+  // How long finish() waits.
   struct Patience {
-    double stalled_s = 1.0;  // while the viewer takes nothing
+    double stalled_s = 1.0;  // without progress
     double whole_s = 10.0;
   };
 
-  // Returns at once; the viewer has an empty image as soon as it is connected.
+  // Returns at once. Once connected, the viewer shows an empty image.
   TevStream(const TevAddress& address, Image image);
-  ~TevStream();  // drops what has not been sent
+  ~TevStream();  // drops unsent tiles
 
-  // Whether it is worthwhile to add anything: false once the viewer is lost. Any thread.
+  // False once the viewer is lost; adding is then pointless. Thread-safe.
   bool open() const { return open_.load(std::memory_order_relaxed); }
 
-  // R G B A of `rect`, in pixels of the frame, interleaved, rows from its top. Rectangles are sent
-  // in the order in which they came; one that still waits gets the new pixels in its place. Any
-  // thread; never waits for the viewer.
+  // `rgba` holds R G B A of `rect`, in frame pixels, interleaved, rows from the top. Rectangles are
+  // sent in order of arrival; a rectangle that still waits gets the new pixels in its place.
+  // Thread-safe; never waits for the viewer.
   void add(const Rect& rect, std::vector<float> rgba);
-  // The same for all of `crop`, in tiles of `tile_size` from its corner.
+  // Adds all of `crop` in tiles of `tile_size` from its corner.
   void add_picture(const Rect& crop, int tile_size, std::vector<float> rgba);
 
-  // Waits until all is sent, or patience ends: then with a warning. Nothing is added afterwards.
+  // Waits until all is sent; warns if `patience` runs out first. Add nothing afterwards.
   void finish(const Patience& patience);
 
-  uint64_t most_bytes() const;  // that ever waited
-  // Processor time of the sending thread so far.
+  uint64_t most_bytes() const;  // largest amount that ever waited
+  // CPU time of the sending thread so far.
   double cpu_seconds() const { return cpu_s_.load(std::memory_order_relaxed); }
 
  private:
   using Key = std::array<int, 4>;
   struct Part {
-    Rect rect, layout;  // of the frame; the pixels are all those of `layout`
+    Rect rect, layout;  // in frame coordinates; `rgba` covers `layout`
     std::shared_ptr<const std::vector<float>> rgba;
   };
 
@@ -78,10 +77,10 @@ class TevStream {
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   std::map<Key, Part> waiting_;
-  std::deque<Key> order_;  // of `waiting_`
+  std::deque<Key> order_;  // keys of `waiting_`
   uint64_t waiting_bytes_ = 0, most_bytes_ = 0;
-  bool ended_ = false;      // nothing more will come
-  bool abandoned_ = false;  // and nobody waits for what there is
+  bool ended_ = false;      // nothing more will be added
+  bool abandoned_ = false;  // unsent tiles are dropped
   Patience patience_;
   std::chrono::steady_clock::time_point ended_at_;
   std::thread thread_;

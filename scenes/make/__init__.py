@@ -1,1 +1,1 @@
-"""The modules behind make_scenes.py: one per scene, and the few things the scenes share."""
+"""The modules of make_scenes.py: one per scene, and shared helpers."""

@@ -1,12 +1,12 @@
-"""A gold ring and a glass ball on a table, lit by one small bulb: the cusp inside the ring and the focus behind the
-ball are light that only paths which happen to hit the bulb find."""
+"""A gold ring and a glass ball on a table, lit by one small bulb. The caustics inside the ring and behind the
+ball come only from paths that happen to hit the bulb."""
 
 from .gltf import Gltf, srgb
 from .mesh import arc, lathe, sphere, sweep_wall
 
 
 def _ring():
-    """12 cm across, 3 cm high, wall 3 mm."""
+    """12 cm in diameter, 3 cm high, wall 3 mm."""
     return lathe([[(0.060, 0.0), (0.060, 0.0285)], arc((0.0585, 0.0285), 0.0015, 0, 180, 6),
                   [(0.057, 0.0285), (0.057, 0.0)]], 96)
 

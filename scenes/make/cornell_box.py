@@ -49,7 +49,8 @@ def _integrate(spectrum):
 
 
 def reflectance(table):
-    """Linear Rec. 709, such that a reflectance of 1 everywhere is (1, 1, 1): an even illuminant, adapted to."""
+    """Linear Rec. 709, scaled so that a constant reflectance of 1 is (1, 1, 1): an equal-energy illuminant
+    with full adaptation."""
     values = [float(v) for v in table.split()]
     white = _linear_rgb(_integrate(lambda k: 1.0))
     rgb = _linear_rgb(_integrate(lambda k: values[k]))
@@ -57,8 +58,8 @@ def reflectance(table):
 
 
 def emission(scale):
-    """The lamp, its green set to `scale`. Half of its warmth is taken out, as an eye or a camera adapts to it: in
-    full the published spectrum is (1.90, 1, 0.25) in linear Rec. 709."""
+    """The lamp's emission, with green equal to `scale`. The square root removes half of its warm tint, like
+    an adapting eye or camera: the published spectrum is (1.90, 1, 0.25) in linear Rec. 709."""
     def power(k):
         nm = 400 + 4 * k
         for (a, pa), (b, pb) in zip(LIGHT, LIGHT[1:]):
@@ -69,7 +70,7 @@ def emission(scale):
 
 
 def _faces(*corners):
-    """Quads, counter-clockwise from their front."""
+    """Quads, each counter-clockwise seen from its front."""
     mesh = Mesh()
     for a, b, c, d in corners:
         n = normalize(cross(sub(b, a), sub(d, a)))
@@ -82,7 +83,7 @@ def _faces(*corners):
 
 
 def _block(top):
-    """From the published top face (counter-clockwise from above) down to the floor; no bottom, as published."""
+    """A block from the published top face (counter-clockwise from above) down to the floor; no bottom, as published."""
     foot = [(x, 0, z) for x, _, z in top]
     sides = [(foot[k], foot[(k + 1) % 4], top[(k + 1) % 4], top[k]) for k in range(4)]
     return _faces(tuple(top), *sides)
@@ -100,10 +101,10 @@ def build():
     g.put("back wall", _faces(((549.6, 0, 559.2), (0, 0, 559.2), (0, 548.8, 559.2), (556, 548.8, 559.2))), white)
     g.put("right wall", _faces(((0, 0, 559.2), (0, 0, 0), (0, 548.8, 0), (0, 548.8, 559.2))), green)
     g.put("left wall", _faces(((552.8, 0, 0), (549.6, 0, 559.2), (556, 548.8, 559.2), (556, 548.8, 0))), red)
-    # Published in the plane of the ceiling; half a millimetre lower, two surfaces do not fight for one place.
+    # The published lamp lies in the plane of the ceiling; 0.5 mm lower, the surfaces do not coincide.
     g.put("light", _faces(((343, 548.3, 227), (343, 548.3, 332), (213, 548.3, 332), (213, 548.3, 227))), lamp)
     g.put("short block", _block([(130, 165, 65), (82, 165, 225), (240, 165, 272), (290, 165, 114)]), white)
     g.put("tall block", _block([(423, 330, 247), (265, 330, 296), (314, 330, 456), (472, 330, 406)]), white)
-    # Focal length 35 mm behind a square of 25 mm.
+    # Focal length 35 mm, film 25 mm square.
     g.camera("camera", (278, 273, -800), (278, 273, 0), 2 * math.degrees(math.atan(0.0125 / 0.035)), 1.0, near=1)
     return g.glb()

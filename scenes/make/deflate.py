@@ -1,13 +1,13 @@
-"""Deflate (RFC 1951) and the zlib frame around it (RFC 1950), written out here so that a scene file has the same
-bytes everywhere: zlib promises the decoded data, not the compressed one, and zlib-ng, zlib 1.3 and Debian's
-differ. Greedy LZ77 with short hash chains and dynamic Huffman codes: a few per cent larger than zlib -9."""
+"""Deflate (RFC 1951) in a zlib frame (RFC 1950). Implemented here because the scene files must have the same
+bytes everywhere, but zlib guarantees only the decoded data: zlib-ng, zlib 1.3 and Debian's zlib differ.
+Greedy LZ77 with short hash chains and dynamic Huffman codes; output is a few per cent larger than zlib -9."""
 
 import heapq
 import zlib
 
 _WINDOW = 32768
 _LONGEST = 258
-_CHAIN = 12  # candidates looked at per position: chosen by us, more gains under 1 % on our textures
+_CHAIN = 12  # candidates per position, our choice: more gain under 1 % on our textures
 _BLOCK = 1 << 15  # tokens per Huffman block
 
 _LENGTH_BASE = [3, 4, 5, 6, 7, 8, 9, 10, 11, 13, 15, 17, 19, 23, 27, 31, 35, 43, 51, 59, 67, 83, 99, 115, 131, 163,
@@ -32,7 +32,7 @@ _DISTANCE_SYMBOL = _symbol_table(_DISTANCE_BASE, _WINDOW)
 
 
 class _Bits:
-    """Bits into bytes, lowest first."""
+    """Packs bits into bytes, lowest first."""
 
     def __init__(self):
         self.out = bytearray()
@@ -88,11 +88,11 @@ def _tokens(data):
 
 
 def _code_lengths(frequencies, limit):
-    """Huffman code lengths of at most `limit` bits. Flattening the counts until the tree is flat enough costs a
-    little against package-merge and is a quarter of its code."""
+    """Huffman code lengths of at most `limit` bits. Flattens the counts until the tree is shallow enough:
+    slightly worse than package-merge, with a quarter of its code."""
     counts = list(frequencies)
     used = [s for s, n in enumerate(counts) if n]
-    while len(used) < 2:  # a decoder may refuse a code with a single word
+    while len(used) < 2:  # a decoder may reject a code with a single word
         counts[0 if not counts[0] else 1] += 1
         used = [s for s, n in enumerate(counts) if n]
     while True:
@@ -111,7 +111,7 @@ def _code_lengths(frequencies, limit):
 
 
 def _codes(lengths):
-    """Canonical codes (RFC 1951, 3.2.2), already reversed for `put`."""
+    """Canonical codes (RFC 1951, 3.2.2), bit-reversed for `put`."""
     codes = [0] * len(lengths)
     code = 0
     for n in range(1, 16):
@@ -124,7 +124,7 @@ def _codes(lengths):
 
 
 def _run_lengths(lengths):
-    """The code lengths in the alphabet of section 3.2.7: (symbol, extra value, extra bits)."""
+    """The code lengths in the alphabet of RFC 1951, 3.2.7: (symbol, extra value, extra bits)."""
     out = []
     i = 0
     while i < len(lengths):
@@ -193,7 +193,7 @@ def _write_block(bits, tokens, last):
 
 
 def compress(data):
-    """`data` (bytes) as a zlib stream. The result is decoded again before it is handed out."""
+    """Compresses `data` (bytes) to a zlib stream and checks that it decodes to `data`."""
     bits = _Bits()
     tokens = _tokens(data)
     starts = range(0, max(len(tokens), 1), _BLOCK)

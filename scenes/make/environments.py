@@ -1,5 +1,5 @@
-"""The two environment maps. Image centre is +X, the left quarter -Z, the top row +Y: u = 0.5 + atan2(z, x) / 2 pi.
-The scenes' cameras stand at +Z and look towards -Z."""
+"""The two environment maps. u = 0.5 + atan2(z, x) / 2 pi: the image centre is +X, the left quarter -Z, the
+top row +Y. The scenes' cameras are at +Z and look towards -Z."""
 
 import math
 
@@ -24,7 +24,7 @@ def _step(edge, width, x):
 
 
 def _axes(azimuth, elevation):
-    """A panel's centre, its right and its up; azimuth in degrees from -Z (behind the subject) towards +X."""
+    """Centre, right and up vectors of a panel; azimuth in degrees from -Z (behind the subject) towards +X."""
     a, e = math.radians(azimuth), math.radians(elevation)
     centre = (math.cos(e) * math.sin(a), math.sin(e), -math.cos(e) * math.cos(a))
     right = (math.cos(a), 0.0, math.sin(a))
@@ -44,7 +44,7 @@ _PANELS = [
 
 
 def studio():
-    """A photographer's studio: soft boxes, a lit backdrop, a warm and a cool side, light coming back off the floor."""
+    """A photo studio: soft boxes, a lit backdrop, a warm and a cool side, and light reflected from the floor."""
     panels = [_axes(p[0], p[1]) + p[2:] for p in _PANELS]
     rows = []
     for line in _directions():
@@ -82,7 +82,7 @@ SUN_AZIMUTH, SUN_ELEVATION, SUN_RADIUS = -38.0, 9.0, 0.9  # degrees; azimuth fro
 
 
 def dusk():
-    """A low sun, left behind the subject, a clear sky from orange to blue, and thin bands of cloud."""
+    """A low sun behind the subject on the left, a clear sky from orange to blue, and thin bands of cloud."""
     sun, _, _ = _axes(SUN_AZIMUTH, SUN_ELEVATION)
     clouds = noise.fractal(256, 256, 3, 10, 5, 41, 0.55)
     edge = math.cos(math.radians(SUN_RADIUS))
@@ -103,7 +103,8 @@ def dusk():
             glow = math.exp((d - 1) * 26.0)
             r, g, b = r + 1.0 * glow, g + 0.46 * glow, b + 0.14 * glow
             if y > 0.012:
-                # Clouds lie in a flat layer: far ones crowd towards the horizon. Faded out near it and overhead.
+                # Clouds form a flat layer, so distant ones crowd towards the horizon. They fade out near the
+                # horizon and overhead.
                 s = 46.0 / (y + 0.10)
                 c = noise.sample(clouds, x * s + 90.0, z * s * 1.6 + 31.0)
                 c = _step(0.60, 0.34, c) * _step(0.05, 0.09, y) * (1 - _step(0.62, 0.5, y))
@@ -113,7 +114,7 @@ def dusk():
             if y < 0:  # haze below the horizon, then ground
                 t = min(1.0, -y * 14.0)
                 r, g, b = (v + (w - v) * t for v, w in zip((r, g, b), (0.06, 0.055, 0.055)))
-            # The disc, and light scattered around it: without that the disc would show its texels.
+            # The sun's disc with scattered light around it, which hides the disc's texels.
             if d > edge:
                 r, g, b = r + 14000.0, g + 7400.0, b + 2900.0
             elif d > 0.98:

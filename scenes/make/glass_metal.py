@@ -1,5 +1,5 @@
-"""Still life in glass and metal on marble. The glass uses KHR_materials_transmission, _ior and _volume; a renderer
-that lacks them shows porcelain."""
+"""A still life in glass and metal on marble. The glass uses KHR_materials_transmission, _ior and _volume;
+renderers without these show porcelain."""
 
 from . import textures
 from .gltf import Gltf, srgb
@@ -8,7 +8,7 @@ from .vec import axis_angle
 
 
 def _wine_glass():
-    """20.5 cm; wall 1.2 mm, closed: outside up, over the rim, inside down."""
+    """20.5 cm high, wall 1.2 mm. A closed profile: up the outside, over the rim, down the inside."""
     foot = smooth([(0.0365, 0.0022), (0.030, 0.0036), (0.014, 0.0072), (0.0060, 0.014), (0.0042, 0.030),
                    (0.0040, 0.060), (0.0045, 0.078), (0.0085, 0.0885), (0.0210, 0.0990), (0.0340, 0.118),
                    (0.0395, 0.140), (0.0385, 0.165), (0.0345, 0.190), (0.0318, 0.205)], 4)
@@ -19,13 +19,13 @@ def _wine_glass():
 
 
 def _wine():
-    """What is in it, to 14.2 cm; 0.1 mm off the glass."""
+    """The wine in the glass, up to 14.2 cm; 0.1 mm from the glass."""
     side = smooth([(0.0, 0.0919), (0.0079, 0.0936), (0.0204, 0.1013), (0.0327, 0.1191), (0.0382, 0.1400)], 6)
     return lathe([side, [(0.0382, 0.1400), (0.0, 0.1400)]], 64)
 
 
 def _carafe():
-    """A decanter, 24 cm, wall 3 mm, heavy bottom."""
+    """A decanter, 24 cm high, wall 3 mm, heavy bottom."""
     outside = smooth([(0.046, 0.004), (0.052, 0.020), (0.0545, 0.050), (0.047, 0.085), (0.031, 0.118),
                       (0.0205, 0.145), (0.0180, 0.175), (0.0200, 0.210), (0.0290, 0.240)], 5)
     inside = smooth([(0.0268, 0.2405), (0.0172, 0.209), (0.0150, 0.175), (0.0176, 0.145), (0.0282, 0.1165),
@@ -35,7 +35,7 @@ def _carafe():
 
 
 def _pot():
-    """A beaten copper bowl, 9 cm, wall 2 mm."""
+    """A beaten copper bowl, 9 cm high, wall 2 mm."""
     outside = smooth([(0.034, 0.0), (0.050, 0.008), (0.066, 0.032), (0.0695, 0.058), (0.064, 0.082),
                       (0.0655, 0.090)], 6)
     inside = smooth([(0.0635, 0.0903), (0.0618, 0.082), (0.0673, 0.058), (0.064, 0.033), (0.049, 0.011),
@@ -72,7 +72,7 @@ def build():
 
     g.put("table", rounded_box(1.5, 0.04, 0.8, 0.006, uv_per_unit=1.35), marble, translation=(0, -0.02, -0.05))
     g.put("wall", sweep_wall(6, 3, 3, 0.6), wall, translation=(0, -0.9, 0.3))
-    gap = 0.0002  # glass stands clear of the marble: seen from inside, two surfaces in one place would be one too many
+    gap = 0.0002  # keeps glass clear of the marble: coincident surfaces would be wrong when seen through the glass
     g.put("carafe", _carafe(), green, translation=(-0.020, gap, -0.085))
     g.put("wine glass", _wine_glass(), glass, translation=(0.105, gap, 0.005))
     g.put("wine", _wine(), wine, translation=(0.105, gap, 0.005))

@@ -1,5 +1,5 @@
-"""Writes glTF 2.0 binary files. Numbers are rounded to a grid before they are stored, so that a libm that differs in
-the last bit of a sine does not change a byte of the file."""
+"""Writes glTF 2.0 binary files. Numbers are rounded to a grid before they are stored, so that differences in
+the last bit of libm's results do not change the file."""
 
 import json
 import math
@@ -32,7 +32,7 @@ def _snap(values):
 
 
 class Gltf:
-    """One scene. Indices returned by the methods are the ones glTF uses; the file keeps the order of calls."""
+    """One scene. Methods return glTF indices; the file keeps the order of calls."""
 
     def __init__(self, title):
         self._bin = bytearray()
@@ -98,9 +98,9 @@ class Gltf:
     def material(self, name, colour=(1, 1, 1), metallic=0.0, roughness=0.5, texture=None, normal=None,
                  normal_scale=1.0, roughness_texture=None, emission=None, emission_texture=None, two_sided=False,
                  transmission=0.0, ior=None, attenuation=None, repeat=None, layers=None):
-        """colour is linear; emission is radiance, linear; attenuation is (colour, distance) of a thick glass;
-        repeat tiles all the material's textures; layers holds further extensions as glTF writes them, by what
-        follows KHR_materials_."""
+        """`colour` is linear; `emission` is linear radiance; `attenuation` is (colour, distance) of a thick
+        glass; `repeat` tiles all textures of the material; `layers` holds further extensions in glTF's form,
+        keyed by what follows KHR_materials_."""
         pbr = {"baseColorFactor": _numbers(tuple(colour) + (1.0,)), "metallicFactor": _number(metallic),
                "roughnessFactor": _number(roughness)}
         if texture is not None:
@@ -140,7 +140,7 @@ class Gltf:
         return index
 
     def mesh(self, name, geometry, material):
-        """geometry may be used again with another material; its buffers are then shared."""
+        """Adds a mesh. If `geometry` is reused with another material, the buffers are shared."""
         wanted = ["POSITION", "NORMAL"]
         if material in self._textured:
             wanted.append("TEXCOORD_0")
@@ -166,7 +166,7 @@ class Gltf:
             else:
                 component = _USHORT if len(geometry.positions) < 65536 else _UINT
                 accessor = self._accessor([(i,) for i in geometry.indices], "SCALAR", component, _ELEMENTS)
-            self._geometry[key] = (accessor, geometry)  # the geometry is kept alive, so that id() stays unique
+            self._geometry[key] = (accessor, geometry)  # keeps the geometry alive, so that id() stays unique
         return self._geometry[key][0]
 
     def node(self, name, mesh=None, translation=None, rotation=None, scale=None, children=None, root=True, **more):
@@ -188,13 +188,13 @@ class Gltf:
         return index
 
     def turn(self, degrees):
-        """Everything so far, the camera too, below one node that is turned about +Y."""
+        """Moves everything so far, including the camera, below a node that is rotated about +Y."""
         roots = list(self._doc["scenes"][0]["nodes"])
         self._doc["scenes"][0]["nodes"].clear()
         return self.node("turned", rotation=axis_angle((0, 1, 0), degrees), children=roots)
 
     def put(self, name, geometry, material, **placement):
-        """A mesh used once."""
+        """Adds a mesh and its only node."""
         return self.node(name, self.mesh(name, geometry, material), **placement)
 
     def camera(self, name, eye, target, fov_y, aspect=16 / 9, near=0.01, far=None):
@@ -205,7 +205,7 @@ class Gltf:
         return self.node(name, translation=eye, rotation=facing(sub(eye, target)), camera=camera)
 
     def light(self, name, kind, colour, intensity, eye, target, inner=None, outer=None):
-        """kind: spot (candela) or directional (lux); shines from eye towards target."""
+        """`kind`: spot (intensity in candela) or directional (lux); shines from `eye` towards `target`."""
         light = {"name": name, "type": kind, "color": _numbers(colour), "intensity": _number(intensity)}
         if kind == "spot":
             light["spot"] = {"innerConeAngle": _number(math.radians(inner)),
@@ -216,7 +216,7 @@ class Gltf:
                          extensions={"KHR_lights_punctual": {"light": len(self._lights) - 1}})
 
     def softbox(self, name, centre, target, geometry, emission, texture=None, roll_up=(0.0, 1.0, 0.0)):
-        """An emitting surface (built facing +Z) that looks at `target`."""
+        """An emitting surface (geometry facing +Z) that is turned towards `target`."""
         dark = self.material(name, (0, 0, 0), roughness=1.0, emission=emission, emission_texture=texture)
         return self.put(name, geometry, dark, translation=centre, rotation=facing(sub(target, centre), roll_up))
 

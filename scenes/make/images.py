@@ -1,4 +1,4 @@
-"""Pictures as bytes: PNG for textures, Radiance RGBE for environments. Deterministic, standard library only."""
+"""Encodes images: PNG for textures, Radiance RGBE for environments. Deterministic; standard library only."""
 
 import math
 import struct
@@ -12,8 +12,8 @@ def _chunk(kind, body):
 
 
 def _filtered(rows, bpp):
-    """Each row with the PNG filter whose residual is smallest in sum of magnitudes (PNG specification, 12.8).
-    Palette pictures go through it as well: our palettes are gradients, so neighbouring indices are close."""
+    """Filters each row with the PNG filter that minimises the sum of absolute residuals (PNG specification,
+    12.8). Also used for palette images: our palettes are gradients, so neighbouring indices are close."""
     out = bytearray()
     above = bytes(len(rows[0]))
     for row in rows:
@@ -50,19 +50,19 @@ def _png(width, height, kind, rows, extra=b""):
 
 
 def png_rgb(rows):
-    """rows: lists of (r, g, b) in 0..255, as stored (sRGB for colours, linear for data)."""
+    """`rows`: lists of (r, g, b) in 0..255, as stored (sRGB for colours, linear for data)."""
     packed = [bytes(v for pixel in row for v in pixel) for row in rows]
     return _png(len(rows[0]), len(rows), 2, packed)
 
 
 def png_palette(rows, palette):
-    """rows: lists of indices into `palette`, a list of at most 256 (r, g, b) in 0..255."""
+    """`rows`: lists of indices into `palette`, a list of at most 256 (r, g, b) in 0..255."""
     plte = _chunk(b"PLTE", bytes(v for colour in palette for v in colour))
     return _png(len(rows[0]), len(rows), 3, [bytes(row) for row in rows], plte)
 
 
 def png_gradient(field, stops, levels=64):
-    """A field of floats in [0, 1] seen through a colour gradient: stops are (position, (r, g, b) in 0..255)."""
+    """Maps a field of floats in [0, 1] through a colour gradient; `stops` are (position, (r, g, b) in 0..255)."""
     palette = [_gradient(stops, i / (levels - 1)) for i in range(levels)]
     top = levels - 1
     rows = [[min(top, max(0, int(v * top + 0.5))) for v in row] for row in field]
@@ -89,7 +89,7 @@ def _rgbe(colour):
 
 
 def _run_length(line):
-    """One channel of one scanline in the new run-length form: runs of 4 and more, literals up to 128."""
+    """Encodes one channel of a scanline in the new run-length format: runs of at least 4, literals up to 128."""
     out = bytearray()
     i, n = 0, len(line)
     literal = bytearray()
@@ -114,7 +114,7 @@ def _run_length(line):
 
 
 def radiance_hdr(rows):
-    """rows: lists of linear Rec. 709 (r, g, b); the top row first."""
+    """`rows`: lists of linear Rec. 709 (r, g, b), top row first."""
     width, height = len(rows[0]), len(rows)
     out = bytearray(b"#?RADIANCE\nSOFTWARE=emberline scenes/make_scenes.py\nFORMAT=32-bit_rle_rgbe\n\n")
     out += f"-Y {height} +X {width}\n".encode()

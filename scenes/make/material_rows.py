@@ -1,4 +1,4 @@
-"""What each material extension does: a row of balls for each, its strength from 0 at the left to 1 at the right.
+"""Shows each material extension in a row of balls, with strength from 0 at the left to 1 at the right.
 
 From the top: clear coat on red lacquer, sheen on blue cloth, anisotropy of steel, a film of 450 nm on dark glaze,
 coloured specular reflection, diffuse transmission of a leaf-green lamp shade, dispersion of a dense glass."""
@@ -10,11 +10,11 @@ from .mesh import rounded_box, sphere
 COLUMNS = 11
 RADIUS = 0.115
 SPACING = 0.305
-STEP = 0.25  # each row stands so much higher and further back than the one before it
+STEP = 0.25  # height and depth offset of each row
 
 
 def _rows(strength):
-    """(name, keywords of Gltf.material) from the back to the front."""
+    """(name, keywords of Gltf.material) from back to front."""
     s = strength
     return [
         ("clear coat", dict(colour=srgb("#8c1008"), roughness=0.55, layers={

@@ -1,4 +1,4 @@
-"""Triangle meshes. Everything is a grid: a map from (u, v) to a point, oriented so that du x dv points outwards."""
+"""Triangle meshes. Every surface is a grid: a map from (u, v) to a point, oriented so that du x dv points outwards."""
 
 import math
 
@@ -15,8 +15,8 @@ class Mesh:
         self.indices = []
 
     def grid(self, nu, nv, point):
-        """Adds nu x nv cells; point(u, v) with u, v in [0, 1] gives (position, normal, uv). Cells that have
-        shrunk to a line at a pole lose the triangle without area."""
+        """Adds nu x nv cells; point(u, v) with u, v in [0, 1] returns (position, normal, uv). Triangles
+        without area, as at poles, are skipped."""
         base = len(self.positions)
         for j in range(nv + 1):
             for i in range(nu + 1):
@@ -48,8 +48,8 @@ class Mesh:
         return self
 
     def tangents(self):
-        """glTF's: the direction of growing u, and the sign that makes cross(normal, tangent) point against v (v runs
-        downwards in glTF, the normal map's y upwards). Per triangle, summed at the vertices by area."""
+        """glTF tangents: the direction of increasing u, and the sign that makes cross(normal, tangent) point against v
+        (v runs downwards in glTF, the normal map's y upwards). Triangle contributions are weighted by area."""
         sums = [(0.0, 0.0, 0.0)] * len(self.positions)
         signs = [0.0] * len(self.positions)
         for t in range(0, len(self.indices), 3):
@@ -80,19 +80,19 @@ class Mesh:
 
 
 def quad(width, height, uv_scale=(1.0, 1.0), cells=1):
-    """In the xy plane, facing +Z."""
+    """A rectangle in the xy plane, facing +Z."""
     return Mesh().grid(cells, cells, lambda u, v: (((u - 0.5) * width, (v - 0.5) * height, 0), (0, 0, 1),
                                                    (u * uv_scale[0], (1 - v) * uv_scale[1])))
 
 
 def floor(width, depth, uv_per_unit=1.0, cells=1):
-    """In the xz plane, facing +Y; texture coordinates in world units."""
+    """A rectangle in the xz plane, facing +Y; texture coordinates in world units."""
     return Mesh().grid(cells, cells, lambda u, v: (((u - 0.5) * width, 0, (0.5 - v) * depth), (0, 1, 0),
                                                    (u * width * uv_per_unit, (1 - v) * depth * uv_per_unit)))
 
 
 def disc(radius, segments=96, rings=1):
-    """In the xz plane, facing +Y."""
+    """A disc in the xz plane, facing +Y."""
     def point(u, v):
         a, r = 2 * math.pi * u, radius * (1 - v)
         x, z = r * math.cos(a), -r * math.sin(a)
@@ -110,7 +110,7 @@ def sphere(radius=1.0, segments=64, rings=32):
 
 
 def torus(major, minor, segments=64, sides=24):
-    """Around the y axis."""
+    """A torus around the y axis."""
     def point(u, v):
         a, b = 2 * math.pi * u, 2 * math.pi * v
         n = (math.cos(b) * math.cos(a), math.sin(b), -math.cos(b) * math.sin(a))
@@ -120,9 +120,9 @@ def torus(major, minor, segments=64, sides=24):
 
 
 def lathe(sections, segments=64, uv_scale=(1.0, 1.0)):
-    """Turns a profile around the y axis. `sections` are polylines of (radius, height); inside a section the normal
-    is smooth, between two there is a crease. Outwards is to the right of the way the profile runs: start at the
-    axis below, go up outside and, for a vessel, come down inside."""
+    """Rotates a profile around the y axis. `sections` are polylines of (radius, height); normals are smooth
+    within a section, with creases between sections. The outside is on the right of the profile's direction:
+    start at the bottom of the axis, go up the outside and, for a vessel, come down the inside."""
     mesh = Mesh()
     total = sum(math.dist(a, b) for s in sections for a, b in zip(s, s[1:]))
     run = 0.0
@@ -148,7 +148,7 @@ def _profile_normal(section, k):
     a, b = section[max(k - 1, 0)], section[min(k + 1, len(section) - 1)]
     if r == 0:  # on the axis the surface is level
         return (0.0, -1.0 if b[0] > a[0] else 1.0)
-    if 0 < k < len(section) - 1:  # parabola through three points: exact enough at uneven steps
+    if 0 < k < len(section) - 1:  # a parabola through three points, accurate for uneven steps
         la, lb = math.dist(a, (r, y)), math.dist((r, y), b)
         tr = (r - a[0]) / la * lb + (b[0] - r) / lb * la
         ty = (y - a[1]) / la * lb + (b[1] - y) / lb * la
@@ -159,7 +159,7 @@ def _profile_normal(section, k):
 
 
 def smooth(points, steps=6):
-    """A Catmull-Rom spline through the points (ends doubled), `steps` pieces between two of them."""
+    """A Catmull-Rom spline through the points (end points doubled), with `steps` segments between two points."""
     p = [points[0]] + list(points) + [points[-1]]
     out = []
     for i in range(1, len(p) - 2):
@@ -172,13 +172,13 @@ def smooth(points, steps=6):
 
 
 def arc(centre, radius, start, end, steps=8):
-    """Points of a profile on a circle, angles in degrees from +r towards +y."""
+    """Profile points on a circle; angles in degrees from +r towards +y."""
     return [(centre[0] + radius * math.cos(math.radians(start + (end - start) * k / steps)),
              centre[1] + radius * math.sin(math.radians(start + (end - start) * k / steps))) for k in range(steps + 1)]
 
 
 def rounded_box(width, height, depth, radius, steps=3, uv_per_unit=1.0):
-    """Centred at the origin; edges rounded; texture coordinates by the face, in world units."""
+    """A box with rounded edges, centred at the origin; texture coordinates per face, in world units."""
     half = (width / 2, height / 2, depth / 2)
     inner = tuple(h - radius for h in half)
     angles = [math.tan(math.pi / 4 * k / steps) for k in range(steps + 1)]
@@ -190,7 +190,7 @@ def rounded_box(width, height, depth, radius, steps=3, uv_per_unit=1.0):
                 a, b = b, a
             lines = [[-inner[x] - radius * t for t in reversed(angles)] + [inner[x] + radius * t for t in angles]
                      for x in (a, b)]
-            # Textures stand upright on the sides: the horizontal axis is the one that is not y.
+            # Keeps textures upright on the sides: the horizontal axis is the one that is not y.
             ua, va = {0: (2, 1), 1: (0, 2), 2: (0, 1)}[axis]
 
             def point(u, v, axis=axis, sign=sign, a=a, b=b, lines=lines, ua=ua, va=va):
@@ -208,7 +208,7 @@ def rounded_box(width, height, depth, radius, steps=3, uv_per_unit=1.0):
 
 
 def cylinder(radius, height, segments=48, bevel=0.0, steps=3):
-    """Stands on y = 0, closed; the two rims rounded by `bevel`."""
+    """A closed cylinder on y = 0; its rims are rounded by `bevel`."""
     if bevel <= 0:
         sections = [[(0, 0), (radius, 0)], [(radius, 0), (radius, height)], [(radius, height), (0, height)]]
     else:
@@ -220,8 +220,8 @@ def cylinder(radius, height, segments=48, bevel=0.0, steps=3):
 
 
 def tube(path, radius, sides=12, closed=False, caps=True):
-    """A round wire along `path`; the frame is carried along without twist (double reflection would be better on
-    sharp turns; ours are gentle)."""
+    """A round wire along `path`. The frame is propagated by projection, which is good enough for our gentle
+    turns (double reflection would be better on sharp ones)."""
     n = len(path)
     tangents = []
     for k in range(n):
@@ -257,8 +257,8 @@ def tube(path, radius, sides=12, closed=False, caps=True):
 
 
 def sweep_wall(width, depth, height, radius, uv_per_unit=1.0, steps=16):
-    """A studio cyclorama: floor towards +Z, then a round corner at the back, then a wall; single-sided, seen from
-    in front. The wall stands at z = -depth / 2."""
+    """A studio cyclorama: floor towards +Z, a round corner at the back, then a wall at z = -depth / 2.
+    Single-sided, seen from the front."""
     back = -depth / 2
     path = [(0.0, depth / 2), (0.0, back + radius)]
     normals = [(1.0, 0.0), (1.0, 0.0)]

@@ -1,4 +1,4 @@
-"""A desk fan. The blades turn (animation "blades", four turns a second): for motion blur and for --time."""
+"""A desk fan. The blades turn (animation "blades", four revolutions per second), for motion blur and --time."""
 
 import math
 
@@ -13,7 +13,7 @@ BLADES = 4
 def _blade():
     """One blade about +Z: a twisted, cambered leaf 1.6 mm thick, closed."""
     def middle(s, t):
-        """s along the radius, t across, both in [0, 1]."""
+        """Midsurface: s along the radius, t across, both in [0, 1]."""
         r = 0.026 + 0.112 * s
         width = 0.030 + 0.062 * math.sin(math.pi * min(1.0, 0.12 + 0.80 * s)) ** 0.8
         if s > 0.8:
@@ -49,12 +49,12 @@ def _blade():
 
 
 def _turned(mesh):
-    """From lathe's axis y to z, the fan's."""
+    """Rotates lathe's axis y to the fan's axis z."""
     return Mesh().append(mesh, rotation=axis_angle((1, 0, 0), 90))
 
 
 def _spoke(z_sign):
-    """One wire of the cage: from the badge outwards and round to the rim."""
+    """One wire of the cage, from the badge outwards and around to the rim."""
     path = smooth([(0.030, 0, 0.052), (0.060, 0, 0.0535), (0.100, 0, 0.0490), (0.132, 0, 0.036), (0.1475, 0, 0.014),
                    (0.1500, 0, 0.0)], 4)
     return tube([(x, y, z * z_sign) for x, y, z in path], 0.0009, 6)
@@ -81,7 +81,7 @@ def build():
     g.put("dial", cylinder(0.011, 0.010, 40, 0.002), brass, translation=(0, 0.0215, 0.058),
           rotation=axis_angle((1, 0, 0), 24))
 
-    # The head: tilted up a little and turned to the light; all of it hangs below one node, in its own axes.
+    # The head is tilted up slightly and turned to the light; all its parts are below one node, in its own axes.
     head = []
 
     def part(name, mesh, **placement):

@@ -1,4 +1,4 @@
-"""Newell's patches as a triangle mesh with normals from the surface itself."""
+"""Newell's patches as a triangle mesh with exact surface normals."""
 
 import math
 
@@ -26,8 +26,8 @@ def _blend(points, row_weights, column_weights):
 
 
 def _normal(points, u, v):
-    """Where a side of the patch has shrunk to a point (lid knob, bottom) the cross product vanishes there: the
-    normal is then the limit along v, read a little way off; on the axis it points along the axis."""
+    """If a side of the patch has collapsed to a point (lid knob, bottom), the cross product vanishes there;
+    then uses the normal at a small distance along v, and on the axis the direction of the axis."""
     du = _blend(points, _bernstein(v), _bernstein_slope(u))
     dv = _blend(points, _bernstein_slope(v), _bernstein(u))
     n = cross(du, dv)
@@ -50,10 +50,10 @@ def _mirrored(points, x, y):
     return out
 
 
-# The lid's published rim, 1.3, stands clear of the pot's, 1.4. The sheet has no thickness: seen from inside it is a
-# back face, which is why materials for it should be two-sided.
+# The lid's published rim, radius 1.3, is clear of the pot's, 1.4. The surface has no thickness and shows back
+# faces inside, so materials for it should be two-sided.
 def teapot(cells, parts=None):
-    """All 32 patches (or those of the named parts), cells x cells each; y up, standing on y = 0, spout to +x."""
+    """All 32 patches, or those of `parts`, in cells x cells; y up, standing on y = 0, spout towards +x."""
     mesh = Mesh()
     for name, quarters, indices in PATCHES:
         if parts and name not in parts:

@@ -1,5 +1,5 @@
-"""A wet street at night, hundreds of lamps far behind a bollard that an open lens is focused on: small bright emitters
-out of focus, from a lit window's radiance to a headlamp's."""
+"""A wet street at night with hundreds of lamps far behind a bollard that is in focus at a wide aperture:
+small, bright, defocused emitters, from a lit window's radiance to a headlamp's."""
 
 import random
 
@@ -40,7 +40,7 @@ def build():
     bulb = sphere(1.0, 10, 6)
     meshes = {}
     for k in range(260):
-        # What shines brighter is smaller: each power of twenty in radiance is a fourth of the radius.
+        # Brighter lamps are smaller: a factor of 20 in radiance divides the radius by about 3.
         step = min(4, int(5 * source.random() ** 1.5))
         which = int(len(_COLOURS) * source.random())
         if (step, which) not in meshes:

@@ -1,10 +1,10 @@
-"""Periodic value noise as whole fields: lists of rows of floats. A field of size n tiles with period n."""
+"""Periodic value noise as fields: lists of rows of floats. A field of size n tiles with period n."""
 
 import random
 
 
 def constant_free(rows):
-    """The field stretched to [0, 1]."""
+    """Stretches the field to [0, 1]."""
     low, high = min(map(min, rows)), max(map(max, rows))
     return [[(v - low) / (high - low) for v in row] for row in rows]
 
@@ -31,7 +31,7 @@ def _octave(width, height, fx, fy, source):
 
 
 def fractal(width, height, fx, fy, octaves, seed, gain=0.5):
-    """Octaves of value noise, fx x fy lattice cells in the first; stretched to [0, 1]."""
+    """Octaves of value noise, with fx x fy lattice cells in the first; stretched to [0, 1]."""
     source = random.Random(seed)
     total = [[0.0] * width for _ in range(height)]
     weight = 1.0
@@ -57,6 +57,6 @@ def sample(rows, x, y):
 
 
 def warped(rows, dx, dy, amount):
-    """rows looked up at places pushed about by two more fields, `amount` texels at most."""
+    """Looks up `rows` at positions displaced by two other fields, by at most `amount` texels."""
     return [[sample(rows, x + (dx[y][x] - 0.5) * 2 * amount, y + (dy[y][x] - 0.5) * 2 * amount)
              for x in range(len(rows[0]))] for y in range(len(rows))]

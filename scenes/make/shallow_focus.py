@@ -1,5 +1,5 @@
-"""Chessmen in a row going away from the camera, lamps far behind: for depth of field. The white king, 0.62 m from the
-camera, is the one to focus on."""
+"""A row of chessmen receding from the camera, with lamps far behind, for depth of field. Focus on the white
+king, 0.62 m from the camera."""
 
 import math
 import random
@@ -13,7 +13,7 @@ SQUARE = 0.05
 
 
 def _foot(r):
-    """Base mouldings common to all, up to where the body starts."""
+    """Base mouldings shared by all pieces, up to the start of the body."""
     return [[(0, 0), (r, 0)], arc((r, 0.0035), 0.0035, -90, 90, 8), [(r, 0.007), (r * 0.93, 0.0085)],
             arc((r * 0.86, 0.0115), 0.0028, -80, 90, 7)]
 

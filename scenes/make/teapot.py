@@ -1,4 +1,4 @@
-"""After the subject of Painter & Sloan 1989, figure 1: Newell's teapot on a textured table, lit by areas."""
+"""After Painter & Sloan 1989, figure 1: Newell's teapot on a textured table, lit by area lights."""
 
 from . import textures
 from .gltf import Gltf, srgb

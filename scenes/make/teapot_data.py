@@ -1,8 +1,8 @@
 """Newell's teapot (Martin Newell, University of Utah, 1975), public domain; bicubic Bezier patches.
 
-The published 32 patches with 306 vertices repeat themselves by mirror symmetry: rim, body, lid and bottom are four
-quarters, handle and spout two halves. Here stands one piece of each, in the published units: z up, spout to +x, the
-height as Blinn squashed it (3/4 of the pot itself).
+The published 32 patches with 306 vertices are symmetric: rim, body, lid and bottom consist of four quarters,
+handle and spout of two halves. This file has one piece of each, in the published units: z up, spout to +x,
+height as reduced by Blinn (3/4 of the real pot).
 """
 
 # (name, mirrored in x as well as y, sixteen indices into POINTS, rows along v)

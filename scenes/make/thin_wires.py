@@ -1,5 +1,5 @@
-"""A cable-stayed bridge at dusk: wires of about 1/2 pixel (the stays), 1/5 (the railing) and 1/20 (the hangers of the
-lamps and the ties across the stays) at 1280 x 720, one unit tube used for all. Under dusk.hdr."""
+"""A cable-stayed bridge at dusk, with wires of about 1/2 pixel (stays), 1/5 (railing) and 1/20 (lamp hangers
+and ties across the stays) at 1280 x 720; all share one unit tube. Under dusk.hdr."""
 
 import math
 
@@ -12,12 +12,12 @@ DECK = 19.0  # metres above the water
 TOWERS = (-95.0, 95.0)
 TOP = 92.0
 STAYS = 16
-# Radii in metres. At the near tower, 310 m from the camera, a pixel of a 1280 x 720 frame is 0.21 m.
+# Radii in metres. At the near tower, 310 m from the camera, a pixel of a 1280 x 720 frame covers 0.21 m.
 STAY, RAIL, HAIR = 0.052, 0.021, 0.0052
 
 
 def _hills(seed, width, depth, height):
-    """A ridge along x, facing the camera; a height field, so closed enough to be seen from one side."""
+    """A ridge along x, facing the camera: a height field that is meant to be seen from the front only."""
     field = noise.fractal(256, 8, 7, 1, 5, seed, 0.5)
 
     def crest(u):
@@ -51,7 +51,7 @@ def build():
     g.put("far hills", _hills(5, 6200, 400, 330), far_hill, translation=(-300, -2, -3300))
     g.put("near hills", _hills(9, 4200, 300, 130), near_hill, translation=(900, -2, -1900))
 
-    # Everything on the bridge hangs below one node, turned against the line of sight.
+    # All parts of the bridge are below one node, turned against the line of sight.
     parts = []
 
     def part(name, mesh, **placement):
@@ -69,7 +69,7 @@ def build():
     pier = g.mesh("pier", rounded_box(9, 8, 20, 1.0), concrete)
     for t, x in enumerate(TOWERS):
         part(f"pier {t + 1}", pier, translation=(x, 1.0, 0))
-        for s, z in enumerate((-8.5, 8.5)):  # an A: the legs lean together and meet near the top
+        for s, z in enumerate((-8.5, 8.5)):  # an A: the legs lean inwards and meet near the top
             foot, head = (x, 3.0, z), (x, TOP * 0.80, math.copysign(1.2, z))
             lean = math.degrees(math.atan2(foot[2] - head[2], head[1] - foot[1]))
             part(f"leg {t + 1}{'ab'[s]}", leg, translation=lerp(foot, head, 0.5),

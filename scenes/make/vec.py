@@ -43,7 +43,7 @@ def axis_angle(axis, degrees):
 
 
 def quaternion_product(a, b):
-    """First b, then a."""
+    """Applies b first, then a."""
     ax, ay, az, aw = a
     bx, by, bz, bw = b
     return (aw * bx + ax * bw + ay * bz - az * by, aw * by - ax * bz + ay * bw + az * bx,
@@ -56,7 +56,7 @@ def rotate(q, v):
 
 
 def from_basis(x, y, z):
-    """The rotation that takes the axes to x, y, z (orthonormal, right-handed)."""
+    """The rotation that maps the axes to x, y, z (orthonormal, right-handed)."""
     trace = x[0] + y[1] + z[2]
     if trace > 0:
         s = 2 * math.sqrt(trace + 1)
@@ -75,7 +75,7 @@ def from_basis(x, y, z):
 
 
 def facing(direction, up=(0.0, 1.0, 0.0)):
-    """The rotation that turns +Z into `direction` with +Y as near to `up` as it can be."""
+    """The rotation that turns +Z to `direction` and keeps +Y as close to `up` as possible."""
     z = normalize(direction)
     x = cross(up, z)
     if length(x) < 1e-6:

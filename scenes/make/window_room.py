@@ -1,11 +1,11 @@
-"""A room whose light comes through panes: the sky's through a double window, a bulb's through its glass globe. On the
-table drinking glasses. All of it thin-walled (KHR_materials_transmission without _volume) and smooth."""
+"""A room lit through glass: sky light through a double window, a bulb's light through its glass globe. Drinking glasses
+on the table. All glass is thin-walled (KHR_materials_transmission without _volume) and smooth."""
 
 from .gltf import Gltf, srgb
 from .mesh import Mesh, arc, cylinder, lathe, quad, rounded_box, smooth, sphere
 from .vec import axis_angle
 
-LEFT, RIGHT, LOW, HIGH = -1.35, 0.55, 0.85, 2.05  # of the window, in the wall z = -2
+LEFT, RIGHT, LOW, HIGH = -1.35, 0.55, 0.85, 2.05  # edges of the window, in the wall at z = -2
 
 
 def _wall_with_window():
@@ -43,7 +43,7 @@ def _frame():
 
 
 def _tumbler():
-    """A drinking glass, 11 cm: outside up, over the rim, inside down. Each wall is one to the renderer."""
+    """A drinking glass, 11 cm: outside up, over the rim, inside down. Each wall renders as a thin sheet."""
     return lathe([[(0, 0), (0.029, 0)], arc((0.029, 0.002), 0.002, -90, 0, 3), [(0.031, 0.002), (0.036, 0.110)],
                   arc((0.0352, 0.110), 0.0008, 0, 180, 5), [(0.0344, 0.110), (0.0296, 0.010)],
                   [(0.0296, 0.010), (0, 0.010)]], 48)

@@ -1,4 +1,4 @@
-"""Emberline in Blender: README.md beside this folder."""
+"""The Emberline add-on; see README.md beside this folder."""
 
 bl_info = {
     "name": "Emberline",

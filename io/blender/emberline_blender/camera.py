@@ -1,4 +1,4 @@
-"""Blender's camera as a view of Emberline's edits, and the picture it shows as --size and --crop."""
+"""Converts Blender's camera to the "camera" of Emberline's edits, and its frame to --size and --crop."""
 import math
 
 from mathutils import Matrix, Vector
@@ -8,16 +8,17 @@ from .glb import point
 
 
 class View:
-    """`width`, `height`: of the frame that is rendered, of which `crop` (x0, y0, x1, y1, from the top) is shown."""
+    """`crop` is the visible part (x0, y0, x1, y1 from the top) of the rendered frame of `width` x `height`."""
 
     def __init__(self, width, height, crop, edit, placed=None, left=0, bottom=0):
-        """`placed`: the camera's matrix, of unit axes. `left`, `bottom`: in a 3D viewport, of the crop in its region, in pixels."""
+        """`placed`: the camera's matrix with unit axes. `left`, `bottom`: the crop's position in a 3D
+        viewport's region, in pixels."""
         self.width, self.height, self.crop, self.edit, self.placed = width, height, crop, edit, placed
         self.left, self.bottom = left, bottom
 
     def follow(self, glb, animation, views):
-        """Where one of `views`, of each moment, is another than this, the view becomes that of a camera of the file, which moves.
-        The new nodes."""
+        """If one of `views`, one per moment, differs from this one, turns the view into a moving camera of
+        the file. Returns the new nodes."""
         angles = [view.edit.get("fov_y") for view in views]
         if all(view.placed == self.placed for view in views) and angles.count(angles[0]) == len(angles):
             return []
@@ -31,13 +32,13 @@ class View:
         glb.add("cameras", lens)
         self.edit = {name: self.edit[name] for name in ("f_stop", "focus_distance") if name in self.edit}
         self.edit["file_camera"] = {"index": 0}
-        # glTF's cameras look along -Z of their node, Blender's along -Z of theirs.
+        # glTF cameras look along their node's -Z, and so do Blender's; the rotation converts the axes.
         places = [view.placed @ Matrix.Rotation(-math.pi / 2, 4, "X") for view in views]
         return [animation.node(places, camera=0)]
 
 
 def pixels(render):
-    """Size of the whole frame, and x0, y0, x1, y1 of the border in it, from the top; as Blender rounds them."""
+    """Size of the whole frame and the border in it (x0, y0, x1, y1 from the top), rounded as Blender does."""
     width = render.resolution_x * render.resolution_percentage // 100
     height = render.resolution_y * render.resolution_percentage // 100
     if width < 1 or height < 1:
@@ -53,12 +54,12 @@ def pixels(render):
 
 
 def _add_lens(edit, slope, placed, depsgraph):
-    """The lens of a camera whose view has half the height `slope` at distance 1."""
+    """Adds aperture and focus; `slope` is half the view's height at distance 1."""
     camera = placed.data
     dof, focus = camera.dof, camera.dof.focus_object
     if not dof.use_dof or dof.aperture_fstop <= 0:
         return
-    # Ours counts for film 24 mm high: the same opening has another number.
+    # Our f-number assumes film 24 mm high, so the same aperture has another number.
     opening = 1e-3 * camera.lens / dof.aperture_fstop
     edit["f_stop"] = 0.012 / slope / opening
     distance = dof.focus_distance
@@ -70,7 +71,7 @@ def _add_lens(edit, slope, placed, depsgraph):
 
 
 def _up(top):
-    """The edit's "up", whose numbers are from -1 to 1: rounding may take an axis beyond."""
+    """The edit's "up", clamped to its range of -1 to 1 because rounding may exceed it."""
     return [min(max(c, -1.0), 1.0) for c in point(top)]
 
 
@@ -91,7 +92,7 @@ def view(depsgraph):
         sensor, fitted = camera.sensor_width, width
     else:
         sensor, fitted = camera.sensor_height, height
-    # A shifted lens shows a part of a larger frame whose middle is the axis.
+    # A shifted lens shows a part of a larger frame centred on the axis.
     right, up = round(2 * camera.shift_x * fitted), round(2 * camera.shift_y * fitted)
     whole = (width + abs(right), height + abs(up))
     if max(whole) > 65536:
@@ -101,7 +102,7 @@ def view(depsgraph):
 
     matrix = placed.matrix_world.to_3x3()
     eye = placed.matrix_world.translation
-    # Without the scale of the camera's object, as Cycles has it.
+    # Ignores the scale of the camera's object, as Cycles does.
     back, top = matrix.col[2].normalized(), matrix.col[1].normalized()
     if not (back.length > 0 and top.length > 0 and all(map(math.isfinite, eye))):
         raise Refused(f"Emberline: camera '{placed.name}' looks nowhere (its scale is 0)")
@@ -122,7 +123,7 @@ def view(depsgraph):
 
 
 def _region_border(context, depsgraph, width, height):
-    """Left, bottom, right, top of what is rendered."""
+    """Left, bottom, right and top of the rendered part of the region."""
     space, region_data, scene = context.space_data, context.region_data, depsgraph.scene
     if region_data.view_perspective == "CAMERA":
         camera, render = scene.camera, scene.render
@@ -148,13 +149,14 @@ def _region_border(context, depsgraph, width, height):
 
 
 def region_view(context, depsgraph):
-    """The view of a 3D viewport, of whatever kind: read off the matrices that Blender draws it with."""
+    """The view of any 3D viewport, derived from the matrices with which Blender draws it."""
     region_data, space = context.region_data, context.space_data
     width, height = context.region.width, context.region.height
     left, bottom, right_edge, top_edge = _region_border(context, depsgraph, width, height)
     projection, world = region_data.window_matrix, region_data.view_matrix.inverted_safe()
     flat = projection[3][3] != 0  # orthographic
-    # Where the axis goes through the picture of -1 to 1. Off the middle, the view is a crop of one whose middle it is.
+    # Where the axis meets the image, from -1 to 1. If it is off centre, the view is a crop of a larger one
+    # centred on it.
     axis = [projection[i][3] if flat else -projection[i][2] for i in (0, 1)]
     more_x, more_y = round(abs(axis[0]) * width), round(abs(axis[1]) * height)
     whole = (width + more_x, height + more_y)
@@ -167,7 +169,7 @@ def region_view(context, depsgraph):
     eye = world.translation
     through_camera = region_data.view_perspective == "CAMERA"
     if flat and not through_camera:
-        eye = eye + back * space.clip_end  # a user's view has no front end
+        eye = eye + back * space.clip_end  # a user view has no near plane
     edit = {"look_from": point(eye), "look_at": point(eye - back), "up": _up(top)}
     slope = whole[1] / height / projection[1][1]
     if flat:

@@ -1,4 +1,4 @@
-"""The command `emberline`: where it is, and a render that runs as a child process and is watched."""
+"""Finds the command `emberline`, and runs and monitors a render as a child process."""
 import json
 import os
 import shutil
@@ -13,11 +13,11 @@ from . import guard
 
 
 class Refused(Exception):
-    """One line for the user: nothing is rendered."""
+    """Nothing can be rendered; the message is one line for the user."""
 
 
 def find(preferred=""):
-    """The command: of the preferences, on PATH, or beside the add-on."""
+    """Finds the command: from the preferences, on PATH, or beside the add-on."""
     name = "emberline.exe" if os.name == "nt" else "emberline"
     if preferred:
         found = shutil.which(preferred)
@@ -33,14 +33,14 @@ def find(preferred=""):
 
 
 def environment():
-    """Of our children. Blender 5 leaves the OpenColorIO configuration of its own version there, and we ask for linear pictures."""
+    """Environment of child processes. Blender 5 sets OCIO to its own configuration; we need linear images."""
     return {name: value for name, value in os.environ.items() if name != "OCIO"}
 
 
 class Viewer:
-    """What `--display tev://` sends to: the picture so far, as R G B A with rows from the top.
+    """Receives the picture so far from `--display tev://`, as RGBA with rows from the top.
 
-    The packets are those of the image viewer tev (io/viewer/tev_protocol.h); only our own child knows the port.
+    The protocol is that of the image viewer tev (io/viewer/tev_protocol.h). Only our own child process knows the port.
     """
 
     _CREATE, _UPDATE = 4, 6
@@ -71,23 +71,23 @@ class Viewer:
                     if packet[0] == self._UPDATE:
                         self._update(packet)
         except (OSError, ValueError, struct.error):
-            pass  # the picture of the file comes in any case
+            pass  # the final image is read from the file anyway
 
     def _update(self, packet):
-        at = packet.index(b"\0", 2) + 1  # behind the name
+        at = packet.index(b"\0", 2) + 1  # after the name
         (channels,) = struct.unpack_from("<i", packet, at)
         at += 4
         for _ in range(channels):
             at = packet.index(b"\0", at) + 1
         x, y, w, h = struct.unpack_from("<4i", packet, at)
-        at += 16 + 16 * channels  # offsets and strides: interleaved, as ours are
+        at += 16 + 16 * channels  # skips offsets and strides: our pixels are interleaved
         pixels = numpy.frombuffer(packet, "<f4", channels * w * h, at).reshape(h, w, channels)
         with self._lock:
             self.picture[y : y + h, x : x + w, :channels] = pixels
             self._changed = True
 
     def take(self):
-        """A copy of the picture, None where it has not changed since the last one."""
+        """Returns a copy of the picture, or None if it has not changed since the last call."""
         with self._lock:
             if not self._changed:
                 return None
@@ -104,7 +104,7 @@ class Viewer:
 
 
 class Process:
-    """A running command. Its log goes to a file of `folder`."""
+    """A running command. Its log goes to a file in `folder`."""
 
     def __init__(self, arguments, folder):
         self._log = os.path.join(folder, "log.txt")
@@ -124,7 +124,7 @@ class Process:
         guard.watch(self._child.pid)
 
     def wait(self, seconds):
-        """The exit code, None while it is at work."""
+        """Returns the exit code, or None if the process is still running."""
         try:
             code = self._child.wait(seconds)
         except subprocess.TimeoutExpired:
@@ -133,7 +133,7 @@ class Process:
         return code
 
     def progress(self):
-        """What --progress-file says: done of 1, samples, left_s; {} until there is something."""
+        """Contents of --progress-file: done (0 to 1), samples, left_s; {} if there is none yet."""
         try:
             with open(self._progress, encoding="utf-8") as file:
                 return json.load(file)
@@ -146,7 +146,7 @@ class Process:
         guard.forget(self._child.pid)
 
     def fault(self, code):
-        """One line on what went wrong."""
+        """One line that describes the error."""
         with open(self._log, encoding="utf-8", errors="replace") as file:
             lines = [line.strip() for line in file if line.strip()]
         said = next((line for line in reversed(lines) if "error" in line.lower()), lines[-1] if lines else "")

@@ -1,4 +1,4 @@
-"""The render engine: exports the scene, runs `emberline render`, shows its picture, brings back its layers."""
+"""The render engine: exports the scene, runs `emberline render`, shows its progress and returns its passes."""
 import json
 import os
 import queue
@@ -14,15 +14,15 @@ from . import camera, command, exr, guard, limits, motion, passes, settings, ver
 from .command import Refused
 from .scene_export import Export
 
-_LOOK = 0.1  # seconds between two looks at Esc
-_SHOW = 0.25  # between two pictures
+_LOOK = 0.1  # seconds between two checks for Esc
+_SHOW = 0.25  # seconds between two picture updates
 
 
 class _Cancelled(Exception):
     pass
 
 
-# Blender renders in a thread of its own, but its data are the main thread's to change: there a timer takes what is in here.
+# Blender renders on a separate thread, but only the main thread may change its data: a timer there runs these jobs.
 _main_thread_jobs = queue.SimpleQueue()
 
 
@@ -42,7 +42,7 @@ def _on_main_thread(engine, function):
             return
         try:
             future.set_result(function())
-        except BaseException as error:  # goes to the thread that waits
+        except BaseException as error:  # passed on to the waiting thread
             future.set_exception(error)
 
     _main_thread_jobs.put(job)
@@ -77,7 +77,7 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
             if self._viewport:
                 self._viewport.close()
         except ReferenceError:
-            pass  # newer Blenders have taken it from us: viewport.py sees that its engine is gone
+            pass  # newer Blender versions have freed the engine already; viewport.py notices that
 
     def update_render_passes(self, scene, renderlayer):
         self.register_pass(scene, renderlayer, "Combined", 4, "RGBA", "COLOR")
@@ -92,7 +92,7 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
             pass
         except (Refused, exr.BadFile, OSError) as fault:
             self._fail(str(fault))
-        except Exception as fault:  # a fault of ours, or a picture that lacks a layer: never an empty frame without a word
+        except Exception as fault:  # a bug here, or an image that lacks a layer: an empty frame needs an explanation
             traceback.print_exc()
             self._fail(f"Emberline: the add-on failed: {type(fault).__name__}: {fault}")
         finally:
@@ -147,7 +147,7 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
         return self.begin_result(0, 0, crop[2] - crop[0], crop[3] - crop[1], layer=layer.name)
 
     def _watch(self, process, viewer, crop, layer):
-        """Until the frame is done. Esc ends the process at once: its files are in our folder, which goes."""
+        """Waits for the end of the frame. Esc kills the process; its files go with our folder."""
         shown = time.monotonic()
         result = self._result(layer, crop)
         code = None
@@ -195,7 +195,7 @@ class EmberlineRenderEngine(bpy.types.RenderEngine):
         try:
             shutil.move(frame, guard.last_frame())
         except OSError:
-            pass  # no heatmap, then
+            pass  # then there is no heatmap
 
 
 def register():

@@ -1,6 +1,6 @@
-"""EXR files with NumPy alone, which is all that Blender's Python is sure to have.
+"""Reads and writes EXR files with NumPy only, since Blender's Python may have nothing else.
 
-Reads what `emberline render --exr-compression none` writes (one part, in tiles), writes environments.
+Reads what `emberline render --exr-compression none` writes (one tiled part); writes environment maps.
 """
 import struct
 
@@ -36,7 +36,7 @@ def _channels(listed):
 
 
 def read(path):
-    """Channels by name (float32, rows from the top) and the header's texts."""
+    """Returns the channels by name (float32, rows from the top) and the header's text attributes."""
     with open(path, "rb") as file:
         data = file.read()
     try:
@@ -69,7 +69,7 @@ def _read(data):
             end = start + kind.itemsize * w
             planes[name][top : top + h, left : left + w] = numpy.ascontiguousarray(rows[:, start:end]).view(kind)
             start = end
-    # A text's attribute type is not kept: what decodes is taken for one.
+    # Attribute types are not kept: every value that decodes counts as text.
     texts = {}
     for name, value in header.items():
         try:
@@ -80,7 +80,7 @@ def _read(data):
 
 
 def write(path, rgb):
-    """A picture of float32, height x width x 3, rows from the top: as scanlines, not compressed."""
+    """Writes float32 pixels, height x width x 3, rows from the top, as uncompressed scanlines."""
     rgb = numpy.asarray(rgb, "<f4")
     height, width, _ = rgb.shape
 

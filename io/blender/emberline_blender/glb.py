@@ -1,4 +1,4 @@
-"""A .glb as its JSON and its buffer, to change what Blender's exporter has written and to add to it."""
+"""A .glb as JSON and buffer, to modify and extend the output of Blender's exporter."""
 import json
 import struct
 
@@ -53,11 +53,11 @@ class Glb:
     _LISTS = ("accessors", "bufferViews", "materials", "meshes")
 
     def end(self):
-        """What there is now, for cut()."""
+        """The current sizes, for cut()."""
         return len(self.buffer), {member: len(self.json.get(member, ())) for member in self._LISTS}
 
     def cut(self, end):
-        """Takes away what has been added since, but for the extensions' names; and what stands where."""
+        """Removes additions since end(), except extensionsUsed, and all nodes, cameras, animations and extensions."""
         del self.buffer[end[0] :]
         for member, count in end[1].items():
             if member in self.json:
@@ -78,7 +78,7 @@ class Glb:
         return self.add("accessors", accessor)
 
     def add_vectors(self, values, bounds=False):
-        """Rows of two to four floats; or floats alone. `bounds`, which positions must have, and times."""
+        """Adds rows of two to four floats, or scalars. `bounds` are required for positions and key times."""
         values = numpy.ascontiguousarray(values, "<f4")
         kind = "SCALAR" if values.ndim == 1 else f"VEC{values.shape[1]}"
         limits = {}
@@ -91,7 +91,7 @@ class Glb:
         return self._accessor(numpy.ascontiguousarray(triangles, "<u4").ravel(), 5125, "SCALAR")
 
     def bare_material(self):
-        """Of what wears none: Blender's grey."""
+        """Blender's default grey, for faces without a material."""
         if self._bare is None:
             plain = {"baseColorFactor": [0.8, 0.8, 0.8, 1], "metallicFactor": 0, "roughnessFactor": 1}
             self.use("KHR_materials_specular")
@@ -101,7 +101,7 @@ class Glb:
         return self._bare
 
     def add_emitter(self, name, points, triangles, radiance):
-        """A mesh that shines with `radiance` to the side its triangles are seen from, and reflects nothing."""
+        """Adds a mesh that emits `radiance` from the front of its triangles and reflects nothing."""
         most = max(radiance)
         emission = {"emissiveFactor": [c / most for c in radiance]} if most > 0 else {}
         material = {
@@ -123,17 +123,17 @@ class Glb:
 
 
 def axes(m):
-    """Blender's 4x4 in glTF's axes (Y up)."""
+    """Converts Blender's 4x4 matrix to glTF's axes (Y up)."""
     # C m C^-1 with C: (x, y, z) -> (x, z, -y)
     order, signs = (0, 2, 1, 3), (1, 1, -1, 1)
     return Matrix([[m[order[r]][order[c]] * signs[r] * signs[c] for c in range(4)] for r in range(4)])
 
 
 def flat(m):
-    """A node's "matrix": column after column."""
+    """A node's "matrix" in column-major order."""
     return [m[r][c] for c in range(4) for r in range(4)]
 
 
 def point(v):
-    """glTF's axes of a point in Blender's."""
+    """Converts a point from Blender's axes to glTF's."""
     return [v[0], v[2], -v[1]]

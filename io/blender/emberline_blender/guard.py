@@ -1,7 +1,7 @@
-"""What must not outlive Blender: our child processes and our temporary files, even when Blender is killed.
+"""Cleans up after Blender, even if it is killed: child processes and temporary files.
 
-A small process of its own waits at a pipe from Blender. When that ends, it kills the children that still run and removes the
-folder in which all our files lie. This file is also its program: it imports nothing of Blender.
+A small helper process waits on a pipe from Blender. When the pipe closes, it kills the remaining children and
+removes the folder with all our files. The helper runs this file, which must not import Blender modules.
 """
 import os
 import shutil
@@ -12,12 +12,12 @@ import tempfile
 import threading
 
 _lock = threading.Lock()
-_guard = None  # the process
+_guard = None  # the helper process
 _folder = None
 
 
 def folder():
-    """A new private folder, which goes with Blender at the latest."""
+    """Returns a new private folder, which is removed with Blender at the latest."""
     global _guard, _folder
     with _lock:
         if not _folder or not os.path.isdir(_folder):
@@ -25,7 +25,7 @@ def folder():
             _folder = tempfile.mkdtemp(prefix="emberline-blender-")
             arguments = [sys.executable, "-I", "-S", os.path.abspath(__file__), _folder]
             try:
-                # A session of its own: Ctrl-C in Blender's terminal is not meant for it.
+                # A new session, so that Ctrl-C in Blender's terminal does not reach it.
                 _guard = subprocess.Popen(
                     arguments,
                     bufsize=0,
@@ -35,7 +35,7 @@ def folder():
                     start_new_session=True,
                 )
             except OSError:
-                _guard = None  # then only a killed Blender leaves something
+                _guard = None  # then files stay behind only if Blender is killed
         return tempfile.mkdtemp(dir=_folder)
 
 
@@ -50,7 +50,7 @@ def _tell(sign, child):
             if _guard:
                 _guard.stdin.write(b"%c%d\n" % (sign, child))
         except (OSError, ValueError):
-            pass  # it has ended
+            pass  # the helper has ended
 
 
 def watch(child):
@@ -62,7 +62,7 @@ def forget(child):
 
 
 def stop():
-    """Ends what is left, as the end of Blender does."""
+    """Cleans up as at the end of Blender."""
     global _guard, _folder
     if _guard:
         ended, _guard = _guard, None

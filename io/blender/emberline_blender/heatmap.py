@@ -1,4 +1,4 @@
-"""Where did the samples go? The last frame's heatmap as an image of Blender."""
+"""Shows the last frame's heatmap as a Blender image."""
 import os
 import subprocess
 import tempfile

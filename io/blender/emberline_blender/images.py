@@ -1,6 +1,8 @@
-"""Images as Cycles reads them, and stand-ins for those of which Blender's glTF exporter would make something else.
+"""Image values as Cycles reads them, and substitutes for images that Blender's glTF exporter would write with
+other values.
 
-The exporter writes stored values, and glTF says what they mean: colours are sRGB, other values linear, alpha does not darken.
+The exporter writes stored values, which glTF interprets: colours are sRGB, other values linear, and alpha is
+unassociated.
 """
 import os
 import re
@@ -9,11 +11,11 @@ import bpy
 import numpy
 
 _LINEAR = ("Linear", "Linear Rec.709")
-_opaque = {}  # whether an image is, by what tells it apart
+_opaque = {}  # whether an image is opaque, by key
 
 
 def space(image):
-    """"sRGB", "linear", "data"; None for others, whose values Python cannot convert. Floats are linear when they are loaded."""
+    """Returns "sRGB", "linear" or "data"; None for others, which Python cannot convert. Loaded floats are linear."""
     settings = image.colorspace_settings
     if settings.is_data or settings.name == "Raw":
         return "data"
@@ -23,7 +25,7 @@ def space(image):
 
 
 def _pixels(image):
-    """R G B A as stored, rows from the bottom; of tiles the first one's."""
+    """RGBA as stored, rows from the bottom; for a tiled image the first tile."""
     width, height = image.size
     pixels = numpy.empty(width * height * image.channels, numpy.float32)
     image.pixels.foreach_get(pixels)
@@ -36,7 +38,7 @@ def _pixels(image):
 
 
 def is_opaque(image):
-    """Whether its alpha is 1 everywhere."""
+    """Whether alpha is 1 everywhere."""
     if not image.is_float and image.depth == 24:
         return True
     path = bpy.path.abspath(image.filepath_raw, library=image.library)
@@ -49,14 +51,14 @@ def is_opaque(image):
 
 
 def _is_associated(image):
-    """Whether alpha darkens the colour that a node gives, unless it gives alpha, too: Cycles divides by it then."""
+    """Whether Cycles multiplies the node's colour by alpha. It divides by it again if it uses the node's alpha."""
     return image.alpha_mode in ("STRAIGHT", "PREMUL") and space(image) != "data"
 
 
 def linear(image, uses_alpha=False):
-    """R G B A of what Cycles computes with, rows from the bottom."""
+    """RGBA as Cycles uses it, rows from the bottom."""
     pixels = _pixels(image)
-    # In Blender's memory the colours of floats are multiplied by alpha, those of bytes are not.
+    # In Blender's memory, float colours are premultiplied by alpha and byte colours are not.
     if _is_associated(image) and not uses_alpha and not image.is_float:
         pixels[:, :, :3] *= pixels[:, :, 3:]
     if _is_associated(image) and uses_alpha and image.is_float:
@@ -70,11 +72,11 @@ def linear(image, uses_alpha=False):
 
 
 def is_exported(image, is_colour, uses_alpha):
-    """Whether the exporter's file means what Cycles reads."""
+    """Whether the file that the exporter writes has the meaning that Cycles reads."""
     if image.source == "TILED":
         return False
     kind, settings = space(image), image.colorspace_settings
-    if image.is_float:  # encoded if the file is said to be linear
+    if image.is_float:  # encoded as sRGB if the image counts as linear
         return (settings.name in _LINEAR if is_colour else settings.is_data) and is_opaque(image)
     if uses_alpha and image.alpha_mode == "NONE" and not is_opaque(image):
         return False
@@ -84,7 +86,7 @@ def is_exported(image, is_colour, uses_alpha):
 
 
 def _encoded(image, is_colour, uses_alpha):
-    """A new image whose stored bytes mean for glTF what Cycles reads."""
+    """Creates an image whose stored bytes give glTF readers the values that Cycles reads."""
     pixels = linear(image, uses_alpha).clip(0, 1)
     if is_colour or space(image) is None:
         rgb = pixels[:, :, :3]
@@ -95,7 +97,7 @@ def _encoded(image, is_colour, uses_alpha):
 
 
 def uses(node):
-    """Of an image's node: its links to colours, those to other values, and whether its alpha is used."""
+    """For an image node: its links to colours, its links to other values, and whether its alpha is used."""
     colours, values = [], []
     for link in node.outputs["Color"].links:
         (colours if _is_colour(link, set()) else values).append(link)
@@ -103,7 +105,7 @@ def uses(node):
 
 
 def _is_colour(link, seen):
-    """Whether a link ends in a shader's colour, through whatever nodes."""
+    """Whether a link leads to a shader's colour, through any nodes."""
     node = link.to_node
     if any(output.type == "SHADER" for output in node.outputs):
         return link.to_socket.type == "RGBA"
@@ -113,7 +115,7 @@ def _is_colour(link, seen):
 
 
 def _path(node, frame):
-    """The file that a node shows of a sequence, as Blender counts its frames."""
+    """The file of an image sequence that a node shows at `frame`, with Blender's numbering."""
     user, number = node.image_user, node.image_user.frame_current
     if user.use_auto_refresh:
         at, count = frame - user.frame_start + 1, max(user.frame_duration, 1)
@@ -131,7 +133,7 @@ def is_missing(node, frame):
 
 
 def faults(image):
-    """What is not as in Blender, though the image is there."""
+    """Differences from Blender for an image that exists."""
     said = []
     if image.source == "TILED" and len(image.tiles) > 1:
         said.append(f"its image '{image.name}' has {len(image.tiles)} tiles (UDIM): the first one is shown everywhere")
@@ -143,20 +145,20 @@ def faults(image):
 
 
 class StandIns:
-    """Made for one export. What is made is put into `ids`, to be removed after it."""
+    """Substitute images for one export. New images are appended to `ids`, to be removed afterwards."""
 
     def __init__(self, ids, frame):
         self._ids, self._frame, self._made = ids, frame, {}
 
     def of(self, node):
-        """What takes the place of a node's image, by whether it is used as a colour; {} where nothing has to."""
+        """Substitutes for a node's image, keyed by whether it is used as a colour; {} if none is needed."""
         colours, values, uses_alpha = uses(node)
         if not (colours or values or uses_alpha) or is_missing(node, self._frame):
             return {}
         image = self._loaded(node) if node.image.source == "SEQUENCE" else node.image
         found = {}
         for is_colour in [True] * bool(colours) + [False] * bool(values or not colours):
-            # Where alpha alone is used, the rest may mean anything.
+            # If only alpha is used, the encoding of the rest does not matter.
             encoded = is_colour or not values and space(image) == "sRGB"
             wanted = image
             if image.size[0] and not is_exported(image, encoded, uses_alpha):
@@ -184,7 +186,7 @@ class StandIns:
 
 
 def put_in(node, stand_ins):
-    """Gives a node what StandIns.of() has found for it; where its uses want two images, another node has the values'."""
+    """Applies the result of StandIns.of() to a node; adds a second node if two images are needed."""
     colours, values, _ = uses(node)
     if colours and values and stand_ins.get(True) != stand_ins.get(False):
         tree = node.id_data

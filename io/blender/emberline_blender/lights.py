@@ -1,7 +1,8 @@
-"""Blender's lights: as KHR_lights_punctual where they have no size, else as meshes that shine.
+"""Exports Blender's lights: as KHR_lights_punctual if they have no size, otherwise as emissive meshes.
 
-Units were measured beside Cycles: a point light of P watts has the radiant intensity P / 4 pi, an area light of
-size A the radiance P / 4 A (P / pi A since Blender 4), a sun of strength E gives that irradiance. One candela of the file is a radiant intensity of 1.
+Units match Cycles: a point light of P watts has radiant intensity P / 4 pi, an area light of size A has
+radiance P / 4 A (P / pi A since Blender 4), and a sun of strength E gives irradiance E. One candela in the
+file is a radiant intensity of 1.
 """
 import math
 
@@ -10,13 +11,13 @@ from mathutils import Matrix, Vector
 
 from . import versions
 
-_STEPS = 48  # of a circle
-# A sun with an angle is a disc so many radii of the scene away: its light's direction changes by a thousandth over the scene.
+_STEPS = 48  # segments of a circle
+# A sun with an angle is a disc at this distance in scene radii, so that its direction varies by 1/1000 over the scene.
 _SUN_RADII = 1000.0
 
 
 def colour(light):
-    """Radiance, intensity or irradiance per watt: the light's colour, with what simple nodes make of it."""
+    """Radiance, intensity or irradiance per watt: the light's colour, including simple nodes."""
     rgb = [light.color[i] for i in range(3)]
     if getattr(light, "use_temperature", False):
         rgb = [a * b for a, b in zip(rgb, light.temperature_color)]
@@ -29,7 +30,7 @@ def colour(light):
 
 
 def _unnormalized(light):
-    """What the power counts for where "Normalize" is off: the size, measured beside Cycles 5.2; an area light's own is in add()."""
+    """Factor on the power if "Normalize" is off, as measured in Cycles 5.2; add() handles area lights."""
     if getattr(light, "normalize", True) or light.type == "AREA":
         return 1.0
     if light.type == "SUN":
@@ -38,7 +39,7 @@ def _unnormalized(light):
 
 
 def shown_node(tree, output):
-    """The node that the tree's active output of type `output` shows."""
+    """The node connected to the surface of the tree's active output of type `output`."""
     for node in tree.nodes if tree else ():
         if node.type == output and node.is_active_output and node.inputs["Surface"].is_linked:
             return node.inputs["Surface"].links[0].from_node
@@ -46,13 +47,13 @@ def shown_node(tree, output):
 
 
 def emission_node(light):
-    """The node that makes the light, where it has nodes and they are no more than that."""
+    """The light's Emission node, if its nodes consist of only that."""
     source = shown_node(light.node_tree, "OUTPUT_LIGHT") if light.use_nodes else None
     return source if source and source.type == "EMISSION" else None
 
 
 def in_view(scene, camera, light, placed):
-    """Whether a light at `placed` (matrix_world) stands in the camera's view, with a margin, and shines towards it."""
+    """Whether a light at `placed` (matrix_world) is in the camera's view, with a margin, and shines towards it."""
     if not camera or camera.type != "CAMERA" or camera.data.type == "PANO":
         return False
     at = placed.translation
@@ -74,7 +75,7 @@ def _circle(x, y):
 
 
 def _fan(points):
-    """Seen from below, where Blender's lights shine to."""
+    """Triangles that face down, the direction in which Blender's lights shine."""
     return [(0, i + 1, i) for i in range(1, len(points) - 1)]
 
 
@@ -83,7 +84,7 @@ def _area_of(points):
 
 
 def _sphere(radius):
-    """An octahedron, divided three times: 512 triangles."""
+    """An octahedron subdivided three times: 512 triangles."""
     points = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]
     faces = [(0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)]
     for _ in range(3):
@@ -120,11 +121,11 @@ def _shape(light):
 
 
 def add(glb, animation, name, light, track, centre, radius, unseen):
-    """Adds a light that goes through `track` (matrix_world) to the file. The node's index, None where it gives no light. Around
-    `centre` lies the scene.
+    """Adds a light that moves along `track` (matrix_world). Returns the node's index, or None if it emits
+    nothing. `centre` is the centre of the scene.
 
-    The name is that of its layer of light groups. `unseen`: it stands in the camera's view, which must not see it; then a
-    point or sun has no size.
+    The name becomes that of its light-group layer. `unseen`: the light is in the camera's view but must be
+    invisible; a point light or sun then gets no size.
     """
     rgb = _scaled(colour(light), light.energy * _unnormalized(light))
     if max(rgb) <= 0:
@@ -142,13 +143,13 @@ def add(glb, animation, name, light, track, centre, radius, unseen):
         if area <= 0:
             return None
         size = area if getattr(light, "normalize", True) else 1.0
-        # Cycles has the whole shape's area here, not that of its corners.
+        # Cycles uses the exact shape's area here, not that of its polygon.
         return emitter(outline, _fan(outline), _scaled(rgb, versions.AREA_RADIANCE / size), track)
     if light.type == "SUN" and light.angle > 1e-4 and not unseen:
         half = min(light.angle, math.radians(170)) / 2
         distance = _SUN_RADII * radius
         outline = _circle(distance * math.tan(half), distance * math.tan(half))
-        # What the surface that faces the middle gets, of Cycles' disc: the mean cosine over it.
+        # Mean cosine over Cycles' disc, for a surface that faces its centre.
         mean = 2 * (1 / math.cos(half) - 1) / math.tan(half) ** 2
         radiance = _scaled(rgb, mean / (math.pi * math.sin(half) ** 2))
         far = [Matrix.Translation(centre) @ r @ Matrix.Translation((0, 0, distance)) for r in turned]
@@ -158,7 +159,7 @@ def add(glb, animation, name, light, track, centre, radius, unseen):
         area = sum(_triangle_area(points, f) for f in faces)
         return emitter(points, faces, _scaled(rgb, 1 / (math.pi * area)), at)
     intensity = 1.0 if light.type == "SUN" else 1 / (4 * math.pi)
-    # glTF's lights shine along -Z of their node, Blender's along -Z of theirs: one more turn between the two.
+    # glTF lights shine along their node's -Z, and so do Blender's; the rotation converts the axes.
     places = [a @ r @ Matrix.Rotation(-math.pi / 2, 4, "X") for a, r in zip(at, turned)]
     shining = {"light": _punctual(glb, name, light, _scaled(rgb, intensity))}
     return animation.node(places, name=name, extensions={"KHR_lights_punctual": shining})
@@ -174,7 +175,7 @@ def _punctual(glb, name, light, rgb):
     entry["type"] = {"SUN": "directional", "POINT": "point", "SPOT": "spot"}[light.type]
     if light.type == "SPOT":
         outer = min(light.spot_size / 2, math.pi / 2 - 1e-4)
-        # Cycles fades as t^2 (3 - 2 t), glTF as t^2: over 3/4 of the way it gives as much light.
+        # Cycles fades as t^2 (3 - 2 t), glTF as t^2: over 3/4 of the range glTF emits the same amount of light.
         inner = math.acos(min(math.cos(outer) + 0.75 * light.spot_blend * (1 - math.cos(outer)), 1.0))
         entry["spot"] = {"outerConeAngle": outer, "innerConeAngle": min(inner, outer - 1e-5)}
     glb.use("KHR_lights_punctual")

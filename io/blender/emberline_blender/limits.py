@@ -1,4 +1,4 @@
-"""What Emberline does not show as Blender does, object by object: the panel lists it."""
+"""Lists, per object, what Emberline shows differently from Blender, for the panel."""
 import json
 import os
 
@@ -6,7 +6,7 @@ import bpy
 
 from . import images, lights, materials, versions, world
 
-# Nodes that Blender's glTF exporter, and we, read; others are said to be left out.
+# Nodes that Blender's glTF exporter or this add-on reads; others are reported as ignored.
 _READ = {
     "OUTPUT_MATERIAL", "BSDF_PRINCIPLED", "EMISSION", "BSDF_DIFFUSE", "BSDF_GLOSSY", "TEX_IMAGE", "MAPPING", "UVMAP",
     "NORMAL_MAP", "SEPRGB", "SEPARATE_COLOR", "FRAME", "REROUTE", "RGB", "VALUE", "TEX_COORD",
@@ -14,7 +14,7 @@ _READ = {
 _SURFACES = {"BSDF_PRINCIPLED", "EMISSION", "BSDF_DIFFUSE", "BSDF_GLOSSY"}
 _MESHES = {"MESH", "CURVE", "SURFACE", "FONT", "META", "LIGHT", "CAMERA", "EMPTY", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT_PROBE"}
 _KINDS = {"VOLUME": "volume", "CURVES": "hair curves", "POINTCLOUD": "point cloud", "GPENCIL": "grease pencil", "GREASEPENCIL": "grease pencil"}
-_MOST = 2000  # objects that are looked at while a panel is drawn
+_MOST = 2000  # objects that are examined while a panel is drawn
 
 _from_renders = {}  # scene: lines of the last frame's report
 _cache = {}  # scene: lines
@@ -123,7 +123,7 @@ def of_object(scene, placed):
 
 
 def missing_libraries():
-    """(name, what is lost) of each linked file that is gone."""
+    """Yields (name, consequence) for each linked file that is missing."""
     for library in bpy.data.libraries:
         path = bpy.path.abspath(library.filepath, library=library.parent)
         if not library.packed_file and not os.path.isfile(path):
@@ -131,7 +131,7 @@ def missing_libraries():
 
 
 def of_scene(scene):
-    """(name, what is not as in Blender), one of each."""
+    """Returns (name, difference from Blender), without duplicates."""
     lines, materials_seen = list(missing_libraries()), {}
     for placed in scene.objects:
         if placed.hide_render:
@@ -165,7 +165,7 @@ def _of_motion(scene):
 
 
 def note_report(scene, path):
-    """Keeps what the last frame's report has to say."""
+    """Keeps the warnings of the last frame's report."""
     try:
         with open(path, encoding="utf-8") as file:
             report = json.load(file)
@@ -183,7 +183,7 @@ def from_last_render(scene):
 
 
 def for_panel(scene):
-    """The same as of_scene(), looked up anew when something has changed; None where that takes too long."""
+    """of_scene(), cached until something changes; None if the scene is too large."""
     global _dirty
     if _dirty:
         _cache.clear()

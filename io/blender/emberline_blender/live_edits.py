@@ -1,7 +1,7 @@
-"""Changes of materials and lights that a session takes as edits (renderer/session/PROTOCOL.md), without another scene."""
+"""Material and light changes that a session accepts as edits, without a new scene (session/PROTOCOL.md)."""
 from . import lights, materials
 
-# Sockets whose values are factors of the file: of nodes that the exporter, or materials.py, takes over as they are.
+# Sockets whose values become factors in the file, for nodes that the exporter or materials.py copies directly.
 _FACTORS = {
     "BSDF_PRINCIPLED": {"Base Color": "base_color", "Metallic": "metallic", "Roughness": "roughness"},
     "BSDF_DIFFUSE": {"Color": "base_color"},
@@ -15,7 +15,7 @@ def _plain(value):
 
 
 def material_state(material):
-    """What a file says of it but for some factors, and these as an edit; None where other nodes have a part in it."""
+    """Returns (fixed part, editable factors) of a material; None if other nodes contribute."""
     surface = materials.surface_node(material)
     if not surface or surface.type not in _FACTORS or any(entry.is_linked for entry in surface.inputs):
         return None
@@ -33,13 +33,13 @@ def material_state(material):
 
 
 def light_state(light):
-    """The same of a light: what makes its shape, and its colour times its power."""
+    """Returns (fixed part, colour times power) of a light."""
     rest = [_plain(getattr(light, name, None)) for name in _LIGHT]
     return rest, [c * light.energy for c in lights.colour(light)]
 
 
 def light_edit(before, now):
-    """What brings one colour to the other; None where nothing does."""
+    """The edit that changes colour `before` to `now`; None if no edit can."""
     if any(b <= 0 < n for b, n in zip(before, now)):
         return None
     factors = [n / b if b > 0 else 0.0 for b, n in zip(before, now)]

@@ -1,11 +1,11 @@
-"""Materials on their way through Blender's exporter: what it needs before, and what it leaves out."""
+"""Prepares materials for Blender's exporter, and adds what it omits."""
 import copy
 
 from . import images, lights
 
 
 def used_nodes(tree):
-    """Nodes that the active output depends on."""
+    """Yields the nodes on which the active output depends."""
     outputs = [n for n in tree.nodes if n.type in ("OUTPUT_MATERIAL", "OUTPUT_WORLD", "OUTPUT_LIGHT") and n.is_active_output]
     seen, waiting = set(), outputs
     while waiting:
@@ -24,11 +24,11 @@ def image_nodes(material):
 
 
 class Copies:
-    """Originals for the exporter, which knows no others. Copies of those that are animated have this frame's values; of those
-    with images that it does not write as Cycles reads them, stand-ins."""
+    """Provides original materials, which the exporter requires. Animated ones become copies with this frame's
+    values; ones with images that the exporter would write differently from Cycles get substitute images."""
 
     def __init__(self, depsgraph, ids, names):
-        """`names` gets those of copies, and the originals' with them."""
+        """`names` receives the copies' names, mapped to the originals'."""
         self._depsgraph, self._ids, self._copies = depsgraph, ids, {}
         self._stand_ins = images.StandIns(ids, depsgraph.scene.frame_current)
         self.names = names
@@ -69,7 +69,7 @@ class Copies:
 
 
 def surface_node(material):
-    """What the material's active output shows."""
+    """The node connected to the material's active output."""
     return lights.shown_node(material.node_tree, "OUTPUT_MATERIAL") if material.use_nodes else None
 
 
@@ -91,7 +91,7 @@ def _plain(glb, material, colour, metallic, roughness, specular=1):
 
 
 def _blend(material, node):
-    """Cycles blends wherever alpha is below 1; before Blender 4.2 the exporter asks how EEVEE does it."""
+    """Cycles blends wherever alpha is below 1, but before Blender 4.2 the exporter follows EEVEE's settings."""
     alpha = node.inputs["Alpha"]
     source = alpha.links[0].from_node if alpha.is_linked else None
     plain = not source or source.type == "TEX_IMAGE"
@@ -105,14 +105,14 @@ def _blend(material, node):
 
 
 def complete(glb):
-    """Puts in what the exporter has no word for."""
+    """Adds what the exporter cannot express."""
     import bpy
 
     for material in glb.json.get("materials", []):
         source = bpy.data.materials.get(material.get("name", ""))
         node = surface_node(source) if source else None
         extensions = material.setdefault("extensions", {})
-        # glTF's transmission without a volume is a thin sheet; Cycles refracts.
+        # In glTF, transmission without a volume is a thin sheet; Cycles refracts.
         if extensions.get("KHR_materials_transmission", {}).get("transmissionFactor", 0) > 0:
             volume = extensions.setdefault("KHR_materials_volume", {})
             volume.setdefault("thicknessFactor", 1.0)
@@ -131,7 +131,7 @@ def complete(glb):
 
 
 class LightGroups:
-    """Gives emissive materials that objects of different light groups wear a copy for each group."""
+    """Copies emissive materials per light group if objects of different groups use them."""
 
     def __init__(self, glb):
         self._glb = glb
@@ -141,7 +141,7 @@ class LightGroups:
             if any(c > 0 for c in m.get("emissiveFactor", (0, 0, 0)))
         }
         self._materials, self._meshes = {}, {}
-        self.layers = {}  # name of a layer: light group
+        self.layers = {}  # layer name: light group
 
     def mesh(self, index, group):
         mesh = self._glb.json["meshes"][index]
@@ -163,7 +163,7 @@ class LightGroups:
         return self._materials[index, group]
 
     def name_emitters(self):
-        """Names them so that their layers are known."""
+        """Gives the copies unique names, so that their layers can be identified."""
         for (index, group), made in self._materials.items():
             material = self._glb.json["materials"][made]
             material["name"] = f"group{made}-{material.get('name', '')}"

@@ -1,4 +1,4 @@
-"""Blender's meshes as those of a .glb, read with NumPy."""
+"""Converts Blender's meshes to those of a .glb with NumPy."""
 import numpy
 
 from . import versions
@@ -11,20 +11,20 @@ def _read(items, name, kind, width):
 
 
 def _axes(vectors):
-    """glTF's axes of Blender's."""
+    """Converts vectors from Blender's axes to glTF's."""
     return numpy.stack((vectors[:, 0], vectors[:, 2], -vectors[:, 1]), axis=1)
 
 
 class Mesh:
-    """Triangles by material slot. A vertex is a corner of a face; corners of one vertex that are alike are one."""
+    """Triangles by material slot. A vertex is a face corner; equal corners of a Blender vertex are merged."""
 
     def __init__(self, mesh, of):
-        """`mesh` is of Blender, and has faces; `of` is whose it is."""
+        """`mesh` is a Blender mesh with faces; `of` is its owner."""
         mesh.calc_loop_triangles()
         vertices = _read(mesh.loops, "vertex_index", numpy.int32, 1)[:, 0]
         uvs = [_read(layer.data, "uv", numpy.float32, 2) for layer in mesh.uv_layers]
         normals = versions.corner_normals(mesh)
-        # The first corner of each vertex stands for those like it.
+        # The first corner of each vertex represents all corners equal to it.
         first = numpy.zeros(len(mesh.vertices), numpy.int64)
         first[vertices[::-1]] = numpy.arange(len(vertices))[::-1]
         like = first[vertices]
@@ -41,18 +41,18 @@ class Mesh:
         self._positions = _read(mesh.vertices, "co", numpy.float32, 3)[vertices]
         self._normals, self._uvs = normals, uvs
         self.finite = bool(numpy.isfinite(self._positions).all())
-        self.slots = {}  # number: corners that are its vertices, and triangles of these
+        self.slots = {}  # slot: corners used as vertices, and triangles that index them
         for slot in numpy.unique(slots):
             triangles = corners[slots == slot]
             used = numpy.zeros(len(vertices), bool)
             used[triangles] = True
             self.slots[int(slot)] = numpy.flatnonzero(used), (numpy.cumsum(used, dtype=numpy.uint32) - 1)[triangles]
         self.of = of
-        self.worn = {}  # by slot: what its material is known by
+        self.worn = {}  # by slot: key of the material
         self._poses, self._changes_faces = [], False
 
     def add_pose(self, mesh):
-        """The same mesh at another moment. False where it has other faces then: it keeps its shape."""
+        """Adds the mesh at another moment. Returns False if its topology has changed; it then keeps its first shape."""
         if self._changes_faces or len(mesh.loops) != self._corner_count:
             self._poses, self._changes_faces = [], True
             return False
@@ -62,7 +62,7 @@ class Mesh:
         return True
 
     def add_to(self, glb, materials):
-        """The index of the new mesh. `materials`: the file's, by what they are known by."""
+        """Returns the index of the new mesh. `materials` maps material keys to the file's indices."""
         primitives = []
         for slot, (corners, triangles) in self.slots.items():
             attributes = {

@@ -1,4 +1,4 @@
-"""An open shutter: at which moments the scene is evaluated, and what moves between them as an animation of the file."""
+"""Motion blur: evaluates the scene at moments of the shutter and writes the motion as an animation of the file."""
 import math
 
 from mathutils import Matrix
@@ -6,12 +6,12 @@ from mathutils import Matrix
 from . import versions
 from .glb import axes, flat
 
-# How the file is rendered: its animation takes a second, and the shutter is open for all of it.
+# Render options: the animation lasts one second, and the shutter is open for all of it.
 OPTIONS = ["--time", "0", "--fps", "1", "--shutter", "0,1"]
 
 
 class Shutter:
-    """Of an F12 render by `engine`, whose depsgraph goes with it."""
+    """The shutter of an F12 render by `engine`; moving to a frame updates the engine's depsgraph."""
 
     def __init__(self, engine, scene):
         self._engine = engine
@@ -19,12 +19,12 @@ class Shutter:
         length = scene.render.motion_blur_shutter
         start = {"START": 0.0, "CENTER": -0.5, "END": -1.0}[versions.shutter_owner(scene).motion_blur_position]
         intervals = 2**scene.emberline.motion_steps
-        self.times = [i / intervals for i in range(intervals + 1)]  # of the shutter, 0 its opening
+        self.times = [i / intervals for i in range(intervals + 1)]  # share of the shutter interval
         self._frames = [self._frame + length * (start + t) for t in self.times]
         self.middle = intervals // 2
 
     def moments(self):
-        """The number of each time, the middle first: the scene is there meanwhile, and afterwards where it was."""
+        """Yields each time's index, the middle first, with the scene set to that time; restores it at the end."""
         order = [self.middle] + [i for i in range(len(self.times)) if i != self.middle]
         try:
             for i in order:
@@ -39,7 +39,7 @@ class Shutter:
 
 
 class Animation:
-    """Puts nodes into a file that stand or move. `times`: of the matrices of a track; none of a closed shutter."""
+    """Adds static and moving nodes to a file. `times` of the matrices of a track; empty without a shutter."""
 
     def __init__(self, glb, times=()):
         self._glb, self._times = glb, times
@@ -50,8 +50,8 @@ class Animation:
         return self._input is None
 
     def node(self, track, morphs=0, **members):
-        """The index of a new node that goes through `track`, matrices of Blender. None where it is nowhere. `morphs`: the targets
-        of its mesh, which are what it is at each time but the middle."""
+        """Returns the index of a new node that moves along `track` (Blender matrices), or None if a matrix is
+        not finite. `morphs`: the number of its mesh's morph targets, one for each time except the middle."""
         placed = [axes(m) for m in track]
         if not all(math.isfinite(x) for m in placed for row in m for x in row):
             return None
@@ -69,7 +69,7 @@ class Animation:
         parts = [m.decompose() for m in placed]
         leaf = None
         if any(_differ(Matrix.LocRotScale(*part), m) for part, m in zip(parts, placed)):
-            # Sheared: as it is in the middle, and turned and stretched from there about its own origin.
+            # Shear: the leaf keeps the middle's matrix, and a parent rotates and scales it about its own origin.
             still = middle.to_3x3()
             leaf = self._glb.add("nodes", {**members, "matrix": flat(still.to_4x4())})
             members = {"children": [leaf]}
@@ -87,7 +87,7 @@ class Animation:
         return root if leaf is None else leaf, root
 
     def point_at(self, pointer, values):
-        """What lies at `pointer` in the file's JSON is so much at each time."""
+        """Animates the value at `pointer` in the file's JSON with one of `values` per time."""
         self._glb.use("KHR_animation_pointer")
         self._channel({"path": "pointer", "extensions": {"KHR_animation_pointer": {"pointer": pointer}}}, values)
 

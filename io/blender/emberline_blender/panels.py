@@ -1,4 +1,4 @@
-"""Emberline's panels, and Blender's own that hold for it, too."""
+"""Emberline's panels, and the built-in panels that it shares."""
 import textwrap
 
 import bpy
@@ -6,7 +6,7 @@ import bpy
 from . import limits, versions
 
 ENGINE = "EMBERLINE"
-# Blender's panels that we leave out of those that every engine has, and those that only other engines list.
+# Built-in panels of all engines that we exclude, and panels of other engines that we include.
 _NOT_OURS = {
     "VIEWLAYER_PT_filter", "VIEWLAYER_PT_layer_passes", "RENDER_PT_simplify", "DATA_PT_light", "NODE_DATA_PT_light",
     "RENDER_PT_freestyle",
@@ -171,7 +171,7 @@ class EMBERLINE_PT_passes(_Panel, bpy.types.Panel):
         column.prop(layer.emberline, "use_pass_error")
 
 
-# In the order in which they stand above.
+# In the order of definition above.
 _register_classes, _unregister_classes = bpy.utils.register_classes_factory((EMBERLINE_OT_look_again, *_Panel.__subclasses__()))
 
 
@@ -189,12 +189,12 @@ def _of_blender():
             yield panel
 
 
-_before = {}  # Blender's panels: what engines they had
+_before = {}  # built-in panels: their previous engines
 
 
 def register():
     _register_classes()
-    # Sets of our own: panels of one kind may share theirs.
+    # Assigns new sets, since panels may share one.
     for panel in list(_of_blender()):
         _before[panel] = panel.__dict__.get("COMPAT_ENGINES")
         panel.COMPAT_ENGINES = panel.COMPAT_ENGINES | {ENGINE}

@@ -1,9 +1,9 @@
-"""Emberline's EXR as the passes of Blender's render layers."""
+"""Converts Emberline's EXR channels to the passes of Blender's render layers."""
 import hashlib
 
 import numpy
 
-# Where a pass of Blender comes from: its name, channels, type, our channels, and the switch of the view layer.
+# A Blender pass: its name, channels, type, our channels, and the view layer's switch for it.
 _PASSES = (
     ("Depth", "Z", "VALUE", ("Z",), "use_pass_z"),
     ("Position", "XYZ", "VECTOR", ("P.X", "-P.Z", "P.Y"), "use_pass_position"),
@@ -28,7 +28,7 @@ def light_groups(layer):
 
 
 def wanted(scene, layer):
-    """(name, channels, type) of each pass of a view layer but Combined."""
+    """(name, channels, type) of each pass of a view layer except Combined."""
     settings, own = scene.emberline, layer.emberline
     passes = [p[:3] for p in _PASSES if getattr(layer, p[4], False)]
     if settings.use_denoising:
@@ -44,7 +44,7 @@ def wanted(scene, layer):
 
 
 def options(scene, layer):
-    """What of the command's options brings them."""
+    """The command's options that produce these passes."""
     names = {p[0] for p in wanted(scene, layer)}
     aovs = [channels[0].partition(".")[0] for name, _, _, channels, _ in _PASSES if name in names]
     if ERROR in names or scene.emberline.use_maps:
@@ -68,7 +68,7 @@ def _plane(planes, channel):
 
 
 def fill(result_layer, name, channels):
-    """Puts planes with rows from the top into a pass, whose rows begin at the bottom."""
+    """Writes planes with rows from the top to a pass, whose rows start at the bottom."""
     for rendered in result_layer.passes:
         if rendered.name == name:
             pixels = numpy.stack([c[::-1] for c in channels], axis=-1).astype(numpy.float32)
@@ -81,12 +81,12 @@ def fill(result_layer, name, channels):
 
 
 def _layer_name(name):
-    """The name that --light-groups makes of it."""
+    """The name that --light-groups derives from `name`."""
     return "".join(c if c.isascii() and (c.isalnum() or c in "-_") else "_" for c in name)
 
 
 def put(result_layer, scene, layer, planes, groups):
-    """All passes of a finished frame. `groups`: light group of each layer of light, "environment" among them."""
+    """Writes all passes of a finished frame. `groups` maps light layers, including "environment", to light groups."""
     shown = "denoised." if scene.emberline.use_denoising and "denoised.R" in planes else ""
     raw = [planes[c] for c in "RGBA"]
     fill(result_layer, "Combined", [planes[shown + c] for c in "RGB"] + [planes["A"]])
@@ -113,7 +113,7 @@ def put(result_layer, scene, layer, planes, groups):
 
 
 def put_cryptomatte_names(result, layer, texts):
-    """The manifests, where Blender's Cryptomatte node looks for them."""
+    """Stores the manifests where Blender's Cryptomatte node expects them."""
     for key, name in texts.items():
         if not key.startswith("cryptomatte/") or not key.endswith("/name"):
             continue

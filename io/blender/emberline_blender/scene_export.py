@@ -1,7 +1,7 @@
-"""The evaluated scene as a .glb for Emberline.
+"""Exports the evaluated scene as a .glb for Emberline.
 
-Blender's own exporter writes the materials: it is given a scene with a triangle of each, which is removed again, so that nothing of
-the user's is touched. Meshes, each once, where they stand, and the lights are added to its file.
+Blender's own exporter writes the materials: it gets a temporary scene with one triangle per material, so that
+the user's scene is not touched. Meshes (once each), their nodes and the lights are then added to its file.
 """
 import collections
 import contextlib
@@ -21,13 +21,13 @@ _MESHES = ("MESH", "CURVE", "SURFACE", "FONT", "META")
 
 
 class _Scratch:
-    """A scene of our own, in which the exporter finds a triangle of each material that is worn."""
+    """A temporary scene with one triangle for each material in use, for the exporter."""
 
     def __init__(self, depsgraph):
         self.scene = bpy.data.scenes.new("Emberline export")
         self.ids, self.original_names, self.said = [], {}, []
         self._copies = materials.Copies(depsgraph, self.ids, self.original_names)
-        self._triangles, self._wearers = {}, {}  # names; of each, its material's name and an object that wears it
+        self._triangles, self._wearers = {}, {}  # names by key; material and user by triangle
 
     def __enter__(self):
         return self
@@ -37,7 +37,8 @@ class _Scratch:
         bpy.data.batch_remove(self.ids)
 
     def triangle(self, material, uv_maps, shown_uv_map, wearer):
-        """Its name; `wearer` is an object's. Textures lie on UV maps, so meshes that have others have triangles of their own."""
+        """Returns the triangle's name; `wearer` is the name of an object with the material. Textures refer to
+        UV maps, so meshes with different UV maps need separate triangles."""
         worn = (self._copies.of(material), uv_maps, shown_uv_map)
         if worn not in self._triangles:
             mesh = bpy.data.meshes.new("emberline")
@@ -56,7 +57,7 @@ class _Scratch:
         return self._triangles[worn]
 
     def export(self, folder):
-        """The exporter's file, and which of its materials each triangle wears."""
+        """Returns the exporter's file and the material index of each triangle."""
         if not self._triangles:
             return Glb(), {}
         path = os.path.join(folder, "materials.glb")
@@ -74,7 +75,7 @@ class _Scratch:
 
 
     def _blame(self, path):
-        """Which material the exporter fails at, and whose."""
+        """Finds the material at which the exporter fails, and an object that uses it."""
         placed = list(self._wearers)
         for one in placed:
             self.scene.collection.objects.unlink(one)
@@ -90,12 +91,12 @@ class _Scratch:
 
 
 class _ExporterFailed(Exception):
-    """One line."""
+    """The message is one line."""
 
 
 class _Context:
-    """Blender's context, but for the window: the exporter turns that to the scene it exports, which the user would see, and
-    for which Blender evaluates all of the user's scene twice more."""
+    """Blender's context without its window. The exporter would switch the window to the exported scene, which
+    the user would see and which makes Blender evaluate the user's scene twice more."""
 
     def __init__(self, context):
         self._context = context
@@ -145,7 +146,7 @@ def _export(scratch, path):
 
 @contextlib.contextmanager
 def _operator_fault():
-    """What the exporter raises within: Blender hands on its traceback as a text, which it cuts."""
+    """Captures the exporter's exception: Blender passes it on only as truncated traceback text."""
     kind, fault = bpy.types.EXPORT_SCENE_OT_gltf, {}
     execute = kind.execute
 
@@ -173,30 +174,30 @@ def _one_line(error):
 
 
 class Parts:
-    """The meshes and materials of a file, to be placed anew: which mesh is whose, and where in the file they end."""
+    """Meshes and materials of an exported file, for reuse: the file's index of each mesh, and where they end."""
 
     def __init__(self):
         self.path, self.meshes, self.end = "", {}, None
 
 
 def worn_by(placed):
-    """Names of the materials in its slots."""
+    """Names of the materials in the object's slots."""
     return tuple(slot.material.name_full if slot.material else "" for slot in placed.material_slots)
 
 
-# A mesh or a light. `track`: where it stands at each moment; `key`: of its mesh; `holdout`: the camera sees a hole.
+# A mesh or a light. `track`: matrices per moment; `key`: of its mesh; `holdout`: it is a hole to the camera.
 _Thing = collections.namedtuple("_Thing", "name data track group key unseen holdout", defaults=(None, False, False))
 
 
 class Export:
-    """Writes scene.glb to `folder` from the depsgraph. Afterwards `groups` says which layer of light belongs to which of
-    Blender's light groups, of those in `light_groups`.
+    """Writes scene.glb to `folder` from the depsgraph.
 
-    `holdout` is the name of the node that holdouts are below, if there are some.
+    `groups` then maps light layers to Blender's light groups, for those in `light_groups`. `holdout` is the name of the
+    parent node of all holdouts, or None.
 
-    `parts`: of an earlier export, whose meshes and materials still hold: then only what stands where is new, unless there is a
-    mesh that it lacks. `shutter`: of motion.py, with which the scene is looked at at each moment; then `view` is that of its
-    middle, and `moves` says whether something does. `only`: names of the objects that are shown, with their instances."""
+    `parts`: an earlier export whose meshes and materials are still valid; only nodes are then written, unless a mesh is
+    missing. `shutter` (motion.py): evaluate the scene at each of its moments; `view` is then that of the middle, and
+    `moves` says whether anything moves. `only`: names of the objects to export, with their instances."""
 
     def __init__(self, depsgraph, folder, light_groups=(), parts=None, shutter=None, only=None):
         self._depsgraph = depsgraph
@@ -215,7 +216,7 @@ class Export:
         self.parts = parts
 
     def lights(self):
-        """Name of the object and the light of each."""
+        """Object name and light data of each light."""
         return [(thing.name, thing.data) for thing in self._things.values() if not thing.key]
 
     def _export_parts(self, folder):
@@ -239,8 +240,7 @@ class Export:
         return parts, glb
 
     def _instances(self):
-        """What is rendered: a name that it keeps at all times, its object, the one that instances it or itself, and
-        where it stands."""
+        """Yields what is rendered: a name that is stable over time, the object, its owner, and its matrix."""
         for instance in self._depsgraph.object_instances:
             placed = instance.object
             if instance.show_self and (placed.type == "LIGHT" or placed.type in _MESHES and placed.data):
@@ -253,8 +253,7 @@ class Export:
                 yield name, placed, owner, instance.matrix_world.copy()
 
     def _gather(self, meshes, scratch=None):
-        """Lists what there is. Meshes that are not among `meshes` are read and put there, for which there must be a `scratch`:
-        False without."""
+        """Lists the objects to export and reads new meshes into `meshes`; without `scratch`, returns False instead."""
         self._things, self.worn = {}, {}
         self._low, self._high = Vector((1e30,) * 3), Vector((-1e30,) * 3)
         scene = self._depsgraph.scene_eval
@@ -269,7 +268,7 @@ class Export:
                 self._things[name] = _Thing(placed.name, placed.data, track, group, unseen=unseen)
                 continue
             worn = self.worn[placed.name_full] = worn_by(placed)
-            # Objects without modifiers share what they are made of; what others are made of has an address of its own.
+            # Objects without modifiers share their data; evaluated data of others have separate addresses.
             key = (placed.data.as_pointer(), placed.type, worn)
             if placed.type != "MESH":
                 key = (placed.original.as_pointer(), placed.type, worn)
@@ -289,11 +288,11 @@ class Export:
 
     @staticmethod
     def _read(name, placed, scratch):
-        """None where there are no faces."""
+        """Reads a mesh; None if it has no faces."""
         try:
             mesh = placed.to_mesh()
         except RuntimeError:
-            return None  # of a kind that has no mesh: limits.py lists it
+            return None  # a type without a mesh; limits.py lists it
         try:
             if not mesh or not mesh.polygons:
                 return None
@@ -312,7 +311,7 @@ class Export:
             placed.to_mesh_clear()
 
     def _follow(self, moment, meshes):
-        """Where things stand at another moment, and what has changed its shape."""
+        """Records transforms and changed shapes at another moment."""
         changed = {update.id.original for update in self._depsgraph.updates if update.is_updated_geometry}
         for name, placed, _, world in self._instances():
             thing = self._things.get(name)
@@ -328,7 +327,7 @@ class Export:
 
     @staticmethod
     def _above(glb, nodes):
-        """Adds a node that they are children of; its name, which no other has."""
+        """Adds a parent node for `nodes` and returns its unique name."""
         name, taken = "holdouts", {node.get("name") for node in glb.json["nodes"]}
         while name in taken:
             name += "_"
@@ -348,7 +347,7 @@ class Export:
                 node = animation.node(thing.track, morphs, name=thing.name, mesh=split.mesh(mesh, thing.group))
                 (holes if thing.holdout else placed).append(node)
                 continue
-            # With light groups a layer must be known by its name, which two lights may share.
+            # Light groups are found by the layer's name, which two lights might share.
             layer = f"group{index}-{thing.name}" if thing.group else thing.name
             if thing.group:
                 light_layers[layer] = thing.group

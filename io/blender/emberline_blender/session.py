@@ -1,4 +1,5 @@
-"""`emberline session` as a child (renderer/session/PROTOCOL.md): commands go in without waiting, pictures come back."""
+"""Runs `emberline session` as a child process (renderer/session/PROTOCOL.md). Commands are sent without
+waiting; pictures come back."""
 import collections
 import json
 import mmap
@@ -12,7 +13,7 @@ from . import guard
 from .command import Refused, environment
 
 
-# R G B A, linear, rows from the bottom as Blender's textures have them.
+# RGBA, linear, rows from the bottom like Blender's textures.
 Picture = collections.namedtuple("Picture", "message pixels")
 
 
@@ -25,8 +26,8 @@ class Session:
         except OSError as error:
             raise Refused(f"Emberline: {program} cannot be started: {error.strerror}") from error
         guard.watch(self._child.pid)
-        self.fault = ""  # one line, once the session has ended by itself
-        self.problem = ""  # why the newest change is not shown
+        self.fault = ""  # one line, set if the session has ended unexpectedly
+        self.problem = ""  # why the latest change is not shown
         self._lock, self._picture, self._answers = threading.Lock(), None, []
         self._commands, self._closing = queue.SimpleQueue(), False
         for run in (self._write, self._read):
@@ -36,7 +37,7 @@ class Session:
         self._commands.put({"do": do, **members})
 
     def take_picture(self):
-        """The newest, once."""
+        """Returns the newest picture, once."""
         with self._lock:
             picture, self._picture = self._picture, None
         return picture
@@ -56,8 +57,8 @@ class Session:
                 self._child.stdin.write(json.dumps(command).encode() + b"\n")
                 self._child.stdin.flush()
         except (OSError, ValueError):
-            return  # the other thread sees the end
-        self._child.kill()  # what it has is of nobody's use
+            return  # the reading thread notices the end
+        self._child.kill()  # nothing that it holds is still needed
 
     def _read(self):
         memory, segment = None, None

@@ -1,9 +1,10 @@
-"""What the panels show, with the names and units that Blender's users know from Cycles; and the options it becomes."""
+"""Render settings with Cycles' names and units, and the command-line options they become."""
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
-# Radius of --filter-radius for a filter width of 1, as Cycles has it: Blackman-Harris ends at the width, the Gaussian's sigma
-# is a quarter of it and ours a third of the radius. Cycles has no Mitchell: at the default width ours has its usual radius of 2.
+# --filter-radius for a filter width of 1 in Cycles: Blackman-Harris ends at the width; the Gaussian's sigma
+# is a quarter of the width in Cycles and a third of the radius here. Cycles has no Mitchell; at the default
+# width it gets its usual radius of 2.
 _RADII = {"blackman-harris": 1.0, "gaussian": 0.75, "mitchell": 4 / 3}
 
 
@@ -149,7 +150,7 @@ def preferred_command():
 
 
 def filter_radius(own):
-    """In pixels; the width does not matter to a box, as in Cycles."""
+    """In pixels. As in Cycles, the width has no effect on a box filter."""
     return own.filter_width * _RADII[own.pixel_filter] if own.pixel_filter in _RADII else 0.5
 
 
@@ -180,7 +181,7 @@ def options(scene):
 
 
 def viewport_options(scene):
-    """The same of a viewport, which has a driver of its own and no time limit."""
+    """Options of a viewport, which has its own driver and no time limit."""
     return _sample_options(scene, scene.emberline.viewport_samples, scene.emberline.seed)
 
 

@@ -1,17 +1,17 @@
-"""What differs between the versions of Blender that the add-on runs in, 3.4 to 5.2: nowhere else is a version asked for."""
+"""Differences between the supported versions of Blender, 3.4 to 5.2. No other module checks the version."""
 import bpy
 import numpy
 
-# What an area light of P watts and size A has of P / A as its radiance: Blender 4.0 put pi where 4 had been.
+# Radiance of an area light in units of P / A (power P, size A). Blender 4.0 replaced 1/4 by 1/pi.
 AREA_RADIANCE = 0.25 if bpy.app.version < (4, 0) else 1 / numpy.pi
 
 
-# An engine's report() of an error says it in the window, too; before, error_set() did.
+# Since 4.0 an engine's report() of an error also shows in the window; before, only error_set() did.
 REPORTS_SHOW = bpy.app.version >= (4, 0)
 
 
 def corner_normals(mesh):
-    """Of each corner of a face, in Blender's axes."""
+    """Normals per face corner, in Blender's axes."""
     normals = numpy.empty((len(mesh.loops), 3), numpy.float32)
     if hasattr(mesh, "corner_normals"):
         mesh.corner_normals.foreach_get("vector", normals.ravel())
@@ -22,19 +22,19 @@ def corner_normals(mesh):
 
 
 def shutter_owner(scene):
-    """What has `motion_blur_position`."""
+    """The object that has `motion_blur_position`."""
     render = scene.render
     return next(owner for owner in (render, getattr(scene, "cycles", None), scene.eevee) if hasattr(owner, "motion_blur_position"))
 
 
 def data_were_made(depsgraph):
-    """To be called after a render's export. Blender 5.2 crashes at the next frame of an animation if its relations are still
-    to be made anew then, with any engine."""
+    """Call after a render's export. If relations are still to be rebuilt at the next frame of an animation,
+    Blender 5.2 crashes, with any engine."""
     if bpy.app.version >= (5, 0):
         depsgraph.update()
 
 
 def casts_shadows(light):
-    if bpy.app.version < (4, 2):  # there `use_shadow` is EEVEE's
+    if bpy.app.version < (4, 2):  # in these versions light.use_shadow belongs to EEVEE
         return getattr(getattr(light, "cycles", None), "cast_shadow", True)
     return light.use_shadow

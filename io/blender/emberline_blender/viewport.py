@@ -1,8 +1,8 @@
-"""A viewport's picture: what changes goes to `emberline session`, what comes is drawn.
+"""The image in a viewport: sends changes to `emberline session` and draws its pictures.
 
-A view is sent at once, whenever Blender draws another one. All else waits for a timer, because only there data may be made
-for the export: the world is sent as an edit, things that moved and lights are put beside the meshes of the last export,
-anything else is exported again; the picture there is stays until the next has come.
+A new view is sent at once, whenever Blender draws. Other changes wait for a timer, because only a timer may create data
+for the export: the world is sent as an edit, moved objects and lights are combined with the meshes of the last export,
+and anything else is exported again. The old picture stays until the next one arrives.
 """
 import os
 import shutil
@@ -19,15 +19,16 @@ from .command import Refused
 from .scene_export import Export, worn_by
 from .session import Session
 
-_LOOK = 1 / 60  # seconds between two looks for pictures and changes
-_NOTHING, _PLACES, _ALL = range(3)  # what has to be exported again
+_LOOK = 1 / 60  # seconds between two checks for pictures and changes
+_NOTHING, _PLACES, _ALL = range(3)  # how much must be exported again
 
 _viewports = set()
 _exporting = False
 
 
 class _Changes:
-    """What has to be done: `extent`, or else edits of the world, and of the materials and lights that are named."""
+    """Pending changes: `extent` says what to export again; if nothing, there are edits of the world and of
+    the named materials and lights."""
 
     def __init__(self, extent):
         self.extent, self.materials, self.lights, self.world = extent, set(), set(), False
@@ -39,7 +40,7 @@ class _Changes:
         data = update.id
         kind = data.bl_rna.identifier
         if kind in ("Scene", "Camera", "Screen", "WindowManager", "Collection", "ViewLayer") or data.is_embedded_data:
-            return  # objects are counted; a view is looked at whenever it is drawn; embedded trees come with their owners
+            return  # objects are counted, views are checked on drawing, and embedded trees come with their owners
         if kind == "Material":
             self.materials.add(data.name_full)
         elif isinstance(data, bpy.types.Light):
@@ -57,7 +58,7 @@ class _Changes:
 
 
 def _as_settings(arguments):
-    """The command line's options as a session has them."""
+    """Converts command-line options to a session's settings."""
     named, last = {}, None
     for argument in arguments:
         if argument.startswith("--"):
@@ -75,15 +76,15 @@ class Viewport:
         self._folder = guard.folder()
         self._session = None
         self._changes, self._objects = _Changes(_ALL), -1
-        self._materials, self._lights = {}, {}  # as they were exported: live_edits.py
-        self._edits = {"materials": {}, "lights": {}}  # since then, by name
-        self._listed = {}  # what is in the scene that is open
-        self._parts = None  # of the last export, to be placed anew
-        self._worn = {}  # names of materials, by object
-        self._worlds = 0  # that have been sent
-        self._only = None  # names of the objects that are seen in local view
+        self._materials, self._lights = {}, {}  # states at export, see live_edits.py
+        self._edits = {"materials": {}, "lights": {}}  # edits since then, by name
+        self._listed = {}  # names in the open scene
+        self._parts = None  # of the last export, for reuse
+        self._worn = {}  # material names by object
+        self._worlds = 0  # number of worlds sent
+        self._only = None  # names of the objects visible in local view
         self._view, self._settings = None, {}
-        self._opening = self._opened = 0  # numbers of `open`
+        self._opening = self._opened = 0  # ids of `open` commands
         self._picture, self._texture = None, None
         self._said, self._shown_line, self._not_before = None, None, 0.0
         try:
@@ -113,7 +114,7 @@ class Viewport:
             self._changes.extent, self._objects = _ALL, count
 
     def _only_wears(self, update):
-        """Whether it is named because of a material that it wears and wore before, as Blender 4 does."""
+        """Whether the update lists the object only because one of its materials changed, as Blender 4 does."""
         data = update.id
         if update.is_updated_geometry or update.is_updated_transform:
             return False
@@ -121,12 +122,12 @@ class Viewport:
             return worn_by(data) == self._worn.get(data.name_full)
         return isinstance(data, bpy.types.Mesh)
 
-    # By a timer, in the main thread.
+    # Called by a timer on the main thread.
     def step(self):
         engine = self._engine()
         if not engine:
             raise ReferenceError
-        engine.is_preview  # raises when Blender has freed the engine, whose Python part may live on
+        engine.is_preview  # raises if Blender has freed the engine; its Python object may outlive it
         if not self._session:
             return
         if self._session.fault:
@@ -142,7 +143,7 @@ class Viewport:
             if self._changes.extent and time.monotonic() >= self._not_before:
                 began = time.monotonic()
                 self._export()
-                # While something changes all the time, half of it is Blender's.
+                # During continuous changes, leaves half of the time to Blender.
                 self._not_before = 2 * time.monotonic() - began
                 if not self._session:
                     engine.tag_redraw()
@@ -150,7 +151,7 @@ class Viewport:
         if self._session.problem:
             self._said = self._session.problem
         picture = self._session.take_picture()
-        # No more often: a redraw takes as much of the processor as the session has to load the scene with.
+        # Redraws only when needed: a redraw costs CPU time that the session needs for loading.
         if picture or self._said != self._shown_line:
             self._picture = picture or self._picture
             self._shown_line = self._said
@@ -164,11 +165,11 @@ class Viewport:
             if answer["ok"]:
                 self._said = None
                 self._listed = answer["scene"]
-                # The view may have changed meanwhile.
+                # The view may have changed since `open`.
                 self._session.say("camera", camera=self._view.edit)
 
     def _edit(self):
-        """Sends what can be sent as edits: False where that is not all that has changed."""
+        """Sends the changes as edits; False if they are not enough."""
         changes, edits = self._changes, {"materials": [], "lights": []}
         for name in changes.materials:
             material = bpy.data.materials.get(name)
@@ -197,8 +198,9 @@ class Viewport:
         return True
 
     def _send_world(self):
-        """For the scene that is open, and for the next."""
-        folder = os.path.join(self._folder, f"world {self._worlds % 2}")  # the one before may just be read
+        """Sends the world for the open scene and for later ones."""
+        # Two folders in turn, since the session may still be reading the other.
+        folder = os.path.join(self._folder, f"world {self._worlds % 2}")
         self._worlds += 1
         os.makedirs(folder, exist_ok=True)
         light = _as_settings(world.options(self._layer_now().depsgraph.scene_eval.world, folder))
@@ -207,12 +209,12 @@ class Viewport:
         self._session.say("edits", edits={"environment": {"file": light["env"], "strength": float(light["env-strength"]), "rotation": turn}})
 
     def _layer_now(self):
-        """None where it has gone."""
+        """The view layer, or None if it has been removed."""
         scene = bpy.data.scenes.get(self._scene)
         return scene.view_layers.get(self._layer) if scene else None
 
     def _note_states(self, exported, again):
-        """What later edits are compared with."""
+        """Records the exported states, for comparison with later changes."""
         self._lights = {name: (data.name_full, live_edits.light_state(data)) for name, data in exported.lights()}
         self._edits["lights"] = {}
         if again:
@@ -221,7 +223,7 @@ class Viewport:
             self._edits["materials"] = {}
 
     def _export(self):
-        """Refused: said in the viewport until there is something else."""
+        """Exports the scene and opens it in the session. A failure is shown in the viewport."""
         global _exporting
         layer = self._layer_now()
         if not layer:
@@ -232,13 +234,13 @@ class Viewport:
         _exporting = True
         try:
             depsgraph = layer.depsgraph
-            # Materials that have changed, too, are in none of the old files.
+            # Changed materials are not in the old file, so its parts cannot be reused.
             parts = self._parts if changes.extent == _PLACES and not changes.materials else None
             exported = Export(depsgraph, folder, parts=parts, only=self._only)
             self._note_states(exported, exported.parts is not parts)
             self._parts, self._worn = exported.parts, exported.worn
             light = world.options(depsgraph.scene_eval.world, folder)
-            layer.update()  # what the export's own scene has stirred up is no change
+            layer.update()  # so that updates caused by the export's own scene do not count as changes
         except (Refused, OSError) as fault:
             self._said = str(fault)
             return
@@ -254,7 +256,7 @@ class Viewport:
         self._remove_old_files()
 
     def _remove_old_files(self):
-        """Of scenes before the one that is open, but for the meshes that are still in use."""
+        """Removes files of scenes before the open one, except meshes that are still in use."""
         kept = {str(n) for n in range(self._opened, self._opening + 1)}
         if self._parts:
             kept.add(os.path.basename(os.path.dirname(self._parts.path)))
@@ -286,7 +288,7 @@ class Viewport:
         self._view = view
 
     def _fail(self, fault):
-        """A fault of ours: said once, and this viewport shows nothing new."""
+        """Reports a bug in the add-on once and closes the session."""
         traceback.print_exc()
         self._said = f"Emberline: the add-on failed: {type(fault).__name__}: {fault}"
         self._picture = None

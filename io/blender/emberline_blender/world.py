@@ -1,4 +1,4 @@
-"""The world as Emberline's environment: a colour, or an environment texture that may be turned."""
+"""Exports the world as Emberline's environment: a colour, or an environment texture with a rotation."""
 import math
 import os
 
@@ -11,7 +11,7 @@ _LINEAR = ("Linear", "Linear Rec.709", "Non-Color", "Raw")
 
 
 def background_node(world):
-    """The Background node of the world's active output, if that is what it is."""
+    """The Background node connected to the world's active output, or None."""
     source = lights.shown_node(world.node_tree, "OUTPUT_WORLD")
     return source if source and source.type == "BACKGROUND" else None
 
@@ -25,19 +25,19 @@ def environment_node(world):
 
 
 def turn(environment):
-    """Degrees, as --env-rotation has them."""
+    """Rotation in degrees, as for --env-rotation."""
     if not environment.inputs["Vector"].is_linked:
         return 0.0
     mapping = environment.inputs["Vector"].links[0].from_node
     if mapping.type != "MAPPING":
         return 0.0
-    # A Mapping node turns the direction that is looked up; a texture mapping does the opposite.
+    # A Mapping node rotates the lookup direction; a texture mapping does the opposite.
     angle = math.degrees(mapping.inputs["Rotation"].default_value[2])
     return angle if mapping.vector_type == "TEXTURE" else -angle
 
 
 def file_as_is(image):
-    """The path of an image that the command reads itself, layers of EXRs, which Blender does not read, too; or None."""
+    """The path of an image that the command can read itself, including EXR layers; else None."""
     path = bpy.path.abspath(image.filepath_raw, library=image.library)
     linear = image.colorspace_settings.name in _LINEAR
     kept = image.source == "FILE" and not image.packed_file and not image.is_dirty
@@ -45,7 +45,7 @@ def file_as_is(image):
 
 
 def options(world, folder):
-    """--env and what belongs to it; without a world the environment is black, as in Cycles."""
+    """Options for --env; without a world the environment is black, as in Cycles."""
     strength, rgb, node = 1.0, (0.0, 0.0, 0.0), None
     if world:
         rgb = world.color

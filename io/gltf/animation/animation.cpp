@@ -29,7 +29,7 @@ class AnimationReader {
 
  private:
   using Numbers = KeyFrames::Numbers;
-  // Of an accessor; read once for all samplers that make the same of it.
+  // Key of an accessor's values, which samplers with the same use share.
   using ValuesKey = std::tuple<int, bool, bool>;  // accessor, rotations, splines
 
   KeyFrames read_keys(const json& sampler, const GltfTarget& target, const std::string& place);
@@ -67,7 +67,7 @@ void AnimationReader::read(size_t index) {
 }
 
 void AnimationReader::add_track(const GltfTarget& target, KeyFrames keys) {
-  // And what it poses, twice, and the pointer's text.
+  // Counts the poses twice, and the pointer's text.
   animation_.memory.add(sizeof(NodeTrack) + sizeof(PointerTrack) + 3 * sizeof(NodePose) +
                             bytes_of(3 * keys.width, sizeof(double)) + 3 * target.pointer.size(),
                         document_.place(target.pointer));
@@ -141,10 +141,10 @@ KeyFrames::Numbers AnimationReader::read_values(int accessor, const KeyFrames& k
   return entry = std::make_shared<const std::vector<float>>(std::move(values));
 }
 
-// Of each key frame; the tangents of splines are no rotations.
+// Checks each key frame; the tangents of splines are not rotations.
 void AnimationReader::check_rotations(const std::vector<float>& values, bool splines,
                                       const std::string& place) {
-  // What signed bytes make of a unit quaternion is off by less.
+  // Larger than the error of a unit quaternion in signed bytes.
   constexpr double kTolerance = 0.02;
   const size_t stride = splines ? 12 : 4;
   for (size_t at = splines ? 4 : 0; at < values.size(); at += stride) {
@@ -166,9 +166,9 @@ void AnimationReader::warn_of_repairs() const {
                   first_of_them_, not_of_unit_length_));
 }
 
-// ---- which
+// ---- selection
 
-// The name of a broken animation is not known, so it may be the one that is wanted.
+// A broken animation has no known name, so it may be the wanted one.
 size_t choose_one(const GltfDocument& document, const std::string& wanted,
                   const std::vector<AnimationDescription>& list) {
   try {
@@ -205,7 +205,7 @@ std::vector<size_t> choose_animations(const GltfDocument& document, const GltfOp
   return every;
 }
 
-// Key times are floats, so a frame at one of them may be a little beyond.
+// Key times are floats, so the time of a frame at the last key may round beyond it.
 void say_if_outside(const GltfDocument& document, const GltfAnimation& animation) {
   const bool before = animation.time < 0.0;
   if (!before && float(animation.time) <= float(animation.duration)) return;
@@ -220,7 +220,7 @@ void say_if_outside(const GltfDocument& document, const GltfAnimation& animation
 void pose_node(const NodeTrack& track, double time, NodePose& pose) {
   const NodeTarget& target = track.target;
   if (target.property == NodeProperty::kWeights) return sample_keys(track.keys, time, pose.weights);
-  Quaternion value{};  // no other property has more numbers
+  Quaternion value{};  // all other properties have at most four numbers
   sample_keys(track.keys, time, std::span(value).first(track.keys.width));
   switch (target.property) {
     case NodeProperty::kTranslation:
@@ -292,7 +292,7 @@ GltfPose pose_at(const GltfAnimation& animation, double time) {
   return pose;
 }
 
-// As floats, which key times are: a time that rounds to a key's is at the key.
+// Compares as floats, the type of key times: a time that rounds to a key's counts as that key.
 std::vector<double> times_within(const GltfAnimation& animation,
                                  std::span<const KeyFrames* const> keys) {
   if (!(animation.open < animation.close)) return {animation.open};
@@ -335,7 +335,7 @@ void write_values_at(const GltfAnimation& animation, double time, json& document
 }
 
 void report_clamped_values(const GltfDocument& document, const GltfAnimation& animation) {
-  constexpr size_t kMost = 8;  // of those that are named: a file may have any number
+  constexpr size_t kMost = 8;  // of the named values: a file may have any number
   std::string names;
   size_t count = 0;
   for (const PointerTrack& track : animation.pointers) {

@@ -1,9 +1,9 @@
-// The animations of a file: what moves, and where it is at a time.
+// The animations of a file: what moves, and where it is at a given time.
 //
-// Nodes are posed by values of their own (GltfPose), which cost little at any number of times.
-// Everything else that a KHR_animation_pointer leads to is written into the document's JSON, from
-// which materials, lights and cameras are then read as ever; of some of it gltf/animation/changes.h
-// says how it goes on from there.
+// Nodes are posed by separate values (GltfPose), which are cheap to evaluate at any number of
+// times. All other targets of KHR_animation_pointer are written into the document's JSON, from
+// which materials, lights and cameras are then read as usual; gltf/animation/changes.h follows some
+// of them during the shutter.
 #pragma once
 
 #include <map>
@@ -26,27 +26,27 @@ struct NodeTrack {
   KeyFrames keys;
 };
 
-// Of a number, or numbers, of the document.
+// Animates one or more numbers of the document.
 struct PointerTrack {
   std::string pointer;
   const schema::Property* property = nullptr;
   KeyFrames keys;
-  // Whether sample_value clamped a value since write_values_at began. Reading is one thread's.
+  // Set if sample_value clamped a value since the last write_values_at. Not thread-safe.
   mutable bool goes_beyond = false;
 };
 
-// The animations that pose the scene, or none: it is at rest.
+// The animations that pose the scene; or none, and the scene is at rest.
 struct GltfAnimation {
   bool at_rest = true;
-  double time = 0.0;               // seconds: the pose that was asked for
-  double open = 0.0, close = 0.0;  // when the shutter is: the same, for an instant
-  std::optional<double> later;     // of an instant: GltfOptions::later
-  double duration = 0.0;           // of the longest
-  // In the file's order: of two that move the same the later counts.
-  std::vector<NodeTrack> nodes;            // but for their visibility
+  double time = 0.0;               // requested time in seconds
+  double open = 0.0, close = 0.0;  // shutter interval in seconds; equal for an instant
+  std::optional<double> later;     // GltfOptions::later, for an instant
+  double duration = 0.0;           // of the longest animation
+  // In file order; if two tracks have the same target, the later wins.
+  std::vector<NodeTrack> nodes;            // without visibility
   std::map<size_t, KeyFrames> visibility;  // by node
   std::vector<PointerTrack> pointers;
-  // Of nodes whose weights are animated: as the file has them.
+  // The file's own weights, for nodes whose weights are animated.
   std::map<size_t, std::vector<double>> weights;
   MemoryReservation memory;
 
@@ -55,44 +55,42 @@ struct GltfAnimation {
   }
 };
 
-// What animations make of a node; what is absent is as the file has it.
+// Animated values of a node; absent values stay as in the file.
 struct NodePose {
   std::optional<Vec3d> translation, scale;
   std::optional<Quaternion> rotation;
-  std::vector<double> weights;  // of every morph target; empty: absent
+  std::vector<double> weights;  // of all morph targets; empty: absent
 };
 using GltfPose = std::map<size_t, NodePose>;  // by node; empty: at rest
 
-// Looks at what the JSON says of each animation: what is broken is noted (gltf/document/faults.h).
+// Validates the JSON of each animation; broken ones are noted (gltf/document/faults.h).
 void check_gltf_animations(GltfDocument& document);
 
-// Of every animation: name, duration, what it moves. Their key frames are not read.
+// Name, duration and targets of every animation. Does not read key frames.
 std::vector<AnimationDescription> describe_animations(const GltfDocument& document);
 
-// Reads the animations that the options choose, of those that `list` names. Channels without effect
-// are left out; set_time follows. Throws UsageError where there is no such animation, InputError
-// where it is broken.
+// Reads the animations that the options choose from `list`, without ineffective channels. Call
+// set_time next. Throws UsageError if there is no such animation, InputError if it is broken.
 GltfAnimation read_animation(const GltfDocument& document, const GltfOptions& options,
                              const std::vector<AnimationDescription>& list);
 
-// When, as the options say. A time outside of it is told.
+// Sets time and shutter from the options. Logs a time outside the animation.
 void set_time(const GltfDocument& document, const GltfOptions& options, GltfAnimation& animation);
 
-// Per node: whether another time may find it, or a node above it, elsewhere; or hidden, or not.
+// Per node: whether its transform, an ancestor's transform, or its visibility depends on time.
 std::vector<char> nodes_that_may_move(const GltfDocument& document, const GltfAnimation& animation);
 
-// Where the nodes are (gltf/animation/visibility.h says whether they are seen). Pure; takes, for
-// each track, the logarithm of its keys.
+// The nodes' poses; visibility is in gltf/animation/visibility.h. Pure. Takes logarithmic time in
+// the number of keys per track.
 GltfPose pose_at(const GltfAnimation& animation, double time);
-// When the shutter opens, the key frames while it is open, and when it closes: growing, and of an
-// instant that alone.
+// Shutter opening, the key times in between, and shutter closing, ascending; one for an instant.
 std::vector<double> times_within(const GltfAnimation& animation,
                                  std::span<const KeyFrames* const> keys);
-// What a pointer's value is: within what the specification allows, beyond which splines may swing.
+// The pointer's value, clamped to the range of the specification, since splines may overshoot.
 void sample_value(const PointerTrack& track, double time, std::span<double> value);
-// Writes what else is animated, as it is at the time; what was written for another is overwritten.
+// Writes all other animated values at this time, overwriting earlier ones.
 void write_values_at(const GltfAnimation& animation, double time, nlohmann::json& document);
-// Warns of the values that were clamped.
+// Warns about clamped values.
 void report_clamped_values(const GltfDocument& document, const GltfAnimation& animation);
 
 }  // namespace emberline

@@ -21,10 +21,10 @@ constexpr std::string_view kMaterials = "/materials/", kCameras = "/cameras/",
 constexpr const char* kFactor = "/emissiveFactor";
 constexpr const char* kStrength = "/extensions/KHR_materials_emissive_strength/emissiveStrength";
 
-// As a share of the largest value around.
+// Relative to the largest value nearby.
 constexpr double kTolerance = 1e-3;
-// Between two key frames so many pieces at most, 2 to the power, and fewer of more key frames than
-// this: they are closer than any picture tells apart.
+// Limits the pieces between two key frames to 2^kMostHalvings, or fewer if the whole curve would
+// exceed kMostPieces: shorter pieces are not visible.
 constexpr int kMostHalvings = 10;
 constexpr size_t kMostPieces = 65536;
 
@@ -44,18 +44,18 @@ class CurveBuilder {
     const size_t n = values.size();
     if (n > 0 && times.back() == time && values.back() == value) return;
     if (n > 1 && values[n - 2] == value && values.back() == value) {
-      times.back() = time;  // it stays what it is
+      times.back() = time;  // still constant
       return;
     }
     times.push_back(time);
     values.push_back(value);
   }
 
-  // From one time, whose value has been added, to another.
+  // Adds the curve from `from`, whose value has been added already, to `to`.
   template <class At>
   void follow(const At& at, double from, const Value& first, double to, const Value& last,
               int halvings) {
-    // At two places, since a cubic may cross its chord at one.
+    // Tests two points, since a cubic may cross its chord at one.
     for (const double share : {0.25, 0.6}) {
       if (halvings == 0) break;
       const Value found = at(from + (to - from) * share);
@@ -85,7 +85,7 @@ bool is_constant(const TimeCurve<Value>& curve) {
                              [&](const Value& value) { return value == curve.values.front(); });
 }
 
-// Whether it does while the shutter is open.
+// Whether the value changes while the shutter is open.
 bool changes(const GltfAnimation& animation, const PointerTrack& track) {
   const KeyFrames* const keys[] = {&track.keys};
   const std::vector<double> times = times_within(animation, keys);
@@ -97,7 +97,7 @@ bool changes(const GltfAnimation& animation, const PointerTrack& track) {
   });
 }
 
-// A range that is infinite at times is as good as that there, so that its shares are numbers.
+// Ranges are capped at a value that acts as infinite, so that the relative curve is finite.
 void apply_range(const TimeCurve<float>& ranges, PunctualLightDescription& light) {
   constexpr float kAsGoodAsInfinite = 1e18f;
   light.range = *std::ranges::max_element(ranges.values);
@@ -181,7 +181,7 @@ GltfChanges::GltfChanges(const GltfDocument& document, const GltfAnimation& anim
 }
 
 void GltfChanges::report_held(CoverageReport& coverage) const {
-  std::map<std::pair<const void*, const void*>, bool> known;  // of the same key frames
+  std::map<std::pair<const void*, const void*>, bool> known;  // by shared key frames
   for (const auto& [pointer, track] : tracks_) {
     const bool follows = pointer.starts_with(kLights) || pointer.ends_with(kFactor) ||
                          pointer.ends_with(kStrength) || pointer.ends_with("/yfov") ||
@@ -225,7 +225,7 @@ GltfChanges::Curve<Value> GltfChanges::curve(const std::vector<Source>& sources,
   size_t kept = 0;
   for (size_t i = 0; i + 1 < times.size(); ++i) {
     const double from = times[i], to = times[i + 1], inside = 0.5 * (from + to);
-    // Steps as they are between the two, so that both sides of a jump are known.
+    // Steps are evaluated inside the interval, so that both sides of a jump are known.
     const auto at = [&](double seconds) {
       std::array<double, 6> numbers = {};
       size_t n = 0;
@@ -252,7 +252,7 @@ GltfChanges::Curve<Value> GltfChanges::curve(const std::vector<Source>& sources,
 }
 
 void GltfChanges::keep(uint64_t times, size_t bytes) {
-  // Vectors grow by doubling.
+  // Factor 2, since vectors grow by doubling.
   document_.reserve(MemoryPart::kLights, bytes_of(2 * times, bytes));
   times_ += times;
   if (times_ > most_times(document_)) {

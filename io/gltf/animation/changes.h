@@ -1,5 +1,5 @@
-// What KHR_animation_pointer changes while the shutter is open, besides nodes: what lights and
-// materials send out, spots' cones, and lenses. Other values are held.
+// Values that KHR_animation_pointer changes while the shutter is open, apart from nodes: emission
+// of lights and materials, spot cones, and lenses. Other values are held constant.
 #pragma once
 
 #include <map>
@@ -14,32 +14,32 @@
 
 namespace emberline {
 
-// Times that curves and visibility may have together: sharing key frames, a small file could ask
-// for any number. Chosen by us.
+// Upper limit on the times of all curves and visibility tracks together: since key frames can be
+// shared, a small file could ask for any number. The value is our choice.
 uint64_t most_times(const GltfDocument& document);
 
-// Curves jump where key frames are steps, and are within a thousandth of what other key frames come
-// to, if there are up to a thousand of them; of more each counts, and straight lines between them.
+// Step key frames become jumps. Other curves are within 0.1 % of the exact value if they have up to
+// a thousand key frames; with more, each key frame is kept and connected by straight lines.
 class GltfChanges {
  public:
-  // Both outlive it; values that are not animated are taken from the JSON. What is no light, lens
-  // or emission at some time is noted as broken, what is held is added to the report. Throws
-  // InputError for more key frames than memory or the file's size allows.
+  // Both arguments must outlive this object; values that are not animated come from the JSON.
+  // Invalid lights, lenses or emission at some time are noted as broken; held values are added to
+  // the report. Throws InputError for more key frames than memory or the file's size allows.
   GltfChanges(const GltfDocument& document, const GltfAnimation& animation,
               CoverageReport& coverage);
 
-  // What has been read, so that it changes as the file says.
+  // Add the changes to what was read from the file.
   void apply(std::vector<MaterialDescription>& materials) const;
   void apply(size_t light, PunctualLightDescription& description) const;
   void apply(size_t camera, CameraDescription& description) const;
 
  private:
-  // As scene_description.h has it of what shines.
+  // Brightest emission and curve relative to it, as in scene_description.h.
   struct Brightness {
     Rgb brightest = Rgb(0.0f);
     std::shared_ptr<const TimeCurve<Rgb>> share;
   };
-  // Numbers of the document, animated or as they are.
+  // Numbers of the document, animated or constant.
   struct Source {
     const PointerTrack* track = nullptr;
     std::vector<double> fixed;
@@ -60,7 +60,7 @@ class GltfChanges {
 
   const GltfDocument& document_;
   const GltfAnimation& animation_;
-  std::map<std::string, const PointerTrack*> tracks_;  // by pointer; of two the later counts
+  std::map<std::string, const PointerTrack*> tracks_;  // by pointer; the later track wins
   std::map<size_t, Brightness> materials_, lights_;
   std::map<size_t, Curve<Vec2f>> cones_;
   std::map<size_t, Curve<float>> ranges_;

@@ -1,4 +1,4 @@
-// What the JSON says of the animations: whether it can be, and what it comes to.
+// Validates the JSON of animations and describes them.
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -12,7 +12,7 @@ namespace {
 
 using nlohmann::json;
 
-// The table of section 3.11, and that of KHR_animation_pointer.
+// The tables of section 3.11 and of KHR_animation_pointer.
 void check_output_type(const GltfAccessor& output, const GltfTarget& target,
                        const std::string& place) {
   const int type = output.component_type;
@@ -52,7 +52,7 @@ void check_sampler(const GltfDocument& document, const json& sampler, const Gltf
   }
 }
 
-// A target, what it is part of, or a part of it, only once. `before` are the pointers so far.
+// Rejects a target that equals, contains or is part of one of the pointers in `before`.
 void check_new_target(std::set<std::string>& before, const std::string& target,
                       const std::string& place) {
   const std::string parts = target + "/";
@@ -83,12 +83,12 @@ void check_animation(const GltfDocument& document, const json& animation, size_t
       check_sampler(document, samplers[sampler], target,
                     document.place(sampler_pointer(index, channels[c])));
     } catch (const NoTarget&) {
-      // Told when the animation is read.
+      // Reported when the animation is read.
     }
   }
 }
 
-// The last time of each animation's key frames, read without the others.
+// Reads only the last key time of each animation.
 class DurationReader {
  public:
   explicit DurationReader(const GltfDocument& document)
@@ -100,7 +100,7 @@ class DurationReader {
     document_.progress->check();
     const GltfAccessor& times = document_.accessor(accessor);
     check_zeros(document_, accessor, place);
-    // Each is looked through for the last.
+    // Each sparse index is searched for the last element.
     sparse_ += times.sparse.count;
     if (times.count > UINT32_MAX || sparse_ > most_sparse_) {
       throw InputError(place, "more key frames than the size of the file bears out");

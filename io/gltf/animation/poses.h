@@ -1,4 +1,4 @@
-// What skins and morph weights make of meshes while the shutter is open.
+// Skinned and morphed meshes while the shutter is open.
 #pragma once
 
 #include <map>
@@ -9,31 +9,29 @@
 
 namespace emberline {
 
-// The first joint's position as the shutter opens is kept apart in double, for scenes far from the
-// origin; the joints' matrices lead to a space around it.
+// `origin` is the first joint's position at shutter opening, in double for scenes far from the
+// origin; the joint matrices are relative to it.
 struct SkinPose {
   Vec3d origin;
-  std::vector<std::vector<Mat44d>> joints;  // of each step; of the first alone, if none moves
+  std::vector<std::vector<Mat44d>> joints;  // per step; only the first if no joint moves
 };
 
 class GltfPoses {
  public:
-  // The arguments outlive it, and it what it returns.
+  // The arguments must outlive this object, and this object the returned references.
   GltfPoses(const GltfDocument& document, const GltfShutter& shutter);
 
-  // Whether the mesh has targets; and whether their weights are animated, or others than the
-  // mesh's, where the node wears it.
+  // Whether the mesh has morph targets; whether the node's weights are animated or its own.
   bool morphs(size_t mesh) const { return defaults_[mesh].morphs; }
   bool has_own_weights(size_t node) const;
-  // Read when it is first asked for. Throws InputError.
+  // Loaded on first use. Throws InputError.
   const SkinPose& skin(int index);
   const SkinPose& known_skin(int index) const { return skins_.at(index); }
-  // Of a node's mesh: as many as it takes for vertices that go straight from one to the next to
-  // stay where they should. Throws InputError.
+  // A node's mesh in as many poses as linear motion between them requires. Throws InputError.
   std::vector<MeshPose> of(size_t node);
 
  private:
-  // What the file says of a mesh's targets: the weights of nodes that have none of their own.
+  // The mesh's default weights, for nodes without their own.
   struct MorphDefaults {
     bool morphs = false;
     std::vector<double> weights;
@@ -44,7 +42,7 @@ class GltfPoses {
   const GltfDocument& document_;
   const GltfShutter& shutter_;
   std::vector<MorphDefaults> defaults_;  // per mesh
-  std::map<int, SkinPose> skins_;        // those that nodes wear
+  std::map<int, SkinPose> skins_;        // skins used by nodes
   MemoryReservation memory_;
 };
 

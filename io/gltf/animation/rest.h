@@ -1,4 +1,4 @@
-// What of an open file is the same in every pose, once it has been read.
+// Parts of an open file that are the same in every pose, once read.
 #pragma once
 
 #include <map>
@@ -13,25 +13,25 @@ namespace emberline {
 
 // A primitive that no animation deforms.
 struct RestMesh {
-  uint64_t key = 0;   // MeshDescription's
-  LoadedMesh loaded;  // without the arrays, which whoever gets the pose takes over
+  uint64_t key = 0;   // key in MeshDescription
+  LoadedMesh loaded;  // without arrays, which the receiver of the pose takes over
   WorldBounds bounds;
   double radius = 0.0;                 // of a ball around the origin
-  std::vector<TangentLayout> layouts;  // that it was read for
+  std::vector<TangentLayout> layouts;  // layouts for which it was read
 };
 
 struct GltfRest {
-  // Mesh, primitive, skin, node or -1, and whether it is flat.
+  // Mesh, primitive, skin, node or -1, and whether the node flattens it.
   using MeshId = std::tuple<size_t, size_t, int, int, bool>;
   std::map<MeshId, RestMesh> meshes;
   uint64_t last_key = 0;
   std::map<int, GltfImage> images;  // by glTF image
-  TextureStore textures;            // where their texels are
-  uint64_t image_bytes = 0;         // of those: reserved, and given back by who owns this
+  TextureStore textures;            // backing store of the texels
+  uint64_t image_bytes = 0;         // reserved for images; the owner returns it to the budget
   std::map<size_t, std::vector<Mat44d>> instancing;  // by node
-  MemoryReservation memory;                          // of that
-  // Of the pose made last: something of it deforms, so that its vertices will be wanted again; what
-  // is reserved for its meshes that rest, and for those of them that were read for it.
+  MemoryReservation memory;                          // of `instancing`
+  // Of the latest pose: whether something deforms, so that buffers are needed again; bytes reserved
+  // for its resting meshes, and for those of them that were read for it.
   bool deforms = false;
   uint64_t resting_bytes = 0, read_bytes = 0;
 };

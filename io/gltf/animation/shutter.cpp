@@ -14,21 +14,21 @@ namespace {
 
 using nlohmann::json;
 
-// Chosen by us. Embree takes 128 segments.
+// Our choice; Embree supports 128 segments.
 constexpr size_t kMostSegments = 64;
-constexpr size_t kMostTransforms = size_t(1) << 22;  // of all nodes at all steps: 512 MiB
-// How far from its path a thing may be seen, as a share of its radius.
+constexpr size_t kMostTransforms = size_t(1) << 22;  // nodes times steps: 512 MiB
+// Largest visible deviation from the path, relative to the object's radius.
 constexpr double kTolerance = 1e-3;
-// Vertices go straight from one step to the next, and leave an arc of this by that share.
+// Where vertices move linearly between steps: a chord leaves an arc of this angle by kTolerance.
 constexpr double kJointTurn = 0.09;
-constexpr double kTurn = 0.8;      // of what Embree turns
-constexpr double kMostTurn = 1.6;  // between steps that are kept
+constexpr double kTurn = 0.8;      // where Embree interpolates the rotation
+constexpr double kMostTurn = 1.6;  // between the steps that are kept
 
 double angle_between(const Imath::Quatd& a, const Imath::Quatd& b) {
   return 2.0 * std::acos(std::min(1.0, std::abs(a ^ b)));
 }
 
-// How far apart the two put a point of a ball around the origin, at most.
+// Largest distance between the images of a point of a ball around the origin.
 double distance_between(const Mat44d& a, const Mat44d& b, double radius) {
   double shift = 0.0, turn = 0.0;
   for (int c = 0; c < 3; ++c) {
@@ -68,8 +68,7 @@ WorldBounds position_bounds(const GltfDocument& document, const json& mesh) {
   return bounds;
 }
 
-// Key frames while the shutter is open, of the track that has most: what happens between them is
-// smooth.
+// Key frames in the interval of the track that has the most: between key frames, motion is smooth.
 size_t keys_within(const GltfAnimation& animation, double open, double close) {
   size_t most = 0;
   for (const NodeTrack& track : animation.nodes) {
@@ -100,7 +99,7 @@ GltfShutter::GltfShutter(const GltfDocument& document, const GltfAnimation& anim
   find_moving_nodes();
   size_t most = is_instant() ? 1 : kMostSegments;
   while (most > 2 && order_.size() * (most + 1) > kMostTransforms) most /= 2;
-  // Matrices, and the poses that they are made of.
+  // The matrices, and the poses from which they are computed.
   size_t numbers = 0;
   for (const NodeTrack& track : animation.nodes) numbers += track.keys.width;
   memory_.add(bytes_of(order_.size() * (most + 1), sizeof(Mat44d)) +
@@ -155,8 +154,8 @@ void GltfShutter::pose_at_steps(size_t segments) {
   }
 }
 
-// Of what its mesh says of itself, where it is largest while the shutter is open; 0 without a mesh.
-// A mesh that says nothing counts as large as its way is long.
+// Radius of the node's mesh, at its largest while the shutter is open; 0 without a mesh. If the
+// mesh's bounds are unknown, the length of its path.
 double GltfShutter::radius_of(size_t i) const {
   const size_t node = order_[i];
   const int mesh = document_.model->nodes[node].mesh;
@@ -178,7 +177,7 @@ double GltfShutter::radius_of(size_t i) const {
   return way;
 }
 
-// Whether a thing is turned inside out on its way, which no step between two can show.
+// Whether the object's handedness flips on the way, which interpolation cannot show.
 bool GltfShutter::is_mirrored_midway(size_t i) const {
   double before = 0.0;
   for (size_t step = 0; step < steps(); ++step) {
@@ -191,7 +190,7 @@ bool GltfShutter::is_mirrored_midway(size_t i) const {
   return false;
 }
 
-// Whether every second step lies where those around it put it.
+// Whether interpolation between the even steps predicts every odd step.
 bool GltfShutter::fine_enough() const {
   for (size_t i = 0; i < order_.size(); ++i) {
     const double radius = radius_of(i);
@@ -202,7 +201,7 @@ bool GltfShutter::fine_enough() const {
     const double own = std::isfinite(of_mesh) ? of_mesh : 1.0;
     for (size_t step = 0; step + 2 < steps(); step += 2) {
       const Mat44d& middle = motion_[step + 1][i];
-      // What is scaled to nothing has no rotation, but may come and go at once.
+      // An object scaled to zero has no rotation, but may appear or vanish at once.
       if (is_singular(motion_[step][i]) || is_singular(motion_[step + 2][i])) {
         const Mat44d mean = (motion_[step][i] + motion_[step + 2][i]) * 0.5;
         if (is_seen && distance_between(mean, middle, own) > kTolerance * radius) {
@@ -233,7 +232,7 @@ double GltfShutter::radius(size_t mesh) const {
 
 namespace {
 
-// Those that are flat; mirrored as the step before is, or else the next one.
+// Thickens flattened steps, mirrored like the step before, or else like the next one.
 void thicken(std::vector<Mat44d>& steps, const Vec3d& center) {
   const auto first = std::ranges::find_if_not(steps, is_singular);
   bool mirrored = first != steps.end() && first->determinant() < 0.0;
@@ -270,8 +269,8 @@ std::vector<Mat44d> with_inverses(std::vector<Mat44d> steps, const Vec3d& center
 
 namespace {
 
-// How many of so many segments (1, 2, 4 ... of them all) are enough for error(step, before, after),
-// what a step is off when the two around it stand for it, to stay within `most`.
+// The smallest number of segments (1, 2, 4, ... of `segments`) for which error(step, before,
+// after), the error of interpolating `step`, is at most `most`.
 template <class Error>
 size_t enough_segments(size_t segments, double most, const Error& error) {
   for (size_t count = 1; count < segments; count *= 2) {
@@ -305,7 +304,7 @@ std::vector<MeshPose> thinned_poses(std::vector<MeshPose> steps, double radius) 
       largest = std::max(
           largest, distance_between(blend(a.joints[j], b.joints[j], share), at.joints[j], radius));
     }
-    // No target moves a vertex further than the mesh is large, or hardly any.
+    // Assumes that a morph target moves no vertex further than about the mesh's radius.
     double morphed = 0.0;
     for (size_t t = 0; t < at.weights.size(); ++t) {
       morphed += std::abs(blend(a.weights[t], b.weights[t], share) - at.weights[t]);
@@ -324,7 +323,7 @@ std::vector<Mat44d> thinned_transforms(std::vector<Mat44d> steps, double radius)
   double largest = 0.0;
   for (const Mat44d& m : steps) largest = std::max(largest, radius * largest_stretch(m));
   const auto error = [&](size_t step, size_t before, size_t after) {
-    // A half turn and more might go either way.
+    // Beyond half a turn the direction is ambiguous.
     if (angle_between(parts[before].rotation, parts[after].rotation) > kMostTurn) return HUGE_VAL;
     const double share = double(step - before) / double(after - before);
     const Mat44d expected = between(parts[before], parts[after], share).matrix();

@@ -1,5 +1,5 @@
-// Where a file's nodes are while the shutter is open: at even times, as many as the motion asks
-// for; of an instant whose velocity is wanted, then and later.
+// Node transforms while the shutter is open: at even time steps, as many as the motion needs. For
+// an instant with motion vectors: at the instant and at the later time.
 #pragma once
 
 #include <vector>
@@ -11,25 +11,24 @@ namespace emberline {
 
 class GltfShutter {
  public:
-  // Of an animation. Throws InputError when memory does not allow it.
+  // Requires an animation. Throws InputError if memory does not suffice.
   GltfShutter(const GltfDocument& document, const GltfAnimation& animation);
 
-  // Of every node, as the shutter opens.
+  // Of every node, at shutter opening.
   const std::vector<Mat44d>& world() const { return world_; }
   const GltfPose& pose(size_t step = 0) const { return poses_[step]; }
 
-  // What a mesh's accessors say of its vertices, before they are posed; empty where they say
-  // nothing. Of an animation, not at rest.
+  // The undeformed mesh's bounds in its accessors, empty if absent. Not for a scene at rest.
   const WorldBounds& bounds(size_t mesh) const { return bounds_[mesh]; }
-  // The same as a ball around the mesh's origin; infinite where they say nothing.
+  // Radius of a ball around the mesh's origin; infinite if unknown.
   double radius(size_t mesh) const;
 
-  // Poses, the first included; 1: nothing moves.
+  // Number of poses, including the first; 1: nothing moves.
   size_t steps() const { return poses_.size(); }
-  // Whether the second pose, if there is one, is GltfAnimation::later.
+  // True if the second pose, if any, is GltfAnimation::later.
   bool is_instant() const { return animation_.later.has_value(); }
   bool moves(size_t node) const { return !moving_.empty() && moving_[node] != kAtRest; }
-  // Of a node that moves.
+  // The node must move.
   const Mat44d& world(size_t node, size_t step) const { return motion_[step][moving_[node]]; }
 
  private:
@@ -38,7 +37,7 @@ class GltfShutter {
   void pose_at_steps(size_t segments);
   bool fine_enough() const;
   bool is_mirrored_midway(size_t i) const;
-  double radius_of(size_t i) const;  // of a node of order_
+  double radius_of(size_t i) const;  // `i` indexes order_
 
   const GltfDocument& document_;
   const GltfAnimation& animation_;
@@ -46,26 +45,26 @@ class GltfShutter {
   std::vector<WorldBounds> bounds_;  // per mesh
   std::vector<GltfPose> poses_;
   std::vector<Mat44d> world_;
-  std::vector<uint32_t> moving_;             // per node: its place in motion_
-  std::vector<size_t> order_;                // of those that move, parents first
-  std::vector<std::vector<Mat44d>> motion_;  // per step, of the nodes of order_
+  std::vector<uint32_t> moving_;             // per node: its index in motion_
+  std::vector<size_t> order_;                // moving nodes, parents first
+  std::vector<std::vector<Mat44d>> motion_;  // per step, for the nodes of order_
   MemoryReservation memory_;
 };
 
-// How thick a flat thing is, as a share of its size in the plane: that keeps its front before its
-// back. Chosen by us; a picture shows nothing of it.
+// Thickness of a flattened object, relative to its size in the plane. Keeps the front in front of
+// the back and is too small to see. The value is our choice.
 inline constexpr double kThickness = 4e-6;
 
-// A thing that is flat at some step is that thick then; `center` is its middle. One that vanishes
-// at some step, its size being none, is very small then: transforms without inverse become those of
-// the nearest step that has one, at a ten-thousandth of its size. Empty if none has.
+// Makes all steps invertible. A flattened object gets thickness kThickness around `center`. An
+// object scaled to nothing gets the transform of the nearest invertible step at 1/10000 of its
+// size. Empty if no step is invertible.
 std::vector<Mat44d> with_inverses(std::vector<Mat44d> steps, const Vec3d& center);
 
-// Fewer steps, evenly spaced, that put every vertex of a mesh of that radius to within a thousandth
-// of it where all of them would; vertices go straight between them.
+// Reduces the steps, evenly, so that linear motion between them keeps every vertex of a mesh of
+// that radius within 1/1000 of the radius of its original path.
 std::vector<MeshPose> thinned_poses(std::vector<MeshPose> steps, double radius);
-// The same of transforms, between which Embree turns; `radius`: of the mesh. Empty: it does not
-// move at all.
+// The same for transforms, between which Embree interpolates rotations; `radius` is the mesh's.
+// Empty if nothing moves.
 std::vector<Mat44d> thinned_transforms(std::vector<Mat44d> steps, double radius);
 
 }  // namespace emberline

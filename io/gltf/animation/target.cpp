@@ -14,7 +14,7 @@ namespace {
 using nlohmann::json;
 
 struct NodePropertyEntry {
-  std::string_view path;  // in a channel; in a pointer behind the node
+  std::string_view path;  // in a channel; in a pointer, after the node
   NodeProperty property;
   size_t width;
 };
@@ -22,10 +22,10 @@ constexpr NodePropertyEntry kNodeProperties[] = {
     {"translation", NodeProperty::kTranslation, 3},
     {"rotation", NodeProperty::kRotation, 4},
     {"scale", NodeProperty::kScale, 3},
-    {"weights", NodeProperty::kWeights, 0},  // as many as the mesh has targets
+    {"weights", NodeProperty::kWeights, 0},  // the mesh's number of targets
     {"extensions/KHR_node_visibility/visible", NodeProperty::kVisible, 1}};
 
-// As JSON pointers write it.
+// Parses an index in the form of JSON pointers, without leading zeros.
 std::optional<size_t> pointer_index(std::string_view text, size_t end) {
   return text.size() > 1 && text.front() == '0' ? std::nullopt : parse_index(text, end);
 }
@@ -87,7 +87,7 @@ GltfTarget TargetFinder::of_node(size_t node, std::string_view path, bool by_poi
   target.width = entry->width;
   target.node = {node, entry->property, 0};
   target.by_pointer = by_pointer;
-  // The specification has no rotation or scale beside a matrix; a translation it can take.
+  // The specification allows no rotation or scale with a matrix; a translation can be applied.
   const bool turns = target.has(NodeProperty::kRotation) || target.has(NodeProperty::kScale);
   if (turns && object.contains("matrix")) {
     const InputError fault(document_.place(pointer_ + member),
@@ -126,7 +126,7 @@ GltfTarget TargetFinder::of_pointer(const std::string& text) const {
   return of_node(*node, rest.substr(std::min(slash + 1, rest.size())), true);
 }
 
-// What the object model has as changeable and this loader reads.
+// Accepts numbers that the glTF object model allows to change and that this loader reads.
 GltfTarget TargetFinder::of_number(const std::string& text) const {
   constexpr std::string_view kChangeable[] = {"/materials/", "/cameras/",
                                               "/extensions/KHR_lights_punctual/lights/"};
@@ -148,7 +148,7 @@ GltfTarget TargetFinder::of_number(const std::string& text) const {
   return target;
 }
 
-// The member is there, or has a default and its object is there.
+// True if the member exists, or has a default and its object exists.
 bool TargetFinder::is_defined(const std::string& text) const {
   constexpr std::string_view kWithoutDefault[] = {"/aspectRatio", "/zfar", "/range"};
   try {
@@ -160,7 +160,7 @@ bool TargetFinder::is_defined(const std::string& text) const {
     const json::json_pointer object = pointer.parent_pointer();
     return document_.json->contains(object) && document_.json->at(object).is_object();
   } catch (const json::exception&) {
-    return false;  // an index with a zero before it, or the like
+    return false;  // e.g. an index with leading zeros
   }
 }
 

@@ -1,5 +1,4 @@
-// What the channel of an animation changes: a node's property, or by KHR_animation_pointer nearly
-// any number of the file.
+// Targets of animation channels: node properties and, by KHR_animation_pointer, most numbers.
 #pragma once
 
 #include <cstddef>
@@ -18,49 +17,49 @@ enum class NodeProperty : uint8_t {
   kRotation,
   kScale,
   kWeights,  // of all morph targets
-  kWeight,   // of one
+  kWeight,   // of one morph target
   kVisible,  // KHR_node_visibility
 };
 
 struct NodeTarget {
   size_t node = 0;
   NodeProperty property = NodeProperty::kTranslation;
-  size_t weight = 0;  // of kWeight: which
+  size_t weight = 0;  // index, for kWeight
 };
 
 struct GltfTarget {
-  std::string pointer;                         // of what is changed: "/nodes/3/rotation"
-  size_t width = 1;                            // numbers of a value
-  std::optional<NodeTarget> node;              // absent: a number, or numbers, of the document
-  const schema::Property* property = nullptr;  // of those
-  bool by_pointer = false;                     // said by KHR_animation_pointer
+  std::string pointer;             // of the target: "/nodes/3/rotation"
+  size_t width = 1;                // numbers per value
+  std::optional<NodeTarget> node;  // absent: the target is one or more numbers of the document
+  const schema::Property* property = nullptr;  // of those numbers
+  bool by_pointer = false;                     // uses KHR_animation_pointer
 
   bool has(NodeProperty which) const { return node && node->property == which; }
   // The values are an array of scalars, not a vector.
   bool is_array() const { return has(NodeProperty::kWeights); }
 };
 
-// Nothing that is there and that this loader knows: the channel is without effect.
+// The target does not exist or is unknown to this loader: the channel has no effect.
 struct NoTarget : InputError {
   explicit NoTarget(const InputError& reason) : InputError(reason) {}
 };
 
-// JSON pointers to an animation, its channel, and the sampler that a channel has.
+// JSON pointers to an animation, to its channel, and to a channel's sampler.
 std::string animation_pointer(size_t animation);
 std::string channel_pointer(size_t animation, size_t channel);
 std::string sampler_pointer(size_t animation, const nlohmann::json& channel);
 
-// Throws InputError for another than the three.
+// Throws InputError for an interpolation that glTF does not define.
 Interpolation interpolation_of(const nlohmann::json& sampler, const std::string& place);
 
-// Of a channel's "target", which stands at the JSON pointer `pointer`. Throws NoTarget, and
-// InputError for what must not be animated.
+// The target of a channel; `target` is its "target" object at the JSON pointer `pointer`. Throws
+// NoTarget, and InputError for a target that must not be animated.
 GltfTarget find_target(const GltfDocument& document, const nlohmann::json& target,
                        const std::string& pointer);
 
-// Morph targets of the mesh that the node has, by its first primitive: all have as many.
+// Number of morph targets of the node's mesh, by its first primitive; all have the same number.
 size_t morph_target_count(const GltfDocument& document, size_t node);
-// Their weights as the file has them: the node's, else the mesh's, else none.
+// The file's own weights: the node's, or else the mesh's, or else none.
 std::vector<double> morph_weights(const GltfDocument& document, size_t node);
 
 }  // namespace emberline

@@ -74,7 +74,7 @@ GltfVisibility::Shown GltfVisibility::keep(ShownTimes times) {
   if (times.changes.empty()) return times.at_opening ? nullptr : never_;
   document_.reserve(MemoryPart::kGeometry, bytes_of(times.changes.capacity(), sizeof(float)));
   changes_ += times.changes.size();
-  // Hierarchies multiply what few key frames say.
+  // A hierarchy multiplies the changes of a few key frames.
   if (changes_ > most_times(document_)) {
     throw InputError(document_.file,
                      "its nodes come and go more often while the shutter is open than the size of "

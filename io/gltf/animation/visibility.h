@@ -1,5 +1,5 @@
-// When nodes are there while the shutter is open (KHR_node_visibility), exactly: visibility is
-// switched, and time steps would smear that.
+// When nodes are visible while the shutter is open (KHR_node_visibility). The times are exact,
+// because visibility switches and time steps would blur that.
 #pragma once
 
 #include <map>
@@ -13,16 +13,16 @@
 
 namespace emberline {
 
-// A node is there where it says so itself and all nodes above it do.
+// A node is visible if it and all its ancestors are.
 class GltfVisibility {
  public:
-  // Throws InputError for more switching than the file's size bears out, or memory allows.
+  // Throws InputError for more changes than the file's size bears out or memory allows.
   GltfVisibility(const GltfDocument& document, const GltfAnimation& animation);
 
-  // Whether a node is there at some time; and when, null: always.
+  // Whether a node is visible at some time; and when (null: always).
   bool shows(size_t node) const { return shown_[node] != never_; }
   const std::shared_ptr<const ShownTimes>& times(size_t node) const { return shown_[node]; }
-  // Whether it may be there at another time of the animation.
+  // Whether it may be visible at another time of the animation.
   bool may_show(size_t node) const { return may_show_[node]; }
 
  private:
@@ -35,9 +35,9 @@ class GltfVisibility {
   const Shown never_ = std::make_shared<ShownTimes>(ShownTimes{false, {}});
   std::vector<Shown> shown_;  // per node
   std::vector<char> may_show_;
-  // What has been made of key frames, by their times and values; and of two nodes together.
+  // Caches, by a track's times and values, and by the two combined nodes.
   std::map<std::pair<const void*, const void*>, Shown> of_keys_, of_both_;
-  uint64_t changes_ = 0;  // of all
+  uint64_t changes_ = 0;  // of all nodes
 };
 
 }  // namespace emberline

@@ -20,13 +20,13 @@ using nlohmann::json;
 
 constexpr const char* kMeshopt[] = {"EXT_meshopt_compression", "KHR_meshopt_compression"};
 
-// The one that the view has, or else the last.
+// The extension that the view has, or else the last.
 const char* meshopt_name(const json& view) {
   return find_extension(view, kMeshopt[0]) ? kMeshopt[0] : kMeshopt[1];
 }
 
-// Null for a buffer without bytes: the placeholder that decoders without meshopt would need, with
-// or without a mark; its views are all compressed, or what is wrong with them is said there.
+// Null for a buffer without bytes: the placeholder for decoders without meshopt, marked or not. Its
+// views are all compressed; for others the error is reported at the view.
 std::unique_ptr<GltfBuffer> open_buffer(GltfDocument& document, const json& buffer,
                                         const std::string& place, size_t i) {
   const uint64_t byte_length = buffer.at("byteLength").get<uint64_t>();
@@ -56,7 +56,7 @@ std::unique_ptr<GltfBuffer> open_buffer(GltfDocument& document, const json& buff
   return result;
 }
 
-// The part of a buffer that a view, or its compressed form, names.
+// The range of a buffer that a view, or its compressed form, refers to.
 GltfView bounded(const GltfDocument& document, const json& reference, const std::string& place) {
   GltfView view;
   view.buffer = reference.at("buffer").get<int>();
@@ -69,7 +69,7 @@ GltfView bounded(const GltfDocument& document, const json& reference, const std:
                      "the buffer has neither a uri nor a GLB binary chunk");
   }
   const uint64_t size = document.buffers[size_t(view.buffer)]->size();
-  // Both are at most 2^53, so the sum cannot wrap.
+  // Both are at most 2^53, so the sum cannot overflow.
   if (view.offset + view.size > size) {
     throw InputError(place, "bytes {} to {} are outside the buffer of {} bytes", view.offset,
                      view.offset + view.size, size);
@@ -90,8 +90,8 @@ GltfView decompressed(const GltfDocument& document, const json& object, const js
   return view;
 }
 
-// Fills the view at `pointer`. Where the extension is optional and does not decode, the bytes of
-// the fallback buffer take its place, and `fault` says why.
+// Reads the view at `pointer`. If an optional extension does not decode, uses the fallback buffer's
+// bytes and sets `fault`.
 GltfView read_view(const GltfDocument& document, const json& object, const std::string& pointer,
                    std::optional<InputError>& fault) {
   const char* name = meshopt_name(object);
@@ -110,7 +110,7 @@ GltfView read_view(const GltfDocument& document, const json& object, const std::
   } catch (const InputError& error) {
     GltfFaults::let_limits_pass(error);
     if (fault) throw InputError(*fault);
-    // Of an extension that check_schema has left out, that is what there is to say.
+    // If check_schema removed the extension, that fault is the reason to report.
     for (const char* extension : kMeshopt) {
       document.faults->require(pointer + "/extensions/" + extension);
     }
@@ -128,7 +128,7 @@ ByteSpan GltfBuffer::bytes(uint64_t begin, uint64_t end, const LoadProgress& pro
     memory_.reset(size_);
     reserved_ = MemoryReservation(progress.budget(), MemoryPart::kFile);
   }
-  // The ranges that meet this one become one with it; what is between them is read.
+  // Merges all ranges that touch this one and reads the gaps between them.
   auto next = present_.upper_bound(begin);
   if (next != present_.begin() && std::prev(next)->second >= begin) --next;
   uint64_t first = begin, at = begin;
@@ -160,7 +160,7 @@ void GltfBuffer::copy(uint64_t begin, uint64_t end, void* out, const LoadProgres
     std::ranges::copy(bytes(begin, end, progress), to);
     return;
   }
-  // Large enough that a part costs more than to hand it out; the pages of `out` are new as well.
+  // Large enough that reading, with the page faults of `out`, costs more than scheduling.
   constexpr uint64_t kGrain = uint64_t(1) << 20;
   parallel_ranges(end - begin, kGrain, [&](size_t first, size_t last) {
     file_->read(offset_ + begin + first, last - first, to + first, progress);
@@ -188,7 +188,7 @@ void load_gltf_buffers(GltfDocument& document) {
     if (views[i].is_null()) return;
     document.views[i] = read_view(document, views[i], pointer(i), replaced[i]);
   });
-  // In file order, so that the messages do not depend on timing.
+  // In file order, so that messages do not depend on timing.
   for (size_t i = 0; i < views.size(); ++i) {
     try {
       if (errors[i]) std::rethrow_exception(errors[i]);

@@ -1,5 +1,4 @@
-// The bytes behind a glTF file's buffers, read as far as they are asked for: of a buffer of
-// gigabytes a scene may use little.
+// Bytes of a glTF file's buffers, read on demand: a scene may use little of a buffer of gigabytes.
 #pragma once
 
 #include <cstdint>
@@ -19,35 +18,35 @@ using ByteSpan = std::span<const uint8_t>;
 
 class GltfBuffer {
  public:
-  // Of nothing: the placeholder that decoders without meshopt would need.
+  // Empty: the placeholder for decoders without meshopt.
   GltfBuffer() = default;
-  // Bytes at hand, of a data URI.
+  // Bytes in memory, from a data URI.
   explicit GltfBuffer(std::vector<uint8_t> bytes)
       : bytes_(std::move(bytes)), size_(bytes_.size()) {}
-  // The `size` bytes of a file from `offset` on, which lie in it.
+  // `size` bytes of a file from `offset`; the range must lie inside the file.
   GltfBuffer(InputFile file, uint64_t offset, uint64_t size)
       : file_(std::move(file)), offset_(offset), size_(size) {}
 
   uint64_t size() const { return size_; }
-  void shrink(uint64_t size) { size_ = size; }  // at most size()
+  void shrink(uint64_t size) { size_ = size; }  // to at most size()
 
-  // Bytes [begin, end), which lie in the buffer; valid as long as it lives. Thread-safe. Throws
-  // InputError where they cannot be read, or the budget does not allow it; Cancelled.
+  // Bytes [begin, end), which must lie in the buffer; valid for the buffer's lifetime. Thread-safe.
+  // Throws InputError if they cannot be read or exceed the memory budget; Cancelled.
   ByteSpan bytes(uint64_t begin, uint64_t end, const LoadProgress& progress);
-  // The same, copied to `out`: what is not there yet is read to that place alone, by all threads.
+  // Copies the bytes to `out`; reads missing ones directly to it, in parallel.
   void copy(uint64_t begin, uint64_t end, void* out, const LoadProgress& progress);
-  // Lets go what was read of a file: it is read again if it is asked for again.
+  // Drops loaded file data; it is read again when needed.
   void forget();
 
  private:
-  bool has(uint64_t begin, uint64_t end);  // a part that is there already
+  bool has(uint64_t begin, uint64_t end);  // whether the range is loaded
 
   std::vector<uint8_t> bytes_;
   std::optional<InputFile> file_;
   uint64_t offset_ = 0, size_ = 0;
   std::mutex mutex_;
-  ZeroedArray<uint8_t> memory_;           // of the whole buffer: what is not read takes no room
-  std::map<uint64_t, uint64_t> present_;  // disjoint ranges of it that are there: begin to end
+  ZeroedArray<uint8_t> memory_;  // the whole buffer; pages that were never read take no memory
+  std::map<uint64_t, uint64_t> present_;  // loaded disjoint ranges, begin to end
   MemoryReservation reserved_;
 };
 

@@ -1,5 +1,5 @@
-// Checks of a GltfDocument that look across objects: accessors against their buffer views, the
-// node graph, skins.
+// Cross-object checks of a GltfDocument: accessors against their buffer views, the node graph,
+// skins.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -28,7 +28,7 @@ int component_count(const std::string& type) {
 }
 
 int checked_component_size(const json& object, const std::string& place) {
-  constexpr int kSizes[] = {1, 1, 2, 2, 0, 4, 4};  // of 5120 BYTE .. 5126 FLOAT
+  constexpr int kSizes[] = {1, 1, 2, 2, 0, 4, 4};  // 5120 BYTE .. 5126 FLOAT
   const int64_t type = object.at("componentType").get<int64_t>();
   const int size = type >= 5120 && type <= 5126 ? kSizes[type - 5120] : 0;
   if (size == 0) {
@@ -37,8 +37,8 @@ int checked_component_size(const json& object, const std::string& place) {
   return size;
 }
 
-// Throws unless `count` elements of `size` bytes, `stride` apart, lie within the view. All are at
-// most 2^53 and the stride below 2^16; the first test keeps the product below 2^63.
+// Throws unless `count` elements of `size` bytes, `stride` apart, lie within the view. All values
+// are at most 2^53 and the stride below 2^16; the first test keeps the product below 2^63.
 void check_reach(const GltfView& view, uint64_t offset, uint64_t count, uint64_t stride,
                  uint64_t size, const std::string& place) {
   const bool absurd = count > view.size;
@@ -109,7 +109,7 @@ GltfAccessor check_accessor(const GltfDocument& document, const json& object,
   return accessor;
 }
 
-// Fills GltfDocument::parents and node_order. A node has one parent at most.
+// Fills GltfDocument::parents and node_order. A node has at most one parent.
 class NodeGraph {
  public:
   explicit NodeGraph(GltfDocument& document)
@@ -120,7 +120,7 @@ class NodeGraph {
 
   void check() {
     find_scene();
-    // What the scene's nodes say comes before what others do.
+    // Links of the scene's nodes take precedence over others.
     document_.parents.assign(nodes_.size(), -1);
     for (size_t i = 0; i < nodes_.size(); ++i) {
       for (size_t k = 0; in_scene_[i] && k < child_count(i); ++k) link(i, k);
@@ -148,10 +148,10 @@ class NodeGraph {
   GltfDocument& document_;
   const json& nodes_;
   std::vector<char> in_scene_;
-  std::vector<char> reached_;  // from a node without parent
+  std::vector<char> reached_;  // reached from a root
 };
 
-// The nodes of the chosen scene; of a file without scenes all.
+// The nodes of the chosen scene, or all nodes of a file without scenes.
 void NodeGraph::find_scene() {
   const json& scenes = document_.array("scenes");
   if (scenes.empty()) return in_scene_.assign(nodes_.size(), 1);
@@ -182,7 +182,7 @@ void NodeGraph::link(size_t node, size_t k) {
   throw InputError(place, "node {} already has another parent, node {}", linked, parent);
 }
 
-// Where the scene does not decide whose child it is, that of two nodes is broken as well.
+// If two nodes outside the scene claim the same child, the child is broken as well.
 void NodeGraph::link_outside(size_t node, size_t k) {
   try {
     link(node, k);
@@ -196,7 +196,7 @@ void NodeGraph::link_outside(size_t node, size_t k) {
   }
 }
 
-// Breadth first from the roots.
+// Breadth-first from the roots.
 void NodeGraph::order() {
   std::vector<int>& order = document_.node_order;
   order.reserve(nodes_.size());
@@ -216,11 +216,11 @@ void NodeGraph::order() {
   }
 }
 
-// With one parent each, a node that is not reached hangs on a cycle.
+// Each node has one parent, so an unreached node lies on or below a cycle.
 void NodeGraph::find_cycles() const {
   std::optional<InputError> first;
   const auto fault_of = [&](size_t node) {
-    // Walking up as often as there are nodes ends on the cycle itself.
+    // Walking up as many steps as there are nodes ends on the cycle itself.
     for (size_t step = 0; step < nodes_.size(); ++step) node = size_t(document_.parents[node]);
     return InputError(document_.place(pointer(node)),
                       "the node is its own ancestor (a cycle of nodes)");
@@ -249,7 +249,7 @@ void check_gltf_accessors(GltfDocument& document) {
     }
     document.accessors[i] = accessor;
   });
-  // An accessor without data stands for zeros, of which a few bytes could ask for any number.
+  // An accessor without data consists of zeros, so a few bytes could claim any number of them.
   document.most_zeros = std::max(largest_backed, document.total_bytes);
 }
 
@@ -274,7 +274,7 @@ void check_gltf_skins(GltfDocument& document) {
 }
 
 void check_gltf_cameras_and_lights(GltfDocument& document) {
-  // The type must be one of `types`, and objects whose type has parameters must have them.
+  // The type must be one of `types`; if its flag is set, a member of that name is required.
   using Types = std::initializer_list<std::pair<const char*, bool>>;
   const auto check = [](const json& object, const std::string& place, Types types) {
     const std::string type = object.at("type").get<std::string>();

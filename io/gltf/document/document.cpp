@@ -24,11 +24,11 @@ constexpr uint32_t kGlbMagic = 0x46546C67;   // "glTF"
 constexpr uint32_t kJsonChunk = 0x4E4F534A;  // "JSON"
 constexpr uint32_t kBinChunk = 0x004E4942;   // "BIN\0"
 
-// Specification section 4.4. Returns the JSON text and notes the binary chunk; what it holds stays
-// in the file.
+// Specification section 4.4. Returns the JSON text and records where the binary chunk is.
 std::vector<uint8_t> read_glb(const InputFile& input, GltfDocument& document,
                               MemoryReservation& text_memory) {
-  // The specification has two chunks, extensions may add more; a file of empty ones is an attack.
+  // The specification defines two chunks and extensions may add more. The limit stops files of
+  // endless empty chunks.
   constexpr int kMostChunks = 1000;
   const std::string& file = document.file;
   const auto sizes = [](uint64_t needed, uint64_t found) {
@@ -82,7 +82,7 @@ std::vector<uint8_t> read_glb(const InputFile& input, GltfDocument& document,
     }
     offset += chunk_length;
   }
-  // Padding should be spaces; some writers use zeros.
+  // Padding should be spaces, but some writers use zeros.
   while (!text.empty() && text.back() == 0) text.pop_back();
   return text;
 }

@@ -1,5 +1,5 @@
-// A glTF file after its first reading: JSON that is known to be well formed, and the bytes that
-// its buffers hold. Everything behind this header may rely on what is promised here.
+// A glTF file after validation: well-formed JSON and the bytes of its buffers. All users of this
+// header may rely on the invariants stated here.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@
 #include "renderer/core/file_identity.h"
 #include "renderer/core/load_progress.h"
 
-// tinygltf's name in this program; see tiny_gltf_renamed.h.
+// tinygltf's namespace in this program; see tiny_gltf_renamed.h.
 namespace emberline_tinygltf {
 class Model;
 }
@@ -30,21 +30,21 @@ class Model;
 namespace emberline {
 namespace tinygltf = ::emberline_tinygltf;
 
-// Bytes of a buffer, or decoded ones. Without either it is broken.
+// A range of a buffer, or decoded bytes. If it has neither, it is broken.
 struct GltfView {
   int buffer = -1;
   uint64_t offset = 0, size = 0;
-  std::vector<uint8_t> decoded;  // where there is no buffer
+  std::vector<uint8_t> decoded;  // if there is no buffer
   bool broken = true;
 };
 
-// An accessor whose reach has been checked: every element lies inside its buffer view, or is zero.
+// A range-checked accessor: every element lies inside its buffer view or is zero.
 struct GltfAccessor {
-  int view = -1;  // -1: zeros, or the data is in a compressed primitive
+  int view = -1;  // -1: zeros, or the data are in a compressed primitive
   uint64_t offset = 0, stride = 0, count = 0;
   int component_type = 0;  // 5120 BYTE .. 5126 FLOAT
   int component_size = 0;  // bytes
-  int components = 0;      // 1 SCALAR .. 16 MAT4; 0: it is broken
+  int components = 0;      // 1 SCALAR .. 16 MAT4; 0: broken
   bool normalized = false;
   struct Sparse {
     uint64_t count = 0;  // 0: not sparse
@@ -55,61 +55,61 @@ struct GltfAccessor {
 };
 
 struct GltfDocument {
-  LoadProgress* progress = &LoadProgress::unwatched();  // of whoever waits for the scene
-  std::string file;                                     // as the user gave it
+  LoadProgress* progress = &LoadProgress::unwatched();  // of the current load
+  std::string file;                                     // as given by the user
   ResourceFolder resources;
-  // Passed check_schema: what this loader reads has the right type, every index is in range, and
-  // numbers that must be whole are stored as integers. Objects that are broken are null.
+  // Passed check_schema: members that this loader reads have the right type, indices are in range,
+  // and integers are stored as integers. Broken objects are null.
   JsonValue json;
-  std::unique_ptr<GltfFaults> faults;  // whoever needs an object that may be broken asks here
+  std::unique_ptr<GltfFaults> faults;  // query these before using an object that may be broken
   MemoryReservation json_memory;
   struct BinaryChunk {
     uint64_t offset = 0, size = 0;
   };
   std::set<std::string, std::less<>> required_extensions;
-  std::optional<BinaryChunk> binary_chunk;  // of a .glb: where it is in the file
+  std::optional<BinaryChunk> binary_chunk;  // of a .glb: its range in the file
   std::vector<std::unique_ptr<GltfBuffer>> buffers;
-  std::vector<GltfView> views;  // one per bufferView, decompressed, inside its buffer
+  std::vector<GltfView> views;  // one per bufferView, decompressed and range-checked
   std::vector<GltfAccessor> accessors;
   std::vector<int> parents;     // per node, -1 for roots; acyclic
-  std::vector<int> node_order;  // parents before children, without those on or below a cycle
+  std::vector<int> node_order;  // parents before children, without nodes on or below a cycle
   std::shared_ptr<const tinygltf::Model> model;  // see parse_gltf_model
   MemoryReservation model_memory;
-  uint64_t total_bytes = 0;  // of the file and its buffers: what counts are held against
-  uint64_t most_zeros = 0;   // the longest accessor without data that is believed
+  uint64_t total_bytes = 0;  // of the file and its buffers: the limit for counts
+  uint64_t most_zeros = 0;   // limit for accessors without data
 
   // "file#/json/pointer", for InputError.
   std::string place(const std::string& pointer) const { return file + "#" + pointer; }
-  // The array `name`, or an empty one.
+  // The array `name`, or an empty array.
   const nlohmann::json& array(const char* name) const;
   bool requires_extension(std::string_view name) const {
     return required_extensions.contains(name);
   }
-  // Takes memory of the load's budget. Throws LimitError that names the file, or `at`.
+  // Reserves memory in the load's budget. Throws LimitError at `at`, by default the file.
   void reserve(MemoryPart part, uint64_t bytes) const { reserve(part, bytes, file); }
   void reserve(MemoryPart part, uint64_t bytes, const std::string& at) const {
     progress->budget()->reserve(part, bytes, at);
   }
-  // check(object, place, i) for each object of the array at `pointer`, if there is one, that is not
-  // broken; one for which it throws InputError is so from now on.
+  // Calls check(object, place, i) for each intact object of the array at `pointer`, if it exists.
+  // An InputError from `check` marks the object as broken.
   using Check = std::function<void(const nlohmann::json&, const std::string& place, size_t i)>;
   void check_each(const std::string& pointer, const Check& check);
-  // Those of views and accessors. Throw InputError where it is broken.
+  // Throw InputError if the view or accessor is broken.
   const GltfView& view(int i) const;
   const GltfAccessor& accessor(int i) const;
-  // Bytes of a view, or all of it. They lie in it, and live as long as the document. Thread-safe.
-  // Throws InputError, Cancelled.
+  // Bytes of a range, which must lie inside the view, or of the whole view; valid for the
+  // document's lifetime. Thread-safe. Throws InputError, Cancelled.
   ByteSpan bytes(int view, uint64_t offset, uint64_t length) const;
   ByteSpan bytes(int view) const;
-  // The same bytes, copied to `out`; a file's need no room besides.
+  // Copies the bytes to `out`; file data are read directly, without a buffer.
   void copy_bytes(int view, uint64_t offset, uint64_t length, void* out) const;
-  // A file that the scene refers to, which is noted in `files`. Thread-safe. Throws InputError.
+  // Opens a file that the scene refers to and adds it to `files`. Thread-safe. Throws InputError.
   InputFile open_resource(const std::string& uri, const std::string& uri_place) const;
-  // body(i) for each i below count, in parallel, each an item of the stage of `progress`: what each
-  // threw, if anything. Throws only what `progress` does.
+  // Runs body(i) for all i < count in parallel, each an item of the stage of `progress`, and
+  // returns each one's exception or null. Throws only Cancelled.
   std::vector<std::exception_ptr> try_each(size_t count,
                                            const std::function<void(size_t)>& body) const;
-  // Every file that was opened so far, the scene first.
+  // All files opened so far, the scene first.
   std::vector<NamedFile> files() const;
 
  private:
@@ -122,31 +122,31 @@ struct GltfDocument {
                                          LoadProgress& progress);
 };
 
-// Reads the file, checks its framing, its JSON and extensionsRequired. `resource_root` as in
+// Reads the file and checks its framing, its JSON and extensionsRequired. `resource_root` as in
 // GltfOptions. Throws InputError.
 GltfDocument open_gltf_document(const std::string& path, const std::string& resource_root,
                                 LoadProgress& progress);
 
 // Opens the buffers, decompresses EXT_meshopt_compression views and fills `views`. Like the checks
-// below, it notes what is broken.
+// below, it records broken objects as faults.
 void load_gltf_buffers(GltfDocument& document);
 
-// Fill `accessors`, `parents` and `node_order` (gltf/document/checks.cpp); the others only look.
-// The nodes of the scene are needed: it throws InputError for those that are no tree.
+// These fill `accessors`, `parents` and `node_order` (gltf/document/checks.cpp); the last two only
+// check. Throw InputError if the scene's nodes do not form trees.
 void check_gltf_accessors(GltfDocument& document);
 void check_gltf_nodes(GltfDocument& document);
 void check_gltf_skins(GltfDocument& document);
 void check_gltf_cameras_and_lights(GltfDocument& document);
 
-// Asset, scenes, nodes, materials, textures, samplers, cameras, skins and punctual lights of a
-// checked document, with glTF's defaults filled in. tinygltf does not get to see the bytes: it
-// reads what check_schema has passed, without extras, buffers, accessors, meshes and images,
-// because version 2.7 follows indices and offsets of those without looking. Throws InputError.
+// Parses assets, scenes, nodes, materials, textures, samplers, cameras, skins and punctual lights
+// of a checked document, with glTF's defaults. tinygltf gets only the JSON that check_schema has
+// passed, without extras, buffers, accessors, meshes and images, because version 2.7 does not check
+// their indices and offsets. Throws InputError.
 void parse_gltf_model(GltfDocument& document);
 
-// Member `key` of an object, or null when it is absent.
+// Member `key` of an object, or null if absent.
 const nlohmann::json* find_member(const nlohmann::json& object, const char* key);
-// The extension object `name` inside `object`, or null.
+// Extension `name` of `object`, or null.
 const nlohmann::json* find_extension(const nlohmann::json& object, const char* name);
 
 }  // namespace emberline

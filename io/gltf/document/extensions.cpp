@@ -41,7 +41,7 @@ constexpr std::string_view kHonoured[] = {
     "KHR_texture_transform",
 };
 
-// Others that are met, with what the picture lacks without them.
+// Known ignored extensions, and what the image lacks without them.
 constexpr std::pair<std::string_view, std::string_view> kIgnored[] = {
     {"AGI_articulations", "nothing asks for them to move"},
     {"AGI_stk_metadata", "data beside the picture"},
@@ -83,8 +83,8 @@ std::string with_reason(const std::string& extension) {
   return shortened(extension) + " (" + spelled(why) + ")";
 }
 
-// False: it is there already, or the list is full, which its last entry says. A hostile file may
-// name any number of things.
+// Returns false if the text is already listed or the list is full (its last entry then says so). A
+// hostile file may list any number of things.
 bool add_once(std::vector<std::string>& list, const std::string& text) {
   constexpr size_t kLongest = 100;
   if (std::ranges::find(list, text) != list.end() || list.size() > kLongest) return false;
@@ -126,7 +126,7 @@ void report_approximated(const std::string& file, const std::string& what,
 
 void report_unknown_members(const GltfDocument& document, CoverageReport& coverage) {
   const std::string version = document.json->at("asset").at("version").get<std::string>();
-  // Of 2.0 they are the writer's own, as extras are.
+  // In version 2.0 unknown members are application data, like extras.
   if (version.find_first_not_of("0.", version.find('.')) == std::string::npos) return;
   for (const std::string& member : unknown_members(*document.json)) {
     report_ignored(document.file,

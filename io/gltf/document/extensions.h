@@ -1,4 +1,4 @@
-// What this loader makes of each glTF extension. To add one: a row in the table of
+// How this loader treats each glTF extension. To add one: a row in the table of
 // gltf/document/extensions.cpp, its members in gltf/document/schema.cpp, and the code that reads
 // it.
 #pragma once
@@ -10,24 +10,24 @@
 
 namespace emberline {
 
-// Whether files may use the extension as if it were part of glTF.
+// Whether the extension is supported.
 bool is_honoured(std::string_view extension);
 
-// Throws InputError for the first of extensionsRequired that is not honoured.
+// Throws InputError for the first unsupported extension in extensionsRequired.
 void check_required_extensions(const GltfDocument& document);
 
-// Sorts extensionsUsed into the report and warns of what has no effect, with the why.
+// Adds extensionsUsed to the report and warns about those without effect, with the reason.
 void report_extensions(const GltfDocument& document, CoverageReport& coverage);
 
-// Of a file of a later minor version: adds what nodes, meshes and materials have that this version
-// cannot read, and warns of it.
+// For a file of a later minor version: reports, with a warning, members of nodes, meshes and
+// materials that this version does not know.
 void report_unknown_members(const GltfDocument& document, CoverageReport& coverage);
 
-// Adds `what` once and warns of it: "FILE: ignored: WHAT (WHY)" or the like.
+// Add `what` to the report once, with a warning: "FILE: ignored: WHAT (WHY)" or similar.
 void report_ignored(const std::string& file, const std::string& what, CoverageReport& coverage);
 void report_approximated(const std::string& file, const std::string& what,
                          CoverageReport& coverage);
-// The same without a warning.
+// The same without the warning.
 void note_approximated(const std::string& what, CoverageReport& coverage);
 
 }  // namespace emberline

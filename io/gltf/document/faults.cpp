@@ -8,7 +8,7 @@
 namespace emberline {
 namespace {
 
-// The pointer without its numbers and the names of attributes: "/meshes/*/primitives/*/attributes".
+// The pointer without indices and attribute names: "/meshes/*/primitives/*/attributes".
 std::string kind_of_place(const std::string& pointer) {
   std::string kind;
   for (size_t at = 0; at < pointer.size();) {
@@ -85,7 +85,7 @@ std::optional<std::string> GltfFaults::first_below(
 }
 
 std::vector<std::string> GltfFaults::lines() const {
-  // More than the tables of gltf_schema have; what is beyond is counted with the last.
+  // More than the schema tables have; further kinds are counted with the last.
   constexpr size_t kMostKinds = 60;
   struct Line {
     std::string kind, text;

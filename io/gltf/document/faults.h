@@ -1,8 +1,8 @@
-// What is wrong with a glTF file, kept until it is known whether the picture needs it.
+// Faults in a glTF file, collected until it is known whether the image needs the faulty objects.
 //
-// The rule: a fault in what the picture needs ends the load. One in what it does not need, or in an
-// optional extension, is a warning. So a check that finds an object broken notes that here, who
-// needs the object asks with require(), and what nobody asked for is warned of at the end.
+// A fault in a needed object aborts the load; a fault in an unneeded one or in an optional
+// extension is a warning. A check that finds a broken object calls note(), a user of the object
+// calls require(), and faults that were never required are warned about at the end.
 #pragma once
 
 #include <deque>
@@ -20,43 +20,40 @@
 
 namespace emberline {
 
-// Thread-safe. What is noted is reserved from the budget: a file may have a million faults.
+// Thread-safe. Reserves memory for the faults from the budget, since a file may have a million.
 class GltfFaults {
  public:
   explicit GltfFaults(std::shared_ptr<MemoryBudget> budget)
       : memory_(std::move(budget), MemoryPart::kFile) {}
 
-  // A fault that has been noted before. What is broken because something else is, is not warned of
-  // a second time.
+  // A fault that has been noted elsewhere, as the cause of this one; it is not warned about again.
   struct Known : InputError {
     explicit Known(const InputError& fault) : InputError(fault) {}
   };
 
-  // Called where an error is caught: throws it on if it is a LimitError, which is nobody's fault.
-  // Those below do so as well.
+  // Rethrows `caught` if it is a LimitError, which is not a fault of the file. Call it in every
+  // handler; note() and leave_out() call it themselves.
   static void let_limits_pass(const InputError& caught);
 
-  // The object at `pointer` ("/cameras/3") cannot be used. Its first fault counts.
+  // Marks the object at `pointer` ("/cameras/3") as unusable. Only its first fault is kept.
   void note(const std::string& pointer, const InputError& fault) { add(pointer, fault, false); }
-  // What stands at `pointer` has a default, which takes its place whoever needs it.
+  // Records that the value at `pointer` is replaced by its default.
   void leave_out(const std::string& pointer, const InputError& fault) { add(pointer, fault, true); }
 
   bool has(const std::string& pointer) const;
-  // Throws Known if something of `pointer` was noted or left out.
+  // Throws Known if `pointer` was noted or left out.
   void require(const std::string& pointer) const;
-  // The fault of the object, which is not warned of here any more: somebody else does.
+  // Returns the object's fault and drops its warning; the caller reports it.
   std::optional<InputError> hand_over(const std::string& pointer);
 
-  // How many there are; and forgets all but the first so many: those of a pose, when the next is
-  // made.
+  // The number of faults; and drops all after the first `count`, those of the previous pose.
   size_t count() const;
   void forget(size_t count);
 
-  // A line for each kind of place, in the order in which they were found: the first of them, and
-  // how many more there are.
+  // One line per kind of location, in order of discovery: its first fault and the number of others.
   std::vector<std::string> lines() const;
-  // The first fault in these parts of the document ("/meshes/") that lines() has; not one in an
-  // extension, which has a default.
+  // The first fault of lines() below one of these parts of the document ("/meshes/"), except faults
+  // in extensions, which have defaults.
   std::optional<std::string> first_below(std::initializer_list<std::string_view> parts) const;
 
  private:
@@ -68,8 +65,8 @@ class GltfFaults {
   void add(const std::string& pointer, const InputError& fault, bool left_out);
 
   mutable std::mutex mutex_;
-  std::deque<Fault> faults_;                  // as they were found
-  std::map<std::string_view, size_t> found_;  // by their pointers
+  std::deque<Fault> faults_;                  // in order of discovery
+  std::map<std::string_view, size_t> found_;  // indices by pointer
   MemoryReservation memory_;
 };
 

@@ -12,9 +12,9 @@
 namespace emberline {
 namespace {
 
-// The least number of bytes that can hold `count` elements, from the extension's appendix A: a
-// vertex stream spends 2 bits of header per 16 bytes of a byte plane; an index stream a byte per
-// triangle, a sequence a byte per index.
+// Minimum number of bytes for `count` elements, from the extension's appendix A: a vertex stream
+// spends 2 header bits per 16 bytes of a byte plane, an index stream one byte per triangle, an
+// index sequence one byte per index.
 uint64_t least_encoded_size(const std::string& mode, ByteSpan encoded, uint64_t count,
                             uint64_t stride) {
   if (mode == "TRIANGLES") return 1 + count / 3;
@@ -22,7 +22,7 @@ uint64_t least_encoded_size(const std::string& mode, ByteSpan encoded, uint64_t 
   return is_meshopt_v1(encoded) ? least_meshopt_v1_size(count, stride) : 1 + count * stride / 64;
 }
 
-// Of an extension that check_schema has passed.
+// The extension's members, which check_schema has validated.
 struct Description {
   uint64_t count, stride;
   std::string mode, filter;
@@ -56,7 +56,7 @@ void check_description(const Description& d, ByteSpan encoded, uint64_t byte_len
 void check_filter(const Description& d, const std::string& place) {
   struct Filter {
     std::string_view name;
-    bool any_stride, stride_4;  // else 8
+    bool any_stride, stride_4;  // otherwise only stride 8
   };
   constexpr Filter kFilters[] = {{"NONE", true, true},
                                  {"OCTAHEDRAL", false, true},
@@ -76,7 +76,7 @@ void check_filter(const Description& d, const std::string& place) {
   }
 }
 
-// What the decoder says: 0 when all is well.
+// Returns the decoder's status, 0 for success.
 int decode(const Description& d, ByteSpan encoded, uint8_t* decoded) {
   if (d.attributes() && is_meshopt_v1(encoded)) {
     return decode_meshopt_v1(encoded, d.count, d.stride, decoded) ? 0 : -1;

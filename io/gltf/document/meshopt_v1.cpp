@@ -12,9 +12,9 @@ namespace emberline {
 namespace {
 
 constexpr uint8_t kHeader = 0xa1;
-constexpr size_t kGroup = 16;          // elements whose deltas of a byte are stored together
-constexpr size_t kMostElements = 256;  // of a block
-constexpr size_t kBlockBytes = 8192;   // about, of decoded elements
+constexpr size_t kGroup = 16;          // elements whose deltas of one byte are stored together
+constexpr size_t kMostElements = 256;  // per block
+constexpr size_t kBlockBytes = 8192;   // approximate size of a decoded block
 constexpr size_t kMostStride = 256;
 constexpr size_t kLeastTail = 24;
 
@@ -22,7 +22,7 @@ size_t block_elements(size_t stride) {
   return std::min(kBlockBytes / stride & ~(kGroup - 1), kMostElements);
 }
 
-// Where the stream is being read. Reads of more than there is fail, and give nothing.
+// Read position in the stream. take() returns null if too few bytes remain.
 class Stream {
  public:
   explicit Stream(std::span<const uint8_t> bytes) : bytes_(bytes) {}
@@ -39,7 +39,7 @@ class Stream {
   size_t at_ = 0;
 };
 
-// Sixteen deltas of `bits` each. All ones stand for a byte behind them.
+// Reads sixteen deltas of `bits` each. A delta of all ones means that the value follows as a byte.
 bool read_group(Stream& stream, int bits, uint8_t* deltas) {
   if (bits == 0) {
     std::fill_n(deltas, kGroup, uint8_t(0));
@@ -54,7 +54,7 @@ bool read_group(Stream& stream, int bits, uint8_t* deltas) {
   const unsigned sentinel = (1u << bits) - 1u;
   const size_t per_byte = 8 / size_t(bits);
   for (size_t i = 0; i < kGroup; ++i) {
-    // Single bits lie from the lowest up, the others from the highest down.
+    // Single bits are stored from the lowest up, wider ones from the highest down.
     const size_t place = bits == 1 ? i % per_byte : per_byte - 1 - i % per_byte;
     const unsigned value = packed[i / per_byte] >> (place * size_t(bits)) & sentinel;
     const uint8_t* exact = value == sentinel ? stream.take(1) : nullptr;
@@ -64,7 +64,7 @@ bool read_group(Stream& stream, int bits, uint8_t* deltas) {
   return true;
 }
 
-// The deltas of one byte of `count` elements; there is room for whole groups.
+// Reads the deltas of one byte plane of `count` elements; `deltas` has room for whole groups.
 bool read_deltas(Stream& stream, int control, size_t count, uint8_t* deltas) {
   const size_t groups = (count + kGroup - 1) / kGroup;
   if (control == 2) {
@@ -86,9 +86,9 @@ bool read_deltas(Stream& stream, int control, size_t count, uint8_t* deltas) {
   return true;
 }
 
-// From the last element's four bytes to the next one's.
+// Applies a delta to four bytes of the previous element.
 uint32_t next_value(uint32_t last, uint32_t delta, uint8_t channel) {
-  // What is stored is the difference, rotated to the left.
+  // The stored difference is rotated to the left.
   if ((channel & 15) == 2) return last ^ std::rotr(delta, channel >> 4);
   const int bits = (channel & 15) == 0 ? 8 : 16;
   const uint32_t mask = (1u << bits) - 1u;
@@ -105,7 +105,7 @@ void store_u32(uint32_t value, uint8_t* bytes) {
   for (int i = 0; i < 4; ++i) bytes[i] = uint8_t(value >> (8 * i));
 }
 
-// `last` is the element before, and then the last of these.
+// `last` is the previous element; it is updated to the last one of this block.
 bool read_block(Stream& stream, const uint8_t* channels, size_t count, size_t stride, uint8_t* last,
                 uint8_t* decoded) {
   const uint8_t* controls = stream.take(stride / 4);
@@ -138,7 +138,7 @@ void decode_color(uint8_t* element) {
   const int halved = in[3] & (scale >> 1);
   const int rgba[4] = {y + co - cg, y + cg, y - co - cg, halved << 1 | (halved & 1)};
   for (size_t c = 0; c < 4; ++c) {
-    // Without the mark in alpha the scale is 0, and the element has no meaning.
+    // Without the marker bit in alpha the scale is 0 and the element is undefined.
     const float value = scale > 0 ? float(rgba[c]) * (kLargest / float(scale)) : 0.0f;
     out[c] = Unsigned(std::clamp(std::round(value), 0.0f, kLargest));
   }
@@ -159,7 +159,7 @@ uint64_t least_meshopt_v1_size(uint64_t count, uint64_t stride) {
 bool decode_meshopt_v1(std::span<const uint8_t> encoded, size_t count, size_t stride,
                        uint8_t* decoded) {
   if (stride == 0 || stride % 4 != 0 || stride > kMostStride) return false;
-  // At the end: padding, the element before the first, how each four bytes of it change.
+  // The stream ends with padding, the initial element, and the mode of each group of four bytes.
   const size_t described = stride + stride / 4;
   const size_t tail = std::max(described, kLeastTail);
   if (!is_meshopt_v1(encoded) || encoded.size() < 1 + tail) return false;

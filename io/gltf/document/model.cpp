@@ -11,7 +11,7 @@ namespace {
 
 using nlohmann::json;
 
-// The members named in `keys` of each object of the array `name`.
+// Copies only the members `keys` of each object in the array `name`.
 json stripped(const GltfDocument& document, const char* name,
               std::initializer_list<const char*> keys) {
   json result = json::array();
@@ -25,14 +25,14 @@ json stripped(const GltfDocument& document, const char* name,
   return result;
 }
 
-// Of those that must have a type: something for what is broken, which nobody gets to see.
+// Replaces broken objects that must have a type by a placeholder, which is never used.
 void fill_broken(json& list, const json& filling) {
   for (json& object : list) {
     if (object.empty()) object = filling;
   }
 }
 
-// Texture slots carry extensions that are read from the document itself.
+// Texture slots have extensions, which are read from the document itself.
 void drop_extensions(json& value) {
   if (!value.is_structured()) return;
   if (value.is_object()) {
@@ -42,7 +42,7 @@ void drop_extensions(json& value) {
   for (json& member : value) drop_extensions(member);
 }
 
-// About what the model takes, and its making.
+// Approximate memory of the model and its construction.
 uint64_t model_bytes(const GltfDocument& document) {
   constexpr std::pair<const char*, size_t> kArrays[] = {
       {"scenes", sizeof(tinygltf::Scene)},       {"nodes", sizeof(tinygltf::Node)},
@@ -54,8 +54,7 @@ uint64_t model_bytes(const GltfDocument& document) {
   if (const json* lights = find_extension(*document.json, "KHR_lights_punctual")) {
     objects += bytes_of(lights->at("lights").size(), sizeof(tinygltf::Light));
   }
-  // Vectors grow by doubling. And the values that are passed on, what tinygltf makes of their text,
-  // and the text.
+  // Vectors grow by doubling. The rest: the JSON passed on, tinygltf's copy of it, and the text.
   return 2 * objects + document.json_memory.bytes() / 4 * 9;
 }
 

@@ -58,15 +58,15 @@ constexpr Property kTexture[] = {following(index("sampler", "/samplers")),
                                  index("source", "/images"),
                                  object("extensions", kTextureExtensions)};
 
-// Sixteen UV sets: chosen by us; no tool is known to write more than eight.
+// Sixteen UV sets: our choice; no known tool writes more than eight.
 constexpr Property kTextureTransform[] = {numbers("offset", 2), number("rotation"),
                                           numbers("scale", 2), integer("texCoord", 0, 15)};
 constexpr Property kTextureInfoExtensions[] = {object("KHR_texture_transform", kTextureTransform)};
-// Whether the file has the texture is the reader's affair, which may be lenient.
+// The code that resolves the texture checks the index and may be lenient.
 constexpr Property kTextureInfo[] = {required(integer("index")), integer("texCoord", 0, 15),
                                      number("scale"), spare(number("strength")),
                                      object("extensions", kTextureInfoExtensions)};
-// Of a texture that no picture needs.
+// A texture that the image can do without.
 constexpr Property kSpareTextureInfo[] = {required(following(index("index", "/textures"))),
                                           integer("texCoord", 0, 15), spare(number("strength")),
                                           object("extensions", kTextureInfoExtensions)};
@@ -175,10 +175,10 @@ constexpr Property kSkin[] = {index("inverseBindMatrices", "/accessors"),
                               spare(index("skeleton", "/nodes")),
                               required(to("joints", Kind::kIndices, "/nodes"))};
 
-// Nothing is clipped.
+// Clip planes are ignored.
 constexpr Property kPerspective[] = {required(number("yfov")), required(spare(number("znear"))),
                                      spare(number("aspectRatio")), spare(number("zfar"))};
-// Only a hint about the frame's shape needs xmag.
+// xmag is only a hint about the frame's aspect ratio.
 constexpr Property kOrthographic[] = {required(spare(number("xmag"))), required(number("ymag")),
                                       required(spare(number("znear"))),
                                       required(spare(number("zfar")))};
@@ -212,7 +212,7 @@ constexpr Property kAnimationSampler[] = {required(index("input", "/accessors"))
                                           required(index("output", "/accessors"))};
 constexpr Property kAnimation[] = {name(), required(objects("channels", kChannel)),
                                    required(objects("samplers", kAnimationSampler))};
-// What an index follows to comes before what has the index.
+// Targets of `following` indices must come before the objects that refer to them.
 constexpr Property kRoot[] = {
     required(object("asset", kAsset)),           index("scene", "/scenes"),
     plain("extensionsRequired", Kind::kStrings), spare(plain("extensionsUsed", Kind::kStrings)),
@@ -224,7 +224,7 @@ constexpr Property kRoot[] = {
     separate(objects("meshes", kMesh)),          needed(separate(objects("nodes", kNode))),
     needed(separate(objects("scenes", kScene))), separate(objects("skins", kSkin))};
 
-// The next step of a pointer, which it loses.
+// Removes and returns the next step of the pointer.
 std::string_view take_step(std::string_view& pointer) {
   pointer.remove_prefix(std::min<size_t>(pointer.size(), 1));
   const std::string_view step = pointer.substr(0, pointer.find('/'));
@@ -232,8 +232,7 @@ std::string_view take_step(std::string_view& pointer) {
   return step;
 }
 
-// Members of an object that its table does not know, each name of a kind of place once; no more of
-// them than a report shows.
+// Collects members that the table does not list, once per kind of place, as many as a report shows.
 void find_unknown(const nlohmann::json& value, Schema schema, const std::string& kind,
                   std::vector<std::string>& found) {
   if (value.is_array()) {
@@ -271,7 +270,7 @@ const Property* find_property(std::string_view pointer) {
   while (true) {
     const auto found = std::ranges::find(schema, take_step(pointer), &Property::name);
     if (found == schema.end()) return nullptr;
-    if (found->kind == Kind::kObjects) take_step(pointer);  // which of them
+    if (found->kind == Kind::kObjects) take_step(pointer);  // the index
     if (pointer.empty()) return &*found;
     schema = found->schema;
   }

@@ -1,4 +1,4 @@
-// The structure of a glTF file: which members it may have, of which type, pointing where.
+// The structure of a glTF file: its members, their types, and what their indices refer to.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -11,24 +11,22 @@
 
 namespace emberline {
 
-// Checks every member that this loader reads against the glTF 2.0 schema (and those of the
-// extensions that are honoured): type, required members, array lengths, index ranges. Integral
-// numbers written with a fraction (2.0, 1e3) are turned into integers. Members that the loader
-// does not read are not looked at.
+// Checks every member that this loader reads against the schemas of glTF 2.0 and of the supported
+// extensions: type, required members, array lengths, index ranges. Integers written with a fraction
+// or exponent (2.0, 1e3) become integers. Other members are ignored.
 //
-// What is at fault and can be told apart goes to `faults`: elements of the file's arrays, and
-// attributes of primitives, become null and are noted; members that the picture does without, and
-// what is wrong in optional extensions, are removed and left out, down to their defaults. For all
-// else it throws InputError with the JSON pointer of the first fault. Extensions that objects have
-// and extensionsUsed does not list are added there.
+// Faults that can be isolated go to `faults`: broken elements of the file's arrays and attributes
+// of primitives become null and are noted; faulty members that have a default, and faults in
+// optional extensions, are removed and left out. Every other fault throws InputError with its JSON
+// pointer. Extensions found on objects are added to extensionsUsed.
 void check_schema(nlohmann::json& root, const std::string& file, GltfFaults& faults);
 
-// Members of nodes, meshes and materials, and of the objects in them, that the tables do not know:
-// "\"foo\" of meshes/primitives". Extras and extensions are not looked at.
+// Members of nodes, meshes, materials and their sub-objects that the tables do not list: "\"foo\"
+// of meshes/primitives". Ignores extras and extensions.
 std::vector<std::string> unknown_members(const nlohmann::json& root);
 
-// What stands at a JSON pointer such as "/materials/3/pbrMetallicRoughness/metallicFactor", of
-// those members that this loader reads; else null. Whether the file has it is not asked.
+// The property at a JSON pointer such as "/materials/3/pbrMetallicRoughness/metallicFactor", or
+// null if this loader does not read it. The file need not contain it.
 const schema::Property* find_property(std::string_view pointer);
 
 }  // namespace emberline

@@ -1,4 +1,4 @@
-// The one place where tinygltf's functions are compiled.
+// The only translation unit that compiles tinygltf's functions.
 #include <fstream>
 #include <nlohmann/json.hpp>
 

@@ -1,10 +1,9 @@
-// tinygltf under a namespace of our own.
+// tinygltf in a namespace of our own.
 //
-// Debian's libdraco.so carries an older tinygltf with other class layouts under the same exported
-// names. In a program linked with both libraries the loader mixes the two and destroys objects
-// that were never built. So tinygltf is compiled into this library
-// (gltf/document/tiny_gltf_build.cpp) under another name, without its image and file functions,
-// which are not used here.
+// Debian's libdraco.so exports an older tinygltf under the same names with other class layouts. In
+// a program linked with both, the loader mixes them and destroys objects that were never
+// constructed. tinygltf is therefore compiled into this library (gltf/document/tiny_gltf_build.cpp)
+// under another name, without its image and file functions.
 #pragma once
 
 #define TINYGLTF_NO_STB_IMAGE

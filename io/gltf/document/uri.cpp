@@ -22,7 +22,7 @@ constexpr std::array<int8_t, 256> make_base64_table() {
 }
 constexpr std::array<int8_t, 256> kBase64 = make_base64_table();
 
-// RFC 4648 section 4. Padding may be missing (some exporters leave it out), never misplaced.
+// RFC 4648 section 4. Padding may be absent, as some exporters omit it, but not wrong.
 std::vector<uint8_t> decode_base64(std::string_view text, const std::string& place) {
   size_t padding = 0;
   while (!text.empty() && text.back() == '=' && padding < 2) {
@@ -52,7 +52,7 @@ std::vector<uint8_t> decode_base64(std::string_view text, const std::string& pla
   return bytes;
 }
 
-// What the escape stands for that begins with the % at text[i]; -1 for none.
+// The byte of the escape at text[i], which is '%'; -1 if it is malformed.
 int escaped_byte(std::string_view text, size_t i) {
   const std::string_view digits = text.substr(i + 1, 2);
   unsigned byte = 0;
@@ -65,7 +65,7 @@ struct Unescaped {
   bool sound = true;  // every % begins an escape that was decoded
 };
 
-// Decodes escapes of bytes from `least` on. Other ones stay as they are.
+// Decodes escapes of bytes >= `least` and keeps the others.
 Unescaped unescape(std::string_view text, int least) {
   Unescaped result;
   result.text.reserve(text.size());
@@ -116,8 +116,7 @@ std::filesystem::path file_in_root(const std::filesystem::path& relative, std::s
   return file;
 }
 
-// The names of files that a URI may stand for, the likeliest first. Query and fragment are no part
-// of a name, unless they were escaped.
+// File names that a URI may mean, likeliest first. Query and fragment count as part of the name.
 std::vector<std::string> possible_names(std::string_view uri) {
   const std::string decoded = unescape(uri, 1).text;
   std::vector<std::string> names = {decoded};
@@ -148,7 +147,7 @@ std::vector<uint8_t> decode_data_uri(std::string_view uri, const std::string& pl
   std::string_view head = uri.substr(5, comma - 5);
   const std::string_view payload = uri.substr(comma + 1);
 
-  // media type, then parameters; only the last may be the bare word "base64" (RFC 2397).
+  // Media type, then parameters; only the last may be the bare word "base64" (RFC 2397).
   constexpr std::string_view kBase64Mark = ";base64";
   const bool base64 = head.ends_with(kBase64Mark);
   if (base64) head.remove_suffix(kBase64Mark.size());
@@ -171,7 +170,7 @@ std::vector<uint8_t> decode_data_uri(std::string_view uri, const std::string& pl
   }
 
   if (base64) {
-    // A few writers percent-encode "+", "/" and "=".
+    // Some writers percent-encode "+", "/" and "=".
     if (payload.find('%') == std::string_view::npos) return decode_base64(payload, place);
     const Unescaped text = unescape(payload, 1);
     if (!text.sound) throw malformed_escape(payload, place);
@@ -206,7 +205,7 @@ ResolvedUri resolve_uri(std::string_view uri, const ResourceFolder& folder,
     }
   }
   if (fault) throw InputError(*fault);
-  return *absent;  // whoever opens it says that it is not there
+  return *absent;  // opening it reports that it is missing
 }
 
 }  // namespace emberline

@@ -12,10 +12,10 @@ namespace emberline {
 bool is_data_uri(std::string_view uri);
 
 // The payload of "data:[media type][;parameter=value...][;base64],..." for any media type. Throws
-// InputError naming `place` for anything malformed.
+// InputError at `place` if malformed.
 std::vector<uint8_t> decode_data_uri(std::string_view uri, const std::string& place);
 
-// Where the files are that a scene refers to: relative to `directory`, and inside `root`.
+// Location of a scene's files: relative to `directory` and inside `root`.
 struct ResourceFolder {
   std::filesystem::path directory, root;
 };
@@ -25,10 +25,10 @@ struct ResolvedUri {
   std::filesystem::path file;  // links followed
 };
 
-// The file that a relative reference means. Writers that do not escape names, or separate folders
-// by a backslash, are understood where such a file is there: after the name that the escapes stand
-// for come the URI as it is, and both with "/" for "\". Absolute paths, other schemes (http:) and
-// whatever lies outside the root are errors: a scene is not to read, say, a user's keys.
+// Finds the file of a relative reference. Also accepts unescaped names and backslashes if such a
+// file exists: tries the unescaped name, then the URI unchanged, then both with "/" for "\".
+// Absolute paths, other schemes (http:) and files outside the root are errors, so that a scene
+// cannot read, for example, a user's keys.
 ResolvedUri resolve_uri(std::string_view uri, const ResourceFolder& folder,
                         const std::string& place);
 

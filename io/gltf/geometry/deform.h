@@ -1,4 +1,4 @@
-// Morph targets and skins in one pose.
+// Applies morph targets and skins for one pose.
 #pragma once
 
 #include <span>
@@ -14,8 +14,8 @@ void apply_morph_targets(const PrimitiveReader& reader, const GltfDocument& docu
                          const nlohmann::json& primitive, const std::string& pointer,
                          std::span<const double> weights, MeshDescription& mesh);
 
-// Linear blend skinning (section 3.7.3.3) with the given bind-to-instance matrices; nothing when
-// there are none. Throws InputError for a joint out of range.
+// Linear blend skinning (section 3.7.3.3) with the given bind-to-instance matrices; does nothing if
+// there are none. Throws InputError for a joint index out of range.
 void apply_skin(const PrimitiveReader& reader, const GltfDocument& document,
                 const std::string& pointer, std::span<const Mat44d> joints, MeshDescription& mesh);
 

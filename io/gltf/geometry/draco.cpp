@@ -17,14 +17,13 @@
 namespace emberline {
 namespace {
 
-// The least a face or vertex can cost is not fixed by Draco (its entropy coder goes towards zero
-// for regular meshes). Real meshes need a bit or more per face; this limit, chosen by us, is 1/32
-// of a bit.
+// Limit on faces and vertices per byte, our choice: 1/32 bit each. Draco has no minimum (its
+// entropy coder approaches zero for regular meshes), but real meshes need at least a bit per face.
 constexpr uint64_t kMostPerByte = 256;
 
-// Draco allocates by the counts in its header before it reads what they count, so they are looked
-// at first. Layout: Draco bitstream specification 2.2, "Decode header", "Decode metadata",
-// "Decode connectivity data". Nothing for a stream that ends before its counts.
+// Reads the counts in the header, because Draco allocates by them before it reads the data. Layout:
+// Draco bitstream specification 2.2, "Decode header", "Decode metadata", "Decode connectivity
+// data". Nothing if the stream ends before its counts.
 struct DracoCounts {
   uint8_t method = 0;
   uint64_t faces = 0, points = 0;
@@ -67,8 +66,8 @@ std::optional<DracoCounts> peek_counts(ByteSpan encoded, const std::string& plac
   return DracoCounts{method, face_count, point_count};
 }
 
-// A decoder of Draco's that asks for the attributes' memory between their descriptions and their
-// values: a value may cost no bit at all, and a stream may hold any number of attributes.
+// A Draco decoder that reserves memory for the attributes after reading their descriptions, before
+// decoding their values: values may take no bits, and a stream may hold any number of attributes.
 template <class MeshDecoder>
 class BudgetedDecoder final : public MeshDecoder {
  public:
@@ -80,7 +79,7 @@ class BudgetedDecoder final : public MeshDecoder {
     uint64_t bytes_per_point = 0;
     for (int i = 0; i < this->point_cloud()->num_attributes(); ++i) {
       const draco::PointAttribute& attribute = *this->point_cloud()->attribute(i);
-      // Quantised as int32, as values, and numbered.
+      // Stored as quantised int32, as values, and as indices.
       const int64_t component = draco::DataTypeLength(attribute.data_type()) + 4;
       bytes_per_point += uint64_t(attribute.num_components()) * uint64_t(component) + 4;
     }
@@ -110,7 +109,7 @@ constexpr std::pair<draco::DataType, int> kComponentTypes[] = {
     {draco::DT_INT8, 5120},   {draco::DT_UINT8, 5121},  {draco::DT_INT16, 5122},
     {draco::DT_UINT16, 5123}, {draco::DT_UINT32, 5125}, {draco::DT_FLOAT32, 5126}};
 
-// glTF's number of the type, or 0.
+// glTF's code for the type, or 0.
 int component_type(draco::DataType type) {
   for (const auto& [theirs, number] : kComponentTypes) {
     if (theirs == type) return number;
@@ -161,7 +160,7 @@ DracoPrimitive decode_draco(ByteSpan encoded, const std::vector<DracoRequest>& r
         "the Draco data announces {} faces and {} vertices, its accessor {} indices in {} bytes",
         faces, points, announced_indices, encoded.size());
   }
-  // The faces, a table of corners and the stacks of its traversal: roughly, in bytes.
+  // Approximate bytes of the faces, the corner table and the traversal stacks.
   MemoryReservation memory(progress.budget(), MemoryPart::kGeometry, faces * 128 + points * 32,
                            place);
   std::unique_ptr<draco::Mesh> mesh;

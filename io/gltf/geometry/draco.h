@@ -1,4 +1,4 @@
-// KHR_draco_mesh_compression: one primitive's indices and attributes from a Draco stream.
+// KHR_draco_mesh_compression: decodes one primitive's indices and attributes.
 #pragma once
 
 #include <map>
@@ -20,9 +20,8 @@ struct DracoPrimitive {
   std::map<std::string, std::vector<float>> attributes;  // vertex_count x components each
 };
 
-// Throws InputError naming `place` for a corrupt stream, one that announces more than its size
-// bears out, more than `announced_indices` or more than the memory budget of `progress` has left,
-// and for missing attributes.
+// Throws InputError at `place` for a corrupt stream, for counts above what its size bears out,
+// above `announced_indices` or above the memory budget of `progress`, and for missing attributes.
 DracoPrimitive decode_draco(ByteSpan encoded, const std::vector<DracoRequest>& requests,
                             uint64_t announced_indices, const std::string& place,
                             const LoadProgress& progress = LoadProgress::unwatched());

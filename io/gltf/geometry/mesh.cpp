@@ -24,10 +24,10 @@ constexpr const char* kModeNames[] = {"POINTS",    "LINES",          "LINE_LOOP"
                                       "TRIANGLES", "TRIANGLE_STRIP", "TRIANGLE_FAN"};
 enum Mode { kPoints, kLines, kLineLoop, kLineStrip, kTriangles, kTriangleStrip, kTriangleFan };
 
-// Vertices or triangles that are worth a thread: some 100 microseconds.
+// Grain of parallel loops over vertices or triangles: about 100 microseconds.
 constexpr size_t kMeshGrain = size_t(1) << 14;
 
-// The points or lines that a primitive draws; none where what says so is broken.
+// The number of points or lines that a primitive draws; 0 if its accessor is broken.
 uint64_t count_without_surface(const GltfDocument& document, const json& primitive, int mode) {
   const json* list = find_member(primitive, "indices");
   if (!list) list = find_member(primitive.at("attributes"), "POSITION");
@@ -38,8 +38,8 @@ uint64_t count_without_surface(const GltfDocument& document, const json& primiti
   return mode == kLines ? count / 2 : mode == kLineStrip ? count - 1 : count;
 }
 
-// Specification section 3.7.2.1: every second triangle of a strip is turned over, a fan starts
-// with its spokes' ends. Surplus vertices at the end make no triangle.
+// Specification section 3.7.2.1: every second triangle of a strip is reversed, and a fan's
+// triangles start at the rim. Surplus vertices at the end are ignored.
 std::vector<Triangle> unroll(PrimitiveReader& reader, int mode) {
   if (mode == kTriangles || reader.is_draco()) return reader.take_triangles();
   const std::span<const uint32_t> indices = reader.indices();
@@ -56,8 +56,8 @@ std::vector<Triangle> unroll(PrimitiveReader& reader, int mode) {
   return triangles;
 }
 
-// Collinear to the last digits that double keeps of a cross product of float edges (a few 2^-53
-// of the longest edge squared).
+// Relative rounding error of a cross product in double (a few 2^-53 of the longest edge squared);
+// below it, edges count as collinear.
 constexpr double kCollinear = 1e-15;
 
 bool is_degenerate(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
@@ -67,14 +67,14 @@ bool is_degenerate(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
   return !(std::sqrt(dot(normal, normal)) > kCollinear * longest2);
 }
 
-// Float cannot square what is larger, so nothing could be traced against it.
+// Larger coordinates overflow when squared in float, so rays could not be intersected.
 constexpr float kLargestCoordinate = 1e18f;
 
 bool is_usable(const Vec3f& p) {
   return is_finite(p) && max_abs_component(p) <= kLargestCoordinate;
 }
 
-// Those that are not finite at some step, and those without area at all of them.
+// Drops triangles that are not finite at some step, and those without area at all steps.
 void drop_bad_triangles(MeshDescription& mesh, LoadRepairs& repairs) {
   std::vector<const std::vector<Vec3f>*> steps = {&mesh.positions};
   for (const MeshStep& step : mesh.motion) steps.push_back(&step.positions);
@@ -89,7 +89,7 @@ void drop_bad_triangles(MeshDescription& mesh, LoadRepairs& repairs) {
     if (std::ranges::any_of(steps, has_corner_beyond)) return Fault::kBeyond;
     return std::ranges::all_of(steps, has_no_area) ? Fault::kNoArea : Fault::kNone;
   };
-  // Most meshes have none, which all threads find out together.
+  // Most meshes have no bad triangles, so a parallel search comes first.
   std::atomic<bool> any = false;
   parallel_each(mesh.triangles.size(), kMeshGrain, [&](size_t i) {
     if (fault_of(mesh.triangles[i]) != Fault::kNone) any.store(true, std::memory_order_relaxed);
@@ -103,10 +103,10 @@ void drop_bad_triangles(MeshDescription& mesh, LoadRepairs& repairs) {
   });
 }
 
-// Keeps the vertices that triangles use. Some writers put a whole model into one vertex buffer
-// that each of its hundred primitives names; and a NaN must not reach anyone's bounding box.
+// Keeps only vertices that triangles use. Some writers share one vertex buffer among a hundred
+// primitives, and a NaN must not reach a bounding box.
 void drop_unused_vertices(MeshDescription& mesh) {
-  std::vector<uint8_t> is_used(mesh.positions.size(), 0);  // bytes, which stay in the cache
+  std::vector<uint8_t> is_used(mesh.positions.size(), 0);  // bytes, to stay in the cache
   for (const Triangle& t : mesh.triangles) {
     for (const uint32_t v : t) is_used[v] = 1;
   }
@@ -131,10 +131,10 @@ void drop_unused_vertices(MeshDescription& mesh) {
   }
 }
 
-// Vertices of which some attribute beside the position is NaN or infinite.
+// Finds vertices with a NaN or infinity in an attribute other than the position.
 class VertexFaults {
  public:
-  // An attribute's numbers, vertex by vertex.
+  // Values of one attribute, vertex by vertex.
   void look_at(std::span<const float> values, size_t components);
   template <class Vector>
   void look_at(const std::vector<Vector>& values) {
@@ -142,15 +142,15 @@ class VertexFaults {
     look_at({reinterpret_cast<const float*>(values.data()), values.size() * kComponents},
             kComponents);
   }
-  // Those that triangles use.
+  // Number of faulty vertices that triangles use.
   uint64_t count(std::span<const Triangle> triangles) const;
 
  private:
-  std::vector<uint8_t> is_faulty_;  // empty: none is
+  std::vector<uint8_t> is_faulty_;  // empty: no faults
 };
 
 void VertexFaults::look_at(std::span<const float> values, size_t components) {
-  // Most attributes have no fault. 0 times a number is 0, else NaN.
+  // A fast test, since most attributes have no fault: 0 times a finite number is 0, otherwise NaN.
   constexpr size_t kAtOnce = 16;
   float sums[kAtOnce] = {};
   size_t next = 0;
@@ -190,12 +190,12 @@ std::set<int> used_uv_sets(Materials materials) {
   return used;
 }
 
-// UV sets that the materials name; those the primitive lacks become (0, 0) everywhere.
+// Reads the UV sets that materials use; missing ones become (0, 0) everywhere.
 void read_uv_sets(const PrimitiveReader& reader, Materials materials, LoadedMesh& loaded,
                   VertexFaults& faults) {
   MeshDescription& mesh = loaded.mesh;
   const std::set<int> used = used_uv_sets(materials);
-  // Materials that name higher ones are refused where they are compiled, if anything wears them.
+  // Materials with higher sets are rejected when they are compiled, if they are used.
   constexpr int kMostSets = 16;
   const int last = used.empty() ? 0 : std::min(*used.rbegin(), kMostSets);
   for (int set = 0; set <= last; ++set) {
@@ -224,20 +224,20 @@ void read_colors(const PrimitiveReader& reader, MeshDescription& mesh, VertexFau
   for (size_t i = 0; i < mesh.colors.size(); ++i) {
     for (int c = 0; c < components; ++c) {
       const float value = values[i * size_t(components) + size_t(c)];
-      // The comparison is false for NaN as well.
+      // The comparison is false for NaN, too.
       mesh.colors[i][c] = value > 0.0f ? value : 0.0f;
     }
   }
 }
 
-// Specification 3.7.2.1 and 3.7.2.2: the colors that are used, morphed or not, are within 0 and 1.
+// Specification 3.7.2.1 and 3.7.2.2: colours are clamped to [0, 1] after morphing.
 void clamp_colors(std::vector<Vec4f>& colors) {
   for (Vec4f& color : colors) {
     for (int c = 0; c < 4; ++c) color[c] = color[c] > 0.0f ? std::min(color[c], 1.0f) : 0.0f;
   }
 }
 
-// The texture whose layout a material's tangents follow. Without any it is TEXCOORD_0 as it stands.
+// The texture whose UVs determine a material's tangents; by default untransformed TEXCOORD_0.
 TextureRef tangent_layout(const MaterialDescription& material) {
   for (const TextureRef* texture : {&material.normal_texture, &material.clearcoat_normal_texture,
                                     &material.anisotropy_texture}) {
@@ -246,8 +246,7 @@ TextureRef tangent_layout(const MaterialDescription& material) {
   return {};
 }
 
-// What the primitive's tangents are for: the first of its materials that needs them. None without
-// any, unless they are `wanted`.
+// The layout of the first material that needs tangents; nothing if none does and not `wanted`.
 std::optional<TextureRef> find_tangent_layout(const PrimitiveReader& reader, Materials materials,
                                               bool wanted, LoadedMesh& loaded) {
   std::optional<TextureRef> found;
@@ -268,7 +267,7 @@ std::optional<TextureRef> find_tangent_layout(const PrimitiveReader& reader, Mat
   return found;
 }
 
-// Of a mesh or a step of it.
+// For a mesh or a motion step.
 void normalise_directions(auto& vertices) {
   parallel_each(vertices.normals.size(), kMeshGrain, [&](size_t i) {
     vertices.normals[i] = normalize_or(vertices.normals[i], Vec3f(0.0f));
@@ -281,7 +280,7 @@ void normalise_directions(auto& vertices) {
   });
 }
 
-// A vertex that is nowhere later stays.
+// A vertex without a usable later position stays where it is.
 std::vector<Vec3f> usable_or(std::vector<Vec3f> later, const std::vector<Vec3f>& positions) {
   for (size_t v = 0; v < later.size(); ++v) {
     if (!is_usable(later[v])) later[v] = positions[v];
@@ -289,7 +288,7 @@ std::vector<Vec3f> usable_or(std::vector<Vec3f> later, const std::vector<Vec3f>&
   return later;
 }
 
-// Puts the mesh, which stands as the file has it, into its poses.
+// Deforms the mesh from its rest pose into `poses`.
 void apply_poses(const PrimitiveReader& reader, const GltfDocument& document, const json& primitive,
                  const std::string& pointer, std::span<const MeshPose> poses, bool later,
                  MeshDescription& mesh) {
@@ -319,7 +318,7 @@ void apply_poses(const PrimitiveReader& reader, const GltfDocument& document, co
   }
 }
 
-// Whether morph targets change colours or texture coordinates from pose to pose.
+// Whether morph targets change colours or UVs between poses.
 bool morphs_what_is_held(const json& primitive, std::span<const MeshPose> poses) {
   const json* targets = find_member(primitive, "targets");
   if (!targets) return false;
@@ -337,35 +336,35 @@ bool morphs_what_is_held(const json& primitive, std::span<const MeshPose> poses)
   return false;
 }
 
-// An upper bound of what load_primitive holds at any time, result included, from what the primitive
-// announces.
+// Upper bound on the memory that load_primitive holds at any time, including the result, from the
+// primitive's stated counts.
 uint64_t announced_bytes(const GltfDocument& document, const PrimitiveReader& reader,
                          const json& primitive, std::span<const MeshPose> poses,
                          Materials materials, bool tangents_made) {
   const uint64_t vertices = reader.vertex_count();
-  uint64_t per_vertex = sizeof(Vec3f) + sizeof(Vec4f) + sizeof(uint32_t);  // and one list of floats
+  uint64_t per_vertex = sizeof(Vec3f) + sizeof(Vec4f) + sizeof(uint32_t);  // and a list of floats
   if (reader.has("NORMAL")) per_vertex += sizeof(Vec3f);
   if (reader.has("TANGENT")) per_vertex += sizeof(Vec4f);
   if (reader.has("COLOR_0")) per_vertex += sizeof(Vec4f);
   per_vertex += sizeof(Vec2f) * (1 + used_uv_sets(materials).size());
   if (!poses[0].joints.empty()) per_vertex += sizeof(Mat44d) + sizeof(double) + sizeof(Vec4f);
-  // One more for what the poses start from.
+  // Plus one copy of the undeformed vertices.
   if (poses.size() > 1) per_vertex += poses.size() * (2 * sizeof(Vec3f) + sizeof(Vec4f));
-  // generate_tangents: its groups, and up to twice as many vertices.
+  // generate_tangents() needs groups and up to twice as many vertices.
   if (tangents_made) per_vertex = 2 * per_vertex + 256;
   const json* member = find_member(primitive, "indices");
   const uint64_t indices = member ? document.accessor(member->get<int>()).count : vertices;
   const bool list = primitive.value("mode", int(kTriangles)) == kTriangles;
-  // A list is read in its place.
+  // A triangle list is read in place.
   uint64_t per_index = sizeof(uint32_t) + (reader.is_draco() ? sizeof(uint32_t)
                                            : list            ? 0
                                                              : sizeof(Triangle));
-  // Flat faces with tangents have vertices of their own.
+  // Flat faces with tangents get vertices of their own.
   if (tangents_made && !reader.has("NORMAL")) per_index += per_vertex;
   return bytes_of(vertices, per_vertex) + bytes_of(indices, per_index);
 }
 
-// False: `loaded` says why nothing of the primitive can be seen.
+// Returns false if the primitive has no visible surface; `loaded` then says why.
 bool has_surface(const GltfDocument& document, const json& primitive, LoadedMesh& loaded) {
   const int mode = primitive.value("mode", int(kTriangles));
   if (mode < kTriangles) {
@@ -416,14 +415,14 @@ LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_
   PrimitiveReader reader(document, primitive, pointer);
   loaded.draco_fault = reader.draco_fault();
   const std::optional<TextureRef> layout = find_tangent_layout(reader, materials, tangents, loaded);
-  // Specification 3.7.2.1: without normals the supplied tangents are void.
+  // Specification 3.7.2.1: without normals, supplied tangents are ignored.
   const bool has_normals = !flat && reader.has("NORMAL");
   const bool has_tangents = layout && has_normals && reader.has("TANGENT");
   MemoryReservation memory(
       document.progress->budget(), MemoryPart::kGeometry,
       announced_bytes(document, reader, primitive, poses, materials, layout && !has_tangents),
       document.place(pointer));
-  mesh.positions = reader.vectors<Vec3f>("POSITION", 1);  // and what Embree reads behind the last
+  mesh.positions = reader.vectors<Vec3f>("POSITION", 1);  // Embree reads past the last one
   if (mesh.positions.size() >= UINT32_MAX) {
     throw InputError(document.place(pointer), "more vertices than 32 bits can number");
   }
@@ -451,7 +450,7 @@ LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_
   normalise_directions(mesh);
   for (MeshStep& step : mesh.motion) normalise_directions(step);
   if (layout && mesh.tangents.empty()) generate_tangents(mesh, *layout);
-  // The rest was for the time of reading.
+  // The rest was needed only while reading.
   memory.release();
   loaded.bytes = mesh.name.capacity() + held_bytes(mesh);
   document.reserve(MemoryPart::kGeometry, loaded.bytes, document.place(pointer));

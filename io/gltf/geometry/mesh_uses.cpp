@@ -21,7 +21,7 @@ std::string primitive_pointer(size_t mesh, size_t primitive) {
   return "/meshes/" + std::to_string(mesh) + "/primitives/" + std::to_string(primitive);
 }
 
-// Of a ball around the mesh's origin.
+// Radius of a ball around the mesh's origin.
 double radius_of(const MeshDescription& mesh) {
   double largest = 0.0;
   for (const Vec3f& p : mesh.positions) largest = std::max(largest, to_double(p).length());
@@ -30,10 +30,9 @@ double radius_of(const MeshDescription& mesh) {
 
 }  // namespace
 
-// Primitives and morph targets may share accessors, so that a small file could ask for any number
-// of vertices; and nodes a primitive, in poses of their own. What is read of each is held against
-// what there is; variants count as an index each. The allowance is chosen by us: sharing
-// sixty-fourfold is unheard of.
+// Limits the elements read to a multiple of the data present: primitives and morph targets may
+// share accessors, and nodes may use a primitive in many poses. Variants count as one element each.
+// The factor 64 is our choice, far above normal sharing.
 void GltfMeshUses::check_budget(std::span<const MeshUse> uses) const {
   uint64_t backed = document_.total_bytes;
   for (const GltfAccessor& accessor : document_.accessors) {
@@ -52,7 +51,7 @@ void GltfMeshUses::check_budget(std::span<const MeshUse> uses) const {
   }
 }
 
-// Elements of accessors that reading the primitive in its poses takes.
+// Number of accessor elements read for the primitive in its poses.
 uint64_t GltfMeshUses::count_elements(const json& primitive,
                                       std::span<const MeshPose> poses) const {
   const auto accessor = [&](const json& index) -> const GltfAccessor& {
@@ -61,7 +60,7 @@ uint64_t GltfMeshUses::count_elements(const json& primitive,
   };
   uint64_t elements = variant_material_count(primitive);
   const json* indices = find_member(primitive, "indices");
-  // A Draco stream vouches for its own count.
+  // A Draco stream limits its own count.
   const bool is_draco = find_extension(primitive, "KHR_draco_mesh_compression");
   const bool is_read = indices && (!is_draco || accessor(*indices).view >= 0);
   const uint64_t corners = is_read ? accessor(*indices).count : UINT64_MAX;
@@ -70,7 +69,7 @@ uint64_t GltfMeshUses::count_elements(const json& primitive,
     for (const json& attribute : attributes) {
       const GltfAccessor& source = accessor(attribute);
       if (is_draco && source.view < 0) continue;
-      // Indices that name few vertices have few read (PrimitiveReader).
+      // Few indices cause few vertices to be read (see PrimitiveReader).
       const uint64_t most = corners <= UINT64_MAX / 4 ? corners * 4 : UINT64_MAX;
       elements += std::min(source.count, most) + source.sparse.count;
     }
@@ -85,16 +84,16 @@ uint64_t GltfMeshUses::count_elements(const json& primitive,
   return elements;
 }
 
-// A primitive of a use, on its way into the scene.
+// A primitive of a use while it is loaded.
 struct GltfMeshUses::Primitive {
   MeshUse* use = nullptr;
   size_t primitive = 0;
   std::vector<TangentLayout> layouts = {};
-  const RestMesh* known = nullptr;  // it has been read before
+  const RestMesh* known = nullptr;  // already read for an earlier pose
   LoadedMesh result = {};
 };
 
-// Of a mesh that rests no more than its layouts where it has been read before, and is held.
+// Loads a primitive; for a held resting mesh that was read before, only its tangent layouts.
 void GltfMeshUses::load(Primitive& task) const {
   static const MaterialDescription default_material;
   const MeshUse& use = *task.use;
@@ -137,7 +136,7 @@ void GltfMeshUses::load(Primitive& task) const {
   task.result.variants_fault = variants_fault;
 }
 
-// Keeps what the next poses need not read; null for a mesh that deforms.
+// Stores what later poses need not read again; null for a deforming mesh.
 const RestMesh* GltfMeshUses::know(Primitive& task) {
   const MeshUse& use = *task.use;
   MeshDescription& mesh = task.result.mesh;
@@ -167,7 +166,7 @@ const RestMesh* GltfMeshUses::know(Primitive& task) {
   return task.known;
 }
 
-// What there is to say of it, and it itself. False: nothing of it is left.
+// Adds the primitive and its reports to the scene; false if nothing of it is left.
 bool GltfMeshUses::add(Primitive& task) {
   for (const std::string& what : task.result.ignored) {
     report_ignored(document_.file, what, scene_.coverage);

@@ -1,5 +1,5 @@
-// The meshes of a scene graph, in the poses that its nodes wear them in: loaded in parallel, or
-// known from the pose before.
+// Loads the meshes of a scene graph, in parallel and in the poses in which nodes use them; reuses
+// meshes of the previous pose.
 #pragma once
 
 #include <optional>
@@ -13,40 +13,40 @@
 
 namespace emberline {
 
-// A mesh in one pose, or in motion, or in one pose and a later one; all its primitives.
+// A mesh, with all its primitives, in one pose, in motion, or in one pose and a later one.
 struct MeshUse {
   size_t mesh = 0;
   std::vector<MeshPose> poses;
   uint64_t placements = 0;
-  int skin = -1, node = -1;  // the node where it has weights of its own
-  bool rests = false;        // no time deforms it
-  bool may_move = false;     // MeshDescription's
-  bool flat = false;         // load_primitive's
-  // GltfMeshUses::center(), once it has been asked for.
+  int skin = -1, node = -1;  // node: only if it has its own weights
+  bool rests = false;        // never deformed
+  bool may_move = false;     // for MeshDescription
+  bool flat = false;         // for load_primitive
+  // Cache of GltfMeshUses::center().
   std::optional<Vec3d> center = {};
   std::vector<int> loaded;  // indices into SceneDescription::meshes
 };
 
 class GltfMeshUses {
  public:
-  // `later`: as load_primitive has it. What `rest` knows is not read again, and what it may come to
-  // know is added to it; of meshes whose keys are `held`, which grow, nothing is read. The
-  // arguments outlive it.
+  // `later` as in load_primitive. Meshes known to `rest` are not read again, and new resting meshes
+  // are added to it; meshes whose keys are in `held` (ascending) are not read at all. All arguments
+  // must outlive this object.
   GltfMeshUses(const GltfDocument& document, bool later, std::span<const uint64_t> held,
                GltfRest& rest, SceneDescription& scene)
       : document_(document), later_(later), held_(held), rest_(rest), scene_(scene) {}
 
-  // Adds them to the scene, which is posed or at rest. Throws InputError.
+  // Adds the meshes to the scene. Throws InputError.
   void load(std::vector<MeshUse>& uses, bool at_rest);
 
-  // Of a mesh of the scene: a ball around its origin.
+  // Radius of a ball around the origin of a mesh of the scene.
   double radius(size_t mesh) const;
-  // The middle of all its primitives, in its own space.
+  // Centre of all primitives, in mesh space.
   Vec3d center(const MeshUse& use) const;
-  // Placed, which have no surface.
+  // Points and lines placed in the scene, which are not rendered.
   uint64_t points() const { return points_; }
   uint64_t lines() const { return lines_; }
-  // Whether a skin or morph targets have left a primitive without area in this pose.
+  // Whether deformation has left a primitive without area in this pose.
   bool collapsed() const { return collapsed_; }
 
  private:

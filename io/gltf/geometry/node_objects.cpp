@@ -55,7 +55,7 @@ Vec2f cone_angles(double inner, double outer, const GltfDocument& document,
                       fmt::format("the number {} is out of range", outer));
     outer = kPiD / 4.0;
   }
-  // Writers of hard-edged spots give both the same angle, which may have been rounded.
+  // Writers of hard-edged spots give both the same angle, possibly rounded.
   if (!(inner >= 0.0 && inner <= outer * (1.0 + 1e-6))) {
     leave_out_of_lamp(
         document, spot + "innerConeAngle",
@@ -75,7 +75,7 @@ float light_range(double range, const GltfDocument& document, const std::string&
 
 namespace {
 
-// A camera without a usable xmag gives no hint about the shape of the frame.
+// Without a usable xmag there is no hint about the frame's aspect ratio.
 std::optional<double> orthographic_aspect(const GltfDocument& document,
                                           const tinygltf::OrthographicCamera& lens,
                                           const std::string& pointer) {
@@ -102,8 +102,8 @@ void read_lens(const GltfDocument& document, const tinygltf::Camera& source,
   }
 }
 
-// Whether a camera's planes may cut off what others would not. Writers that know of no near plane
-// give one within a decimetre.
+// Whether the clip planes might cut off something. Exporters without a near plane write one of up
+// to a decimetre, which is ignored.
 bool clips(const json& camera) {
   constexpr double kNearest = 0.101;
   const json& lens = camera.at(camera.at("type").get_ref<const std::string&>());
@@ -115,7 +115,7 @@ bool clips(const json& camera) {
 CameraDescription* read_camera(const GltfDocument& document, size_t node, const GltfPose& pose,
                                const Mat44d& to_world, SceneDescription& scene) {
   const int index = document.model->nodes[node].camera;
-  // The node's member, where it names no camera at all.
+  // Use the node's member if it refers to no camera.
   const std::string pointer = index < 0 ? "/nodes/" + std::to_string(node) + "/camera"
                                         : "/cameras/" + std::to_string(index);
   std::optional<InputError> fault = document.faults->hand_over(pointer);
@@ -125,7 +125,7 @@ CameraDescription* read_camera(const GltfDocument& document, size_t node, const 
     ++scene.repairs.singular_instances;
     return nullptr;
   }
-  // Of any number of nodes, with a name as long as the file.
+  // Reserved because any number of nodes may use a camera, with a name as long as the file.
   CameraDescription camera;
   camera.name = index < 0 || document.model->cameras[size_t(index)].name.empty()
                     ? node_name(document, node)
@@ -217,7 +217,7 @@ std::vector<Mat44d> read_instance_transforms(const GltfDocument& document, const
   size_t count = 0;
   bool counted = false;
   if (!attributes.empty()) {
-    // Ten floats, and the matrix of them.
+    // Ten floats and the resulting matrix.
     memory.add(bytes_of(count_of(attributes.begin().value()), 10 * sizeof(float) + sizeof(Mat44d)),
                place);
   }
@@ -239,7 +239,7 @@ std::vector<Mat44d> read_instance_transforms(const GltfDocument& document, const
   const std::vector<float> rotations = read("ROTATION", 4);
   const std::vector<float> scales = read("SCALE", 3);
   if (!counted) {
-    // Only attributes without a meaning here, such as _ID.
+    // Only attributes that have no meaning here, such as _ID.
     if (attributes.empty()) return {};
     const auto first = attributes.begin();
     if (first->is_null()) document.faults->require(pointer + "/attributes/" + first.key());

@@ -28,7 +28,7 @@ PrimitiveReader::PrimitiveReader(const GltfDocument& document, const json& primi
       draco_fault_ = error;
     }
   } else if (!has_fallback()) {
-    // Of an extension that check_schema has left out: what it is the compressed form of is nothing.
+    // If check_schema removed the extension, no data are left; this reports its fault.
     document.faults->require(pointer_ + "/extensions/" + kDracoExtension);
   }
   vertex_count_ = document.accessor(accessor("POSITION")).count;
@@ -69,7 +69,7 @@ std::vector<std::array<uint32_t, 3>> PrimitiveReader::take_triangles() {
   return std::move(triangles_);
 }
 
-// Whether indices and all that the Draco stream holds have bytes of their own.
+// Whether the indices and all attributes have uncompressed data.
 bool PrimitiveReader::has_fallback() const {
   const auto has_bytes = [&](const json& index) {
     return !index.is_null() && document_.accessors[index.get<size_t>()].view >= 0;
@@ -102,14 +102,14 @@ std::string PrimitiveReader::place_of(const std::string& attribute) const {
   return document_.place(pointer_ + "/attributes/" + attribute);
 }
 
-// What the stream holds of it, or null.
+// The attribute's values from the Draco stream, or null.
 const std::vector<float>* PrimitiveReader::draco_floats(const std::string& attribute) const {
   if (!draco_) return nullptr;
   const auto found = draco_->attributes.find(attribute);
   return found == draco_->attributes.end() ? nullptr : &found->second;
 }
 
-// Everything that may be wrong with it, before there is room for it.
+// Throws all of the attribute's errors before memory is allocated for it.
 void PrimitiveReader::check(const std::string& attribute, int components) const {
   if (const std::vector<float>* decoded = draco_floats(attribute)) {
     if (decoded->size() == vertex_count_ * uint64_t(components)) return;
@@ -158,7 +158,7 @@ std::vector<float> PrimitiveReader::read(int index, int components,
   return read_floats(document_, index, components, place, chosen());
 }
 
-// A few triangles each of thousands of primitives may name one accessor of a million vertices.
+// For files in which thousands of primitives use a few triangles of one huge accessor.
 void PrimitiveReader::choose_vertices() {
   constexpr uint64_t kFew = 4;  // a quarter: below, sorting costs less than reading all
   if (index_count_ == 0 || index_count_ > vertex_count_ / kFew) return;

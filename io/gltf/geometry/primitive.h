@@ -1,4 +1,4 @@
-// The raw vertex data of one glTF primitive, whatever it is packed in.
+// Reads the raw vertex data of one glTF primitive, compressed or not.
 #pragma once
 
 #include <array>
@@ -13,45 +13,43 @@ namespace emberline {
 
 class PrimitiveReader {
  public:
-  // Decodes the Draco stream if there is one. Where it does not decode, the extension is optional
-  // and the accessors have bytes, those are read. Throws InputError.
+  // Decodes the Draco stream, if any. If that fails, the extension is optional and the accessors
+  // have data, uses the accessors. Throws InputError.
   PrimitiveReader(const GltfDocument& document, const nlohmann::json& primitive,
                   std::string pointer);
 
   bool has(const std::string& attribute) const;
-  // Whether there is one, which is not broken.
+  // Whether the attribute exists and is not broken.
   bool usable(const std::string& attribute) const;
   bool is_draco() const { return draco_.has_value(); }
-  // Why the Draco stream was not read, if there is one.
+  // Why the Draco stream was not used, if there is one.
   const std::optional<InputError>& draco_fault() const { return draco_fault_; }
-  // vertex_count() x components floats. Throws InputError when the attribute's count differs from
-  // that of POSITION.
+  // vertex_count() x components floats. Throws InputError if the count differs from POSITION's.
   std::vector<float> floats(const std::string& attribute, int components) const;
-  // The same as vectors, with room for so many more.
+  // The same as vectors, with capacity for `spare` more.
   template <class Vector>
   std::vector<Vector> vectors(const std::string& attribute, size_t spare = 0) const {
     const int components = int(sizeof(Vector) / sizeof(float));
     check(attribute, components);
     std::vector<Vector> values;
     values.reserve(vertex_count() + spare);
-    values.resize(vertex_count());  // Imath leaves them as they are: nobody touches them twice
+    values.resize(vertex_count());  // Imath does not initialise them
     copy(attribute, components, reinterpret_cast<float*>(values.data()));
     return values;
   }
-  // Components of the attribute's accessor (COLOR_0 may have 3 or 4).
+  // Number of components of the attribute's accessor (COLOR_0 may have 3 or 4).
   int components(const std::string& attribute) const;
-  // Morph target `target`; empty when it does not move this attribute.
+  // Displacements of morph target `target`; empty if it does not affect the attribute.
   std::vector<float> target_floats(size_t target, const std::string& attribute,
                                    int components) const;
 
-  // Those that are read: all, or, of accessors that hold far more than the primitive draws, the
-  // ones that its indices name.
+  // Vertices read: all, or only the indexed ones if the accessors hold far more than is drawn.
   uint64_t vertex_count() const { return used_.empty() ? vertex_count_ : used_.size(); }
-  // Their number in the file.
+  // Index of vertex `i` in the file.
   uint64_t file_vertex(size_t i) const { return used_.empty() ? i : used_[i]; }
-  // Corner indices in drawing order, below vertex_count(). Without an index accessor 0, 1, 2...
+  // Corner indices in drawing order, below vertex_count(); 0, 1, 2... without an index accessor.
   std::span<const uint32_t> indices() const { return {corners(), index_count_}; }
-  // They, three by three, as a list of triangles; a rest makes none. There are none afterwards.
+  // Moves the indices out as triangles; an incomplete last triangle is dropped.
   std::vector<std::array<uint32_t, 3>> take_triangles();
 
  private:
@@ -77,9 +75,9 @@ class PrimitiveReader {
   std::optional<DracoPrimitive> draco_;
   std::optional<InputError> draco_fault_;
   uint64_t vertex_count_ = 0;                       // in the file
-  std::vector<std::array<uint32_t, 3>> triangles_;  // all indices, and what is left of the last
+  std::vector<std::array<uint32_t, 3>> triangles_;  // all indices; the last may be partial
   uint64_t index_count_ = 0;
-  std::vector<uint32_t> used_;  // growing; empty: all
+  std::vector<uint32_t> used_;  // ascending; empty: all
 };
 
 }  // namespace emberline

@@ -25,12 +25,12 @@ namespace {
 
 using nlohmann::json;
 
-// A use placed in the world.
+// A mesh use with its transform.
 struct Placement {
   size_t use = 0;
   size_t node = 0;
   Mat44d to_world;
-  std::vector<Mat44d> motion;  // at every step of GltfShutter; empty: at rest
+  std::vector<Mat44d> motion;  // per step of GltfShutter; empty: at rest
 };
 
 class SceneGraphReader {
@@ -70,11 +70,11 @@ class SceneGraphReader {
   void read_light_node(size_t node);
   void add_motion(size_t node, std::vector<Mat44d>& motion) const;
   void find_moving_meshes();
-  // Of EXT_mesh_gpu_instancing; until the next are asked for.
+  // Transforms of EXT_mesh_gpu_instancing; valid until the next call.
   const std::vector<Mat44d>& instances_of(const json& instancing, size_t node);
   size_t find_use(size_t node, bool flat);
   bool is_flat(const Placement& placement) const;
-  // A placement's, which have inverses; later: where it goes without a shutter.
+  // Invertible transforms of a placement; `later` is its position at the later time of an instant.
   struct Transforms {
     Mat44d to_world;
     std::vector<Mat44d> motion;
@@ -95,26 +95,26 @@ class SceneGraphReader {
   const GltfAnimation& animation_;
   GltfRest& rest_;
   std::vector<char> may_move_;       // per node
-  std::vector<char> mesh_may_move_;  // per mesh: by a node that wears it
-  bool meshes_change_ = false;       // by pointers to them
+  std::vector<char> mesh_may_move_;  // per mesh: whether a node that uses it may move
+  bool meshes_change_ = false;       // by animation pointers
   const bool at_rest_;
   const GltfShutter shutter_;
-  const std::vector<Mat44d>& world_;  // per node, as it opens
+  const std::vector<Mat44d>& world_;  // per node, at shutter opening
   const GltfVisibility visibility_;
   std::vector<size_t> hidden_;  // nodes with meshes
-  uint64_t scaled_away_ = 0;    // instances that their scale makes a line or a point
+  uint64_t scaled_away_ = 0;    // instances collapsed to a line or a point by their scale
   GltfPoses poses_;
   GltfMeshUses meshes_;
   std::vector<MeshUse> uses_;
-  // By mesh, skin and whether it is flat: the uses without weights of a node.
+  // Uses without node weights, by mesh, skin, and whether they are flat.
   std::map<std::tuple<int, int, bool>, size_t> shared_uses_;
-  std::deque<Placement> placements_;  // whose memory is its elements'
+  std::deque<Placement> placements_;  // a deque, so that growing does not copy
   MemoryReservation placements_memory_;
-  std::vector<Mat44d> instances_;  // at rest, where nobody asks again
+  std::vector<Mat44d> instances_;  // at rest, where they are not cached in rest_
   MemoryReservation instances_memory_;
 };
 
-// Depth first, in file order, without recursion: hierarchies may be any number of levels deep.
+// Depth-first, in file order, without recursion, since hierarchies may be arbitrarily deep.
 std::vector<size_t> SceneGraphReader::nodes_in_scene() const {
   std::vector<int> roots;
   if (!document_.model->scenes.empty()) {
@@ -131,7 +131,7 @@ std::vector<size_t> SceneGraphReader::nodes_in_scene() const {
   while (!stack.empty()) {
     const size_t node = size_t(stack.back());
     stack.pop_back();
-    if (seen[node]) continue;  // a scene that lists a node and its descendant
+    if (seen[node]) continue;  // the scene lists a node and its descendant
     seen[node] = 1;
     nodes.push_back(node);
     const std::vector<int>& children = document_.model->nodes[node].children;
@@ -192,7 +192,7 @@ std::optional<Mat44d> SceneGraphReader::aimed(size_t node, size_t step) const {
 
 void SceneGraphReader::add_motion(size_t node, std::vector<Mat44d>& motion) const {
   if (!shutter_.moves(node) || shutter_.is_instant()) return;
-  // What has no direction at some step keeps that of the step before.
+  // A step without a direction keeps that of the previous step.
   Mat44d last = aimed(node, 0).value_or(shutter_.world(node, 0));
   for (size_t step = 1; step < shutter_.steps(); ++step) {
     const Mat44d& world = shutter_.world(node, step);
@@ -217,8 +217,7 @@ void SceneGraphReader::find_moving_meshes() {
   }
 }
 
-// Whether what the node wears has the same vertices at any time. Of a scene at rest nobody asks for
-// another.
+// Whether the node's mesh is never deformed. False at rest, where the scene is posed only once.
 bool SceneGraphReader::rests(size_t node) const {
   const tinygltf::Node& source = document_.model->nodes[node];
   if (at_rest_) return false;
@@ -240,7 +239,7 @@ size_t SceneGraphReader::find_use(size_t node, bool flat) {
   };
   report_rest(poses_.morphs(size_t(source.mesh)), "morph targets");
   report_rest(source.skin >= 0, "skin");
-  // A skin's joints say where the mesh is, so nodes that share it share the mesh in its pose.
+  // A skin's joints determine the position, so nodes with the same mesh and skin share a use.
   const bool own_weights = poses_.has_own_weights(node);
   const std::tuple key(source.mesh, source.skin, flat);
   if (!own_weights && shared_uses_.contains(key)) return shared_uses_.at(key);
@@ -277,7 +276,7 @@ void SceneGraphReader::read_mesh_node(size_t node) {
   const json* instancing = find_extension(object, "EXT_mesh_gpu_instancing");
   static const std::vector<Mat44d> one = {Mat44d()};
   const std::vector<Mat44d>& instances = instancing ? instances_of(*instancing, node) : one;
-  // A few nodes and a few primitives can multiply to more than memory holds.
+  // A few nodes and primitives can multiply to more than memory holds.
   const size_t most = (size_t(1) << 20) + size_t(document_.total_bytes);
   if (placements_.size() + instances.size() > most) {
     throw InputError(place, "more than {} instances, more than the size of the file bears out",
@@ -287,7 +286,7 @@ void SceneGraphReader::read_mesh_node(size_t node) {
   const size_t matrices = moves ? shutter_.steps() : 0;
   placements_memory_.add(bytes_of(instances.size(), sizeof(Placement) + matrices * sizeof(Mat44d)),
                          place);
-  std::optional<size_t> uses[2];  // whole, flat
+  std::optional<size_t> uses[2];  // unflattened, flattened
   const auto use_of = [&](bool flat) {
     if (!uses[flat]) uses[flat] = find_use(node, flat);
     return *uses[flat];
@@ -304,13 +303,13 @@ void SceneGraphReader::read_mesh_node(size_t node) {
   }
 }
 
-// Whether it is as long as it is seen.
+// Whether the placement is flat at all times of the shutter.
 bool SceneGraphReader::is_flat(const Placement& placement) const {
   if (shutter_.is_instant() || placement.motion.empty()) return is_singular(placement.to_world);
   return std::ranges::all_of(placement.motion, is_singular);
 }
 
-// None: at no time is anything of it seen.
+// Nothing if no part of the placement is ever visible.
 std::optional<SceneGraphReader::Transforms> SceneGraphReader::transforms_of(
     const Placement& placement) {
   const std::vector<Mat44d>& motion = placement.motion;
@@ -352,7 +351,7 @@ void SceneGraphReader::place_meshes() {
       sizeof(InstanceDescription) + (shutter_.is_instant() ? sizeof(LaterInstance) : 0);
   document_.reserve(MemoryPart::kGeometry, bytes_of(count, bytes_each) + name_bytes);
   scene_.instances.reserve(count);
-  std::vector<double> radii(scene_.meshes.size(), -1.0);  // of those that move
+  std::vector<double> radii(scene_.meshes.size(), -1.0);  // of moving meshes
   for (const Placement& placement : placements_) {
     const std::string place = document_.place("/nodes/" + std::to_string(placement.node));
     check_transform(placement.to_world, place);
@@ -380,9 +379,9 @@ void SceneGraphReader::place_meshes() {
   }
 }
 
-// Of what the accessors say of the meshes that are there, at the places that their nodes and joints
-// have at rest; also of those that the animation hides for now, but for skins. A mesh whose
-// accessor says nothing is left out; if all are, the pose's own count.
+// Bounds at rest, from the accessors' bounds and the nodes' and joints' rest transforms; includes
+// unskinned nodes that the animation hides now. Meshes without accessor bounds are skipped; if all
+// are, returns the bounds of the current pose.
 WorldBounds SceneGraphReader::rest_bounds() const {
   const std::vector<Mat44d> at_rest = world_transforms(document_, {});
   WorldBounds bounds;
@@ -390,7 +389,7 @@ WorldBounds SceneGraphReader::rest_bounds() const {
     const WorldBounds& box = shutter_.bounds(uses_[placement.use].mesh);
     const size_t node = placement.node;
     if (const int skin = document_.model->nodes[node].skin; skin >= 0) {
-      // Bound to where the joints are at rest, vertices stand as the mesh has them.
+      // If the skin is bound at its rest pose, vertices are where the mesh has them.
       const auto joint = size_t(document_.model->skins[size_t(skin)].joints[0]);
       const SkinPose& pose = poses_.known_skin(skin);
       const Mat44d bind =
@@ -409,7 +408,7 @@ WorldBounds SceneGraphReader::rest_bounds() const {
   return bounds.isEmpty() ? world_bounds(scene_) : bounds;
 }
 
-// The file shows nothing at any time, since its geometry is broken or has no surface.
+// Reports that the file never shows anything, because its geometry is broken or has no surface.
 void SceneGraphReader::fail_empty(const std::string& dropped) const {
   std::string found;
   for (const auto& [count, what] :
@@ -428,8 +427,8 @@ std::optional<std::string> SceneGraphReader::broken_geometry() const {
       {"/scenes/", "/nodes/", "/meshes/", "/skins/", "/accessors/", "/bufferViews/", "/buffers/"});
 }
 
-// Decides whether a scene without instances is a picture of its environment. It is not where the
-// file has geometry and none of it could be seen at another time.
+// Decides whether a scene without instances renders as its environment alone. It is an error if the
+// file has geometry that can never be seen.
 void SceneGraphReader::check_empty(const std::string& dropped) const {
   const auto may_show = [&](size_t node) { return visibility_.may_show(node); };
   const bool appears = !at_rest_ && std::ranges::any_of(hidden_, may_show);

@@ -11,17 +11,17 @@
 
 namespace emberline {
 
-// Fills meshes, instances, lights and cameras of `scene` (whose materials are read already) from
-// the file's default scene: `scene`, else scene 0, else every root node, in the animation's pose.
-// Meshes load in parallel. Repairs and coverage are added. What `rest` knows is not read again,
-// and what it may come to know is added to it; of meshes whose keys are `held`, which grow, nothing
-// is read. Throws InputError, also when nothing is left to render; what an animation hides for now
-// is something.
+// Fills meshes, instances, lights and cameras of `scene`, whose materials must have been read, from
+// the file's default scene (`scene`, else scene 0, else all root nodes) in the animation's pose.
+// Loads meshes in parallel; adds repairs and coverage. Meshes known to `rest` are not read again,
+// and new resting meshes are added to it; meshes whose keys are in `held` (ascending) are not read
+// at all. Throws InputError, also if nothing is left to render; objects hidden only at this time
+// count.
 void load_scene_graph(const GltfDocument& document, const GltfAnimation& animation,
                       const GltfChanges& changes, std::span<const uint64_t> held, GltfRest& rest,
                       SceneDescription& scene);
 
-// By their numbers.
+// In file order.
 std::vector<NodeDescription> read_nodes(const GltfDocument& document);
 
 }  // namespace emberline

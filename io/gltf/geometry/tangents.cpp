@@ -11,8 +11,7 @@ namespace {
 
 using Triangle = std::array<uint32_t, 3>;
 
-// What corners must share to share a tangent: position, normal, UV; compared bit by bit, but with
-// -0 taken for 0.
+// Corners with equal keys (position, normal, UV; bitwise, but -0 equals 0) share a tangent.
 using CornerKey = std::array<uint32_t, 8>;
 
 uint32_t float_bits(float x) { return std::bit_cast<uint32_t>(x == 0.0f ? 0.0f : x); }
@@ -25,15 +24,15 @@ struct CornerKeyHash {
   }
 };
 
-// +1: v falls to the left of u's direction, as on an upright image; -1: mirrored; 0: the triangle
-// covers no area of the texture.
+// +1: v decreases to the left of the direction of u, as on an upright image; -1: mirrored; 0: the
+// triangle has no area in the texture.
 int uv_orientation(const Vec2f& a, const Vec2f& b, const Vec2f& c) {
   const double area =
       (double(b.x) - a.x) * (double(c.y) - a.y) - (double(c.x) - a.x) * (double(b.y) - a.y);
   return area < 0.0 ? 1 : area > 0.0 ? -1 : 0;
 }
 
-// Direction in which u grows, in the triangle's plane.
+// Direction of increasing u in the triangle's plane.
 Vec3d u_direction(const Vec3d& e1, const Vec3d& e2, const Vec2f& a, const Vec2f& b,
                   const Vec2f& c) {
   const double v1 = double(b.y) - a.y, v2 = double(c.y) - a.y;
@@ -77,8 +76,7 @@ std::vector<Vec3f> face_normals(const std::vector<Vec3f>& positions,
   return normals;
 }
 
-// Sums of weighted directions for each set of corners that share a key, per orientation
-// (0 upright, 1 mirrored).
+// Sums of weighted directions per corner key and orientation (0 upright, 1 mirrored).
 class TangentGroups {
  public:
   TangentGroups(const std::vector<Vec3f>& positions, const std::vector<Vec3f>& normals,
@@ -103,7 +101,7 @@ class TangentGroups {
     const Vec3d& sum = sums_[group_of_vertex_[vertex]][size_t(side)];
     return dot(sum, sum) > 0.0;
   }
-  // An arbitrary one where there is no direction.
+  // Arbitrary if there is no direction.
   Vec4f tangent(uint32_t vertex, size_t side, const Vec3f& normal) const {
     const Vec3d& sum = sums_[group_of_vertex_[vertex]][side];
     const double length = std::sqrt(dot(sum, sum));
@@ -137,7 +135,7 @@ TangentGroups accumulate(const std::vector<Vec3f>& positions, const std::vector<
   return groups;
 }
 
-// A copy of `vertex` at the end of every attribute.
+// Appends a copy of `vertex` to every attribute.
 uint32_t duplicate_vertex(MeshDescription& mesh, std::vector<Vec3f>& normals,
                           std::vector<Vec2f>& uv, uint32_t vertex) {
   const auto duplicate = [&](auto& values) {
@@ -152,8 +150,8 @@ uint32_t duplicate_vertex(MeshDescription& mesh, std::vector<Vec3f>& normals,
   return copy;
 }
 
-// At later times, of vertices that are those of the first: which side of the texture a triangle
-// shows does not change.
+// Tangents of the motion steps. Vertices stay split as in the first step, since the UV orientation
+// of a triangle does not change.
 void add_later_tangents(MeshDescription& mesh, const std::vector<Vec2f>& uv,
                         const std::vector<int8_t>& orientation) {
   for (MeshStep& step : mesh.motion) {
@@ -196,7 +194,7 @@ void generate_tangents(MeshDescription& mesh, const TextureRef& layout) {
   }
   const TangentGroups groups = accumulate(mesh.positions, normals, uv, mesh.triangles, orientation);
 
-  // The first orientation that claims a vertex keeps its number, the other gets a copy.
+  // The first orientation of a vertex keeps its index, the other gets a copy.
   constexpr uint32_t kNone = UINT32_MAX;
   const size_t original_count = mesh.positions.size();
   std::vector<std::array<uint32_t, 2>> numbered(original_count, {kNone, kNone});
@@ -204,7 +202,7 @@ void generate_tangents(MeshDescription& mesh, const TextureRef& layout) {
   for (size_t i = 0; i < mesh.triangles.size(); ++i) {
     for (uint32_t& corner : mesh.triangles[i]) {
       const uint32_t vertex = corner;
-      // A triangle without UV area joins whichever neighbours there are.
+      // A triangle without UV area joins either neighbour.
       const size_t side = orientation[i] != 0
                               ? (orientation[i] > 0 ? 0 : 1)
                               : (groups.has(vertex, 0) || !groups.has(vertex, 1) ? 0 : 1);

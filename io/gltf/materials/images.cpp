@@ -48,7 +48,7 @@ DecodedImage decode(const GltfDocument& document, int index, bool lenient) {
   }
   const std::string label = name.empty() ? place : place + " (" + shortened(name) + ")";
   DecodedImage decoded = decode_image(encoded, label, lenient, *document.progress);
-  // Nobody else has seen it yet.
+  // The image is not shared yet.
   std::const_pointer_cast<Image>(decoded.image)->name = name.empty() ? "#" + pointer : name;
   return decoded;
 }
@@ -62,8 +62,7 @@ std::shared_ptr<const Image> one_texel(const std::string& name, std::array<uint8
   return image;
 }
 
-// Where white is not neutral: in these slots a texel of another colour takes the place of images
-// that have an error.
+// Replaces failed images in slots where white is not neutral by a texel of the given colour.
 void replace_by(SceneDescription& scene, const std::vector<const GltfImage*>& images,
                 const char* name, std::array<uint8_t, 3> rgb,
                 std::initializer_list<TextureRef MaterialDescription::*> slots) {
@@ -81,7 +80,7 @@ void replace_by(SceneDescription& scene, const std::vector<const GltfImage*>& im
   }
 }
 
-// For each KTX 2 or WebP that may be missing: the texture's other images, which take its place.
+// For each optional KTX 2 or WebP image: the texture's other images.
 std::map<int, std::vector<int>> fallback_images(const GltfDocument& document) {
   std::map<int, std::vector<int>> fallbacks;
   for (const json& texture : document.array("textures")) {
@@ -94,8 +93,8 @@ std::map<int, std::vector<int>> fallback_images(const GltfDocument& document) {
   return fallbacks;
 }
 
-// The image, or the first of those in its place that decodes; then `fault` says what was wrong with
-// it, which is thrown where none does.
+// Decodes the image or, if that fails, the first of `others` that decodes; `fault` is then the
+// image's error. Throws that error if none decodes.
 DecodedImage decode_one_of(const GltfDocument& document, int image, const std::vector<int>& others,
                            bool lenient, std::string& fault) {
   try {
@@ -115,8 +114,8 @@ DecodedImage decode_one_of(const GltfDocument& document, int image, const std::v
   }
 }
 
-// KHR_texture_basisu wants the transfer function to be that of the use. The use decides, as it does
-// for all other images (glTF 2.0, section 3.9.2), and the file is warned of.
+// KHR_texture_basisu requires the transfer function that the use implies. The use decides, as for
+// all images (glTF 2.0, section 3.9.2); this warns if the file states another.
 void warn_of_transfer(const SceneDescription& scene, const std::vector<const GltfImage*>& images,
                       const std::string& file) {
   std::vector<char> warned(images.size(), 0);
@@ -128,7 +127,7 @@ void warn_of_transfer(const SceneDescription& scene, const std::vector<const Glt
     log_warning(file + ": " + shortened(image.image->name) + " says that it is " + image.transfer +
                 ", but is used where " + transfer + " is wanted, and taken for that");
   };
-  // Not the slots that are read from alpha, which is linear in any file.
+  // Excludes slots that read alpha, which is always linear.
   using Material = MaterialDescription;
   constexpr TextureRef Material::*kColours[] = {
       &Material::base_color_texture, &Material::emission_texture, &Material::specular_color_texture,
@@ -146,7 +145,7 @@ void warn_of_transfer(const SceneDescription& scene, const std::vector<const Glt
   }
 }
 
-// Each of those that are wanted, from `known`, to which come those that are not there yet.
+// Returns the wanted images, after adding missing ones to `known`.
 std::vector<const GltfImage*> decode_images(const GltfDocument& document,
                                             const GltfOptions& options,
                                             const std::vector<int>& wanted,
@@ -162,7 +161,7 @@ std::vector<const GltfImage*> decode_images(const GltfDocument& document,
     const auto found = fallbacks.find(fresh[i]);
     const std::vector<int> others = found == fallbacks.end() ? std::vector<int>() : found->second;
     images[i].decoded = decode_one_of(document, fresh[i], others, options.lenient, images[i].fault);
-    // Nobody else has seen it yet.
+    // The image is not shared yet.
     store.add(std::const_pointer_cast<Image>(images[i].decoded.image), *document.progress);
   });
   store.end_load();
@@ -191,7 +190,7 @@ std::vector<int> texture_sources(const json& texture) {
 
 void load_images(const GltfDocument& document, const GltfOptions& options,
                  std::map<int, GltfImage>& known, TextureStore& store, SceneDescription& scene) {
-  std::map<int, int> numbers;  // glTF image -> index here
+  std::map<int, int> numbers;  // glTF image -> index in scene.images
   std::vector<int> wanted;
   std::vector<char> worn(scene.materials.size(), 0);
   for (const MeshDescription& mesh : scene.meshes) {
@@ -235,7 +234,7 @@ void load_images(const GltfDocument& document, const GltfOptions& options,
         one_texel("replaced image " + std::to_string(wanted[i]), {255, 255, 255}));
   }
   warn_of_transfer(scene, images, document.file);
-  // 128 and not 127: (128/255) * 2 - 1 = 0.004, the common encoding of "straight up".
+  // 128 rather than 127: (128/255) * 2 - 1 = 0.004, the usual encoding of "straight up".
   replace_by(
       scene, images, "replaced normal map", {128, 128, 255},
       {&MaterialDescription::normal_texture, &MaterialDescription::clearcoat_normal_texture});

@@ -1,4 +1,4 @@
-// The images that materials use, decoded in parallel.
+// Decodes the images that materials use, in parallel.
 #pragma once
 
 #include <exception>
@@ -13,25 +13,23 @@
 
 namespace emberline {
 
-// The glTF images that a texture object names, the one to be used first: KHR_texture_basisu's,
-// EXT_texture_webp's, its own.
+// A texture's image indices, preferred first: KHR_texture_basisu, EXT_texture_webp, its own.
 std::vector<int> texture_sources(const nlohmann::json& texture);
 
-// A glTF image, decoded; or why it is not.
+// A decoded glTF image, or its error.
 struct GltfImage {
   DecodedImage decoded;
-  std::string fault;         // of the image whose place this one has taken
+  std::string fault;         // set if another image is used instead: why this one failed
   std::exception_ptr error;  // InputError
 };
 
-// Decodes the glTF images that the materials of scene.meshes, in all variants, name
-// (TextureRef::image holds glTF indices on entry), fills scene.images and renumbers the references.
-// Images of materials that no mesh wears are not read, those materials lose their textures. Counts
-// and warns of repairs. Where KHR_texture_basisu or EXT_texture_webp is optional, the texture's
-// next image takes the place of one that does not decode, with a warning. Throws InputError for an
-// image that is missing or does not decode, unless options.lenient: then it becomes white, or a
-// flat normal where a normal map is wanted. `known`, by glTF index, are not decoded again; those
-// that are come to them, with their texels where `store` puts them.
+// Decodes the glTF images used by the materials of scene.meshes in all variants (TextureRef::image
+// holds glTF indices on entry), fills scene.images and renumbers the references. Materials that no
+// mesh uses lose their textures. Counts repairs and warns about them. If KHR_texture_basisu or
+// EXT_texture_webp is optional and its image does not decode, uses the texture's next image, with a
+// warning. Throws InputError for an image that is missing or does not decode; with options.lenient
+// it becomes white, or a flat normal in a normal map. Images in `known`, by glTF index, are not
+// decoded again; new ones are added to it, with texels kept in `store`.
 void load_images(const GltfDocument& document, const GltfOptions& options,
                  std::map<int, GltfImage>& known, TextureStore& store, SceneDescription& scene);
 

@@ -28,7 +28,7 @@ void read_transmission(const GltfMaterialObject& in, MaterialDescription& m) {
   in.texture("transmissionTexture", m.transmission_texture);
 }
 
-// The mesh itself is the solid; the thickness texture is for renderers that have none.
+// The mesh itself bounds the volume; the thickness texture is for rasterisers.
 void read_volume(const GltfMaterialObject& in, MaterialDescription& m) {
   float thickness = 0.0f;
   in.number("thicknessFactor", thickness, kNotNegative);
@@ -82,7 +82,7 @@ void read_clearcoat(const GltfMaterialObject& in, MaterialDescription& m) {
 struct Layer {
   const char* extension;
   void (*read)(const GltfMaterialObject&, MaterialDescription&);
-  bool of_base = false;  // specular-glossiness has its own
+  bool of_base = false;  // replaced by specular-glossiness
 };
 constexpr Layer kLayers[] = {{"KHR_materials_ior", read_ior, true},
                              {"KHR_materials_specular", read_specular, true},

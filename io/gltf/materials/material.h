@@ -1,4 +1,4 @@
-// Materials and the textures they name.
+// Materials and their texture references.
 #pragma once
 
 #include <array>
@@ -9,16 +9,16 @@
 
 namespace emberline {
 
-// One MaterialDescription per glTF material; TextureRef::image holds glTF image indices here.
-// What is ignored or approximated goes to `coverage`. One that cannot be read is noted as broken,
-// also for a texture without an image (one in a format that only an extension names) unless
+// One MaterialDescription per glTF material; TextureRef::image holds glTF image indices. Ignored
+// and approximated features go to `coverage`. An unreadable material is noted as broken, also for a
+// texture without an image (in a format that only an unsupported extension provides) unless
 // options.lenient.
 std::vector<MaterialDescription> read_materials(const GltfDocument& document,
                                                 const GltfOptions& options,
                                                 CoverageReport& coverage);
 
-// Pointers to every texture slot of a material, const or not. A slot that is missing here would
-// keep its glTF image number and its UV set would not be read.
+// Pointers to every texture slot of a material, const or not. List every slot here: a missing one
+// would keep its glTF image index, and its UV set would not be read.
 template <class Material>
 auto texture_slots(Material& material) {
   return std::array{&material.base_color_texture,

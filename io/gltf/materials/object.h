@@ -1,6 +1,5 @@
-// A material's JSON object, or one inside it, read member by member: factors, colours, texture
-// slots. Every reader leaves its value as it is where the member is absent, so that the defaults
-// are those of MaterialDescription.
+// Reads a material's JSON object, or one inside it, member by member: factors, colours, texture
+// slots. Absent members leave the value unchanged, so defaults are those of MaterialDescription.
 #pragma once
 
 #include <optional>
@@ -14,17 +13,17 @@
 
 namespace emberline {
 
-// The members that had to be clamped, to be warned of together.
+// Clamped members, for one combined warning.
 struct ClampedFactors {
   struct List {
-    static constexpr size_t kMost = 8;  // that are named: a file may have any number
-    std::vector<std::string> named;     // with the numbers that the file has
+    static constexpr size_t kMost = 8;  // listed by name: a file may have any number
+    std::vector<std::string> named;     // with their values
     uint64_t more = 0;
   };
-  List shares, colors;  // to [0, 1]; to [0, inf)
+  List shares, colors;  // clamped to [0, 1] and to [0, inf)
 };
 
-// What all materials of a file are read with.
+// Shared state for reading all materials of a file.
 struct MaterialFile {
   const GltfDocument& document;
   const GltfOptions& options;
@@ -32,7 +31,7 @@ struct MaterialFile {
   ClampedFactors& clamped;
 };
 
-// Which numbers a property takes, finite ones at most, and how a message calls them.
+// A property's valid range and its description for messages. Infinity and NaN are never valid.
 struct ValidNumbers {
   bool (*contain)(float);
   const char* expected;
@@ -40,37 +39,37 @@ struct ValidNumbers {
 inline constexpr ValidNumbers kNotNegative = {[](float x) { return x >= 0.0f; },
                                               "a number of at least 0"};
 
-// A value that cannot be throws InputError (file, JSON pointer, what is expected); in an extension
-// that the file does not require, and with GltfOptions::lenient, it is warned of, and the value
-// stays as it was.
+// Invalid values throw InputError (file, JSON pointer, what was expected). In an extension that the
+// file does not require, or with GltfOptions::lenient, they cause a warning and leave the value
+// unchanged.
 class GltfMaterialObject {
  public:
-  // `file` and `object` have to outlive this. check_schema has seen the types.
+  // `file` and `object` must outlive this. check_schema has checked the types.
   GltfMaterialObject(const MaterialFile& file, const nlohmann::json& object, std::string pointer)
       : file_(file), object_(object), pointer_(std::move(pointer)) {}
 
-  // Clamped to [0, 1], and kept in ClampedFactors if that changes it.
+  // Clamp to [0, 1] and record clamped members in ClampedFactors.
   void share(const char* name, float& value) const;
   void shares(const char* name, Rgb& value) const;
   void shares(const char* name, Rgb& value, float& alpha) const;  // four numbers
-  // Clamped to [0, inf).
+  // Clamps to [0, inf).
   void non_negative(const char* name, Rgb& value) const;
   void number(const char* name, float& value, const ValidNumbers& valid) const;
 
-  // Whether the slot names a texture of the file. One that it has not is a value that cannot be.
+  // Whether the slot has a texture. A texture index that does not exist is an invalid value.
   bool has_texture(const char* name) const { return texture_info(name) != nullptr; }
   void texture(const char* name, TextureRef& slot) const;
-  // With the "scale" of a normal map.
+  // Also reads the "scale" of a normal map.
   void normal_texture(const char* name, TextureRef& slot, float& scale) const;
 
   std::optional<GltfMaterialObject> member(const char* name) const;
   std::optional<GltfMaterialObject> extension(const char* name) const;
 
-  // For the coverage report of the file.
+  // Adds to the file's coverage report.
   void report_ignored(const std::string& what) const;
-  // What is wrong with a member: thrown, or a warning in an extension that is optional.
+  // Reports a faulty member: throws, or warns in an optional extension.
   void fail(const std::string& name, const std::string& message) const;
-  // Of a member, for messages.
+  // The member's place, for messages.
   std::string place(const std::string& name) const {
     return file_.document.place(pointer_ + "/" + name);
   }
@@ -79,7 +78,7 @@ class GltfMaterialObject {
   void clamp(const char* name, std::span<float> values, double most) const;
   const nlohmann::json* texture_info(const char* name) const;
   TextureRef texture_ref(const nlohmann::json& info, const char* name) const;
-  // Throws, or warns that `instead` takes the place of what was found.
+  // Throws, or warns and says what is used `instead`.
   void refuse(const std::string& name, const std::string& message,
               const std::string& instead) const;
 
@@ -89,17 +88,17 @@ class GltfMaterialObject {
   bool optional_ = false;  // inside an extension that the file does not require
 };
 
-// The material extensions, in layers.cpp: what they say, into MaterialDescription.
+// Material extensions, implemented in layers.cpp.
 inline constexpr const char* kSpecularGlossiness = "KHR_materials_pbrSpecularGlossiness";
 
-// All of KHR_materials_* that change how a surface scatters, except the above. Not for an unlit
-// material, which must not have them: they are then reported as ignored. Beside
-// KHR_materials_pbrSpecularGlossiness, which must stand alone, the index of refraction and the
-// specular colour are its own; what lies on top of it is honoured.
+// Reads all KHR_materials_* that change scattering, except specular-glossiness. An unlit material
+// must not have them; they are then reported as ignored. With KHR_materials_pbrSpecularGlossiness,
+// which defines its own index of refraction and specular colour, only the layers on top are read.
 void read_material_layers(const GltfMaterialObject& object, MaterialDescription& material);
 
-// KHR_materials_pbrSpecularGlossiness, in place of pbrMetallicRoughness. It is exactly the material
-// without metal of KHR_materials_ior's index 0 and KHR_materials_specular's colour, "Conversions".
+// Reads KHR_materials_pbrSpecularGlossiness, which replaces pbrMetallicRoughness. It equals the
+// non-metallic material with index 0 of KHR_materials_ior and the colour of KHR_materials_specular
+// ("Conversions").
 void read_specular_glossiness(const GltfMaterialObject& object, MaterialDescription& material);
 
 }  // namespace emberline

@@ -1,4 +1,4 @@
-// KHR_materials_variants: other materials for the same meshes, chosen for the whole file at once.
+// KHR_materials_variants: alternative materials for the file's meshes.
 #pragma once
 
 #include <string>
@@ -9,15 +9,15 @@
 
 namespace emberline {
 
-// The file's variants, in its order, which is what `variant` of VariantMaterial counts.
+// The file's variants, in file order; VariantMaterial::variant is an index into them.
 std::vector<VariantDescription> read_variants(const GltfDocument& document);
 
-// How long the next one's list will be.
+// Length of the list that read_variant_materials() will return.
 uint64_t variant_material_count(const nlohmann::json& primitive);
 
-// What a primitive wears in which variant, by growing `variant`; in those that are absent it wears
-// its own material, as it does where the mapping or its material is broken and the extension
-// optional. `pointer` is the primitive's. Throws InputError for a variant given twice.
+// The primitive's materials by ascending `variant`. Variants that are absent use its own material;
+// so do those whose mapping or material is broken, if the extension is optional. `pointer` is the
+// primitive's. Throws InputError for a duplicate variant.
 std::vector<VariantMaterial> read_variant_materials(const GltfDocument& document,
                                                     const nlohmann::json& primitive,
                                                     const std::string& pointer);

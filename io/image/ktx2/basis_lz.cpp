@@ -9,8 +9,7 @@ namespace {
 constexpr size_t kGlobalHeader = 20, kImageEntry = 20;
 constexpr uint32_t kPFrame = 2;
 
-// Groups of `width` bits, the lowest first, each with a bit above it that says whether one more
-// follows.
+// Reads groups of `width` bits, lowest first; one more bit per group says whether another follows.
 uint64_t take_variable(BitReader& bits, int width) {
   uint64_t value = 0;
   for (int shift = 0; shift < 32; shift += width) {
@@ -21,8 +20,8 @@ uint64_t take_variable(BitReader& bits, int width) {
   throw_damaged(bits.place(), "has a number that does not end");
 }
 
-// Each value is stored as its difference from the last one; colours with one of three tables, by
-// what the last one was.
+// Each value is a difference from the previous one. Colour differences use one of three tables,
+// chosen by the previous value.
 std::vector<Endpoint> read_endpoints(const BasisLzHeader& header, const std::string& place) {
   BitReader bits(header.endpoint_data, place, "end points");
   std::array<HuffmanTable, 3> colour_delta;
@@ -123,7 +122,7 @@ std::span<const SliceReader::Block> SliceReader::next_row() {
   for (size_t x = 0; x < row_.size(); ++x) above_[x] = row_[x].endpoint;
   uint32_t prediction = 0;
   for (size_t x = 0; x < row_.size(); ++x) {
-    // Two bits for each of 2 x 2 blocks; those of the lower two blocks wait for the next row.
+    // Two bits for each of 2 x 2 blocks; the lower two blocks' bits are kept for the next row.
     if (x % 2 == 0) {
       uint8_t& waiting = predictions_[x / 2];
       prediction = row_number_ % 2 == 0 ? next_prediction() : waiting;
@@ -177,7 +176,7 @@ uint16_t SliceReader::next_endpoint(size_t x, uint32_t prediction) {
 uint16_t SliceReader::next_selector() {
   constexpr uint32_t kShortestRun = 3, kLongRun = 63;
   const uint32_t count = uint32_t(tables_.selectors.size()), run = count + tables_.history;
-  uint32_t symbol = count;  // the first of the list, which runs repeat
+  uint32_t symbol = count;  // the front of the list, which runs repeat
   if (selector_run_ > 0) {
     --selector_run_;
   } else {
@@ -203,7 +202,7 @@ uint16_t SliceReader::next_selector() {
 }
 
 EtcPixels decode_etc1s(const Endpoint& endpoint, const Selectors& selectors) {
-  // "Intensity modifier sets", in the order of the selectors.
+  // "Intensity modifier sets", in selector order.
   constexpr std::array<std::array<int, 4>, 8> kModifiers = {{{-8, -2, 2, 8},
                                                              {-17, -5, 5, 17},
                                                              {-29, -9, 9, 29},

@@ -1,5 +1,5 @@
-// BasisLZ: what an ETC1S picture is packed into. Palettes of end points (colour and intensity) and
-// of selectors (which of four modifiers each pixel has), and slices that name one of each for every
+// BasisLZ, the supercompression of ETC1S images: palettes of endpoints (colour and intensity) and
+// of selectors (one of four modifiers per pixel), and slices that hold an index into each per
 // block. KTX specification, appendices "BasisLZ Global Data" and "BasisLZ/ETC1S Bitstream".
 #pragma once
 
@@ -16,49 +16,49 @@ namespace emberline::ktx2 {
 
 struct Endpoint {
   std::array<uint8_t, 3> colour = {};  // 5 bits each
-  uint8_t intensity = 0;               // 0 to 7: a row of ETC1's table of modifiers
+  uint8_t intensity = 0;               // 0 to 7: row of ETC1's modifier table
 };
 
-// A row a byte, the leftmost pixel in its lowest two bits; 0 is the most negative modifier.
+// One byte per row, the leftmost pixel in the lowest two bits; 0 is the most negative modifier.
 using Selectors = std::array<uint8_t, kBlockSide>;
 
-// What the global data says before any of it is decoded.
+// The global data's header, with the data still encoded.
 struct BasisLzHeader {
   uint32_t endpoints = 0, selectors = 0;
   Bytes endpoint_data, selector_data, table_data;
-  std::array<Bytes, 2> slices;  // of level 0; the second may be missing
+  std::array<Bytes, 2> slices;  // of level 0; the second may be empty
 
-  uint64_t decoded_bytes() const {  // the palettes'
+  uint64_t decoded_bytes() const {  // of the palettes
     return uint64_t(endpoints) * sizeof(Endpoint) + uint64_t(selectors) * sizeof(Selectors);
   }
 };
 
-// Checks the slices of all levels against their levels. Throws InputError.
+// Checks the slices of all levels. Throws InputError.
 BasisLzHeader read_basis_lz_header(const Container& container, const std::string& place);
 
-// What all slices share.
+// Shared by all slices.
 struct BasisLzTables {
   std::vector<Endpoint> endpoints;
   std::vector<Selectors> selectors;
   HuffmanTable endpoint_prediction, endpoint_delta, selector, selector_run;
-  uint32_t history = 0;  // selectors that are remembered
+  uint32_t history = 0;  // number of selectors in the history
 };
 
 // Throws InputError.
 BasisLzTables read_basis_lz_tables(const BasisLzHeader& header, const std::string& place);
 
-// The blocks of a slice, row by row from the first.
+// Reads the blocks of a slice row by row, from the first.
 class SliceReader {
  public:
   struct Block {
     uint16_t endpoint = 0, selector = 0;  // always inside the palettes
   };
 
-  // `tables` outlive it.
+  // `tables` must outlive this reader.
   SliceReader(const BasisLzTables& tables, Bytes slice, size_t blocks_across,
               const std::string& place);
 
-  // The next row, valid until the next call. Throws InputError.
+  // Returns the next row, valid until the next call. Throws InputError.
   std::span<const Block> next_row();
 
  private:
@@ -70,8 +70,8 @@ class SliceReader {
   BitReader bits_;
   uint64_t row_number_ = 0;
   std::vector<Block> row_;
-  std::vector<uint16_t> above_;       // end points of the row before
-  std::vector<uint8_t> predictions_;  // of two blocks each, for the odd row
+  std::vector<uint16_t> above_;       // endpoints of the previous row
+  std::vector<uint8_t> predictions_;  // per pair of blocks, for the odd row
   uint32_t last_prediction_ = 0;
   uint64_t prediction_run_ = 0;
   uint32_t last_endpoint_ = 0;
@@ -81,8 +81,7 @@ class SliceReader {
   uint64_t selector_run_ = 0;
 };
 
-// The pixels of a block: red, green and blue each, rows from the top. Khronos Data Format
-// Specification 1.4, section "ETC1S".
+// The RGB pixels of a block, rows from the top. Khronos Data Format Specification 1.4, "ETC1S".
 using EtcPixels = std::array<std::array<uint8_t, 3>, kBlockPixels>;
 EtcPixels decode_etc1s(const Endpoint& endpoint, const Selectors& selectors);
 

@@ -1,4 +1,4 @@
-// Bits as KTX 2 stores them, the least significant first. For io/image/ktx2 alone.
+// Reads bits as KTX 2 stores them, least significant first. For io/image/ktx2 only.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace emberline::ktx2 {
 
-// A stream of bits. Reading behind its end throws InputError: `name` says what ended early.
+// A bit stream. Reading past the end throws InputError, which uses `name` for the data.
 class BitReader {
  public:
   BitReader(std::span<const uint8_t> bytes, std::string place, const char* name)

@@ -35,7 +35,7 @@ class Etc1sRows final : public BlockRows {
         row[x][i] = {colour[i][0], colour[i][1], colour[i][2], 255};
       }
       if (!alpha_) continue;
-      // Green, as the reference transcoder has it: where alpha shares an end point with a colour,
+      // Reads green, as the reference transcoder does: if alpha shares an endpoint with a colour,
       // the slice is not grey.
       const EtcPixels alpha = decode(alphas[x]);
       for (size_t i = 0; i < alpha.size(); ++i) row[x][i][3] = alpha[i][1];
@@ -53,7 +53,7 @@ class Etc1sRows final : public BlockRows {
   std::optional<SliceReader> alpha_;
 };
 
-// UASTC blocks as they are stored.
+// Uncompressed UASTC blocks.
 class PlainRows final : public BlockRows {
  public:
   explicit PlainRows(Bytes blocks) : unread_(blocks) {}
@@ -69,8 +69,7 @@ class PlainRows final : public BlockRows {
   Bytes unread_;
 };
 
-// How many bytes a frame of Zstandard looks back, which its decoder keeps: RFC 8878,
-// section 3.1.1.1. 0: that is no frame.
+// Size of a Zstandard frame's window, held by its decoder (RFC 8878, 3.1.1.1); 0: not a frame.
 uint64_t zstd_window(Bytes frame) {
   if (frame.size() < 6 || little_endian(frame, 0, 4) != ZSTD_MAGICNUMBER) return 0;
   const uint8_t descriptor = frame[4];
@@ -85,7 +84,7 @@ uint64_t zstd_window(Bytes frame) {
   return little_endian<uint64_t>(frame, at, bytes) + (bytes == 2 ? 256 : 0);
 }
 
-// What Zstandard's decoder knows as the smallest window, and the largest that it takes unasked.
+// Zstandard's smallest window, and the largest that its decoder accepts by default.
 constexpr int kSmallestWindowLog = 10, kLargestWindowLog = 27;
 
 uint64_t checked_window(const Container& container, const std::string& place) {
@@ -104,7 +103,7 @@ class ZstdRows final : public BlockRows {
         packed_{container.level.data(), container.level.size(), 0},
         blocks_(size_t(container.blocks_across()) * kUastcBlockBytes) {
     if (!stream_) throw std::bad_alloc();
-    // No frame behind the first may take more than what was counted.
+    // Later frames may not exceed the window that was counted.
     const int log = int(std::bit_width(checked_window(container, place) - 1));
     ZSTD_DCtx_setParameter(stream_.get(), ZSTD_d_windowLogMax, std::max(kSmallestWindowLog, log));
   }
@@ -131,7 +130,7 @@ class ZstdRows final : public BlockRows {
   const std::string place_;
   std::unique_ptr<ZSTD_DStream, Free> stream_;
   ZSTD_inBuffer packed_;
-  std::vector<uint8_t> blocks_;  // of a row
+  std::vector<uint8_t> blocks_;  // of one row
 };
 
 }  // namespace
@@ -139,12 +138,12 @@ class ZstdRows final : public BlockRows {
 uint64_t block_rows_bytes(const Container& container, const std::string& place) {
   const uint64_t across = uint64_t(container.blocks_across());
   if (container.codec == Codec::kEtc1s) {
-    constexpr uint64_t kTables = uint64_t(1) << 18;  // seven Huffman tables, the list
+    constexpr uint64_t kTables = uint64_t(1) << 18;  // seven Huffman tables and the history
     const uint64_t slice = across * (sizeof(SliceReader::Block) + 3);
     return kTables + read_basis_lz_header(container, place).decoded_bytes() + 2 * slice;
   }
   if (!container.is_zstd) return 0;
-  constexpr uint64_t kState = uint64_t(1) << 20;  // and buffers for 128 KiB in and out
+  constexpr uint64_t kState = uint64_t(1) << 20;  // plus buffers of 128 KiB for input and output
   return checked_window(container, place) + kState + across * kUastcBlockBytes;
 }
 

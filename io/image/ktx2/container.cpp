@@ -14,8 +14,7 @@ namespace {
 // Section 2: the header and the index are 80 bytes, an entry of the level index 24.
 constexpr size_t kHeaderBytes = 80, kLevelEntry = 24;
 enum Supercompression : uint32_t { kNone = 0, kBasisLz = 1, kZstandard = 2 };  // section 3.8
-// Khronos Data Format Specification 1.4, sections 4 and 5: a basic block is 24 bytes and 16 for
-// each sample.
+// Khronos Data Format Specification 1.4, 4 and 5: a basic block has 24 bytes, plus 16 per sample.
 constexpr size_t kDescriptorBytes = 24, kSampleBytes = 16;
 constexpr uint32_t kModelEtc1s = 163, kModelUastc = 166;
 constexpr uint32_t kTransferLinear = 1, kTransferSrgb = 2;
@@ -38,7 +37,7 @@ class ContainerReader {
   uint32_t word(size_t offset) const { return little_endian(file_, offset, 4); }
   uint64_t long_word(size_t offset) const { return little_endian<uint64_t>(file_, offset, 8); }
 
-  // A part of the file behind the header.
+  // A range of the file after the header.
   Bytes part(uint64_t offset, uint64_t length, const char* name) const {
     if (offset < kHeaderBytes || offset > file_.size() || length > file_.size() - offset) {
       throw_damaged(place_, std::string("has its ") + name + " outside the file");
@@ -62,7 +61,7 @@ class ContainerReader {
     }
     if (depth != 0 || layers != 0 || faces != 1) refuse("several layers, faces or slices");
     if (container_.width == 0 || container_.height == 0) throw_damaged(place_, "is empty");
-    // Section 3.7: down to one pixel.
+    // Section 3.7: at most down to one pixel.
     const uint64_t most =
         uint64_t(std::bit_width(uint64_t(std::max(container_.width, container_.height))));
     if (levels_ == 0 || levels_ > most) {
@@ -144,7 +143,7 @@ class ContainerReader {
            (second >= 0 ? " and " + std::to_string(second) : ""));
   }
 
-  // Section 3.11; KHR_texture_basisu wants these as they are without.
+  // Section 3.11. KHR_texture_basisu requires the default values.
   void check_texts() const {
     if (word(60) == 0) return;
     const Bytes data = part(word(56), word(60), "key/value data");
@@ -164,7 +163,7 @@ class ContainerReader {
     }
   }
 
-  // Section 3.9: all of them, though only the first is decoded.
+  // Section 3.9. Checks all levels, though only the first is decoded.
   void read_levels() {
     container_.levels = int(levels_);
     if (levels_ * kLevelEntry > file_.size() - kHeaderBytes) {

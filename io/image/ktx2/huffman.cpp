@@ -5,10 +5,10 @@ namespace emberline::ktx2 {
 HuffmanTable::HuffmanTable(std::span<const uint8_t> lengths, const std::string& place) {
   for (const uint8_t length : lengths) ++counts_[length];
   counts_[0] = 0;
-  // Codes of the longest length that are taken: 2^16 of them when none is left over.
+  // Codes of the longest length that are used up; a complete table uses all 2^16.
   uint64_t taken = 0;
   size_t used = 0;
-  std::array<uint32_t, kLongest + 2> first = {};  // where the symbols of each length begin
+  std::array<uint32_t, kLongest + 2> first = {};  // index of the first symbol of each length
   for (int length = 1; length <= kLongest; ++length) {
     const uint32_t count = counts_[size_t(length)];
     taken += uint64_t(count) << (kLongest - length);
@@ -27,7 +27,7 @@ HuffmanTable::HuffmanTable(std::span<const uint8_t> lengths, const std::string& 
 }
 
 uint32_t HuffmanTable::decode(BitReader& bits) const {
-  // The codes of one length follow one another, those of the next begin at twice the next free one.
+  // Codes of one length are consecutive; the next length begins at twice the next free code.
   uint32_t code = 0, first = 0, index = 0;
   for (size_t length = 1; length <= kLongest; ++length) {
     code |= bits.take(1);

@@ -12,21 +12,21 @@ namespace emberline::ktx2 {
 
 class HuffmanTable {
  public:
-  HuffmanTable() = default;  // without symbols
-  // Of the number of bits of each symbol, 0 to 16; canonical codes (RFC 1951, section 3.2.2). A
-  // table may be without symbols: then none can be read. Throws InputError unless the codes are
-  // prefixes of one another nowhere and leave none out, but for the code of a single symbol.
+  HuffmanTable() = default;  // no symbols
+  // From the code length of each symbol, 0 to 16 bits; canonical codes (RFC 1951, section 3.2.2).
+  // Throws InputError unless the code is complete, has a single symbol, or is empty; an empty table
+  // cannot decode.
   HuffmanTable(std::span<const uint8_t> lengths, const std::string& place);
-  // As it stands in a stream: "Compressed Huffman Tables".
+  // Reads a table from the stream: "Compressed Huffman Tables".
   static HuffmanTable read(BitReader& bits);
 
-  // Throws InputError where no symbol has the code.
+  // Throws InputError if no symbol has the code.
   uint32_t decode(BitReader& bits) const;
 
  private:
   static constexpr int kLongest = 16;
-  std::array<uint32_t, kLongest + 1> counts_ = {};  // codes of each length
-  std::vector<uint16_t> symbols_;                   // by code
+  std::array<uint32_t, kLongest + 1> counts_ = {};  // number of codes of each length
+  std::vector<uint16_t> symbols_;                   // in code order
 };
 
 }  // namespace emberline::ktx2

@@ -1,8 +1,7 @@
-// KTX 2 pictures as glTF has them (KHR_texture_basisu): ETC1S in BasisLZ, UASTC plain or packed by
-// Zstandard. Level 0 is decoded; of the others only the sizes are looked at.
+// KTX 2 images in glTF (KHR_texture_basisu): ETC1S in BasisLZ, UASTC plain or in Zstandard. Decodes
+// level 0; checks only the sizes of the other levels.
 //
-// Written from the specifications: the formats are small, and decoders of them come as parts of
-// transcoders for GPUs.
+// Implemented from the specifications: existing decoders come with GPU transcoders.
 #pragma once
 
 #include <cstdint>
@@ -15,15 +14,15 @@
 
 namespace emberline {
 
-// An attribute of the decoder's: "sRGB" or "linear".
+// Decoder attribute: "sRGB" or "linear".
 inline constexpr const char* kTransferAttribute = "ktx2:transfer";
 
-// Checks the container. Throws InputError at `place` for what is damaged or of another kind.
+// Checks the container. Throws InputError at `place` if it is damaged or unsupported.
 ImageHeader read_ktx2_header(std::span<const uint8_t> bytes, const std::string& place);
 
-// Of bytes that read_ktx2_header took, and that outlive the decoder. Its rows are read from the
-// first on, all channels, as bytes: red, red-green-blue, or these and alpha, not multiplied.
-// Opening and reading throw InputError where the data are damaged.
+// `bytes` must have passed read_ktx2_header() and must outlive the decoder. Rows are read in order,
+// all channels, as bytes: R, RGB or RGBA, unassociated. Opening and reading throw InputError if the
+// data are damaged.
 std::unique_ptr<ImageDecoder> open_ktx2(std::span<const uint8_t> bytes, const std::string& place);
 
 }  // namespace emberline

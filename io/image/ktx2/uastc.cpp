@@ -13,16 +13,16 @@ constexpr BlockPixels kErrorColour = [] {
 }();
 
 enum Channels : uint8_t { kLuminanceAlpha = 2, kRgb = 3, kRgba = 4 };
-enum Digits : uint8_t { kBits = 0, kTrits = 3, kQuints = 5 };  // of an end point's upper part
+enum Digits : uint8_t { kBits = 0, kTrits = 3, kQuints = 5 };  // of an endpoint's upper part
 
-// What the tables "Mode Index encoding", "Block configuration bits", "Endpoint bits", "Block
-// endpoint description prefix" and "weight bits" say of one mode.
+// One row of the tables "Mode Index encoding", "Block configuration bits", "Endpoint bits", "Block
+// endpoint description prefix" and "weight bits".
 struct Mode {
-  uint8_t code_bits, code;  // the lowest bits of the block
-  uint8_t hint_bits;        // for those who transcode
-  bool has_etc2_hints;      // the last 8 of them, of which the upper half is not 0
+  uint8_t code_bits, code;  // the block's lowest bits
+  uint8_t hint_bits;        // for transcoders
+  bool has_etc2_hints;      // in the last 8 hint bits, whose upper half must not be 0
   uint8_t pattern_bits;
-  bool selects_channel;  // that of the second weights; else, where there are such, alpha
+  bool selects_channel;  // stores the channel of the second weight plane; otherwise that is alpha
   uint8_t subsets, planes;
   Channels channels;
   Digits digits;
@@ -39,7 +39,7 @@ constexpr std::array<Mode, kModeCount> kModes = {{
     {5, 0x0b, 15, false, 0, false, 1, 1, kRgb, kBits, 8, 3},
     {5, 0x1b, 15, false, 0, true, 1, 2, kRgb, kQuints, 5, 2},
     {5, 0x07, 15, false, 5, false, 2, 1, kRgb, kQuints, 3, 2},
-    {5, 0x17, 0, false, 0, false, 1, 1, kRgba, kBits, 8, 0},  // one colour
+    {5, 0x17, 0, false, 0, false, 1, 1, kRgba, kBits, 8, 0},  // solid colour
     {5, 0x0f, 23, true, 5, false, 2, 1, kRgba, kBits, 4, 2},
     {3, 0x02, 17, true, 0, false, 1, 1, kRgba, kTrits, 4, 4},
     {2, 0x00, 17, true, 0, true, 1, 2, kRgba, kTrits, 4, 2},
@@ -52,7 +52,7 @@ constexpr std::array<Mode, kModeCount> kModes = {{
     {4, 0x09, 15, false, 0, false, 1, 1, kRgb, kBits, 5, 5},
 }};
 
-// The subset of each pixel, a bit or two each, the first pixel in the lowest.
+// The subset of each pixel, one or two bits per pixel, the first pixel in the lowest bits.
 constexpr std::array<uint16_t, 30> kTwoSubsets = {  // modes 2, 4, 9 and 16
     0xcccc, 0x8888, 0x1111, 0xecc8, 0x377f, 0xfeec, 0x0137, 0x137f, 0xc800, 0x0013,
     0xfe80, 0x17ff, 0x0017, 0x00ff, 0xfff0, 0x0fff, 0xff71, 0x8eff, 0x08ce, 0x008c,
@@ -81,7 +81,7 @@ bool find_subsets(size_t mode, size_t pattern, Subsets& subsets) {
   return pattern < kTwoSubsets.size() && spread(kTwoSubsets[pattern], 1);
 }
 
-// The 128 bits of a block, from the lowest up.
+// The 128 bits of a block, lowest first.
 class BlockBits {
  public:
   explicit BlockBits(std::span<const uint8_t, kUastcBlockBytes> block) {
@@ -107,8 +107,8 @@ class BlockBits {
   int taken_ = 0;
 };
 
-// "ASTC Endpoint Unquantization": of the value's lower bits and its trit or quint, to 8 bits. B of
-// the table is what the bits above the lowest are spread to.
+// "ASTC Endpoint Unquantization": combines a value's lower bits with its trit or quint to 8 bits.
+// Entry B of the table spreads the bits above the lowest.
 uint8_t unquantize(Digits digits, int bit_count, uint32_t bits, uint32_t digit) {
   const uint32_t upper = bits >> 1;
   const std::array<uint32_t, 5> b = {
@@ -125,14 +125,14 @@ uint8_t unquantize(Digits digits, int bit_count, uint32_t bits, uint32_t digit) 
   return uint8_t((a & 0x80) | ((digit * kC[row] + b[row]) ^ a) >> 2);
 }
 
-// Low and high of each channel of each subset, in the order in which they are stored.
+// Low and high value of each channel of each subset, in storage order.
 constexpr size_t kMostValues = 18;
 using Values = std::array<uint8_t, kMostValues>;
 
 Values take_values(const Mode& mode, BlockBits& bits) {
   const size_t count = size_t(2 * mode.channels * mode.subsets);
   std::array<uint32_t, kMostValues> digits = {};
-  // As many trits or quints as fit share a number; the last ones, which may be fewer, its bits.
+  // Five trits or three quints share a number; the last group may be smaller and takes fewer bits.
   const size_t shared = mode.digits == kTrits ? 5 : 3;
   for (size_t i = 0; mode.digits != kBits && i < count; i += shared) {
     const size_t here = std::min(shared, count - i);
@@ -145,7 +145,7 @@ Values take_values(const Mode& mode, BlockBits& bits) {
     const uint32_t value = bits.take(mode.endpoint_bits);
     if (mode.digits != kBits) {
       values[i] = unquantize(mode.digits, mode.endpoint_bits, value, digits[i]);
-    } else {  // 4, 5 or 8 bits, repeated to fill 8
+    } else {  // replicate 4, 5 or 8 bits to fill 8
       const uint32_t left = value << (8 - mode.endpoint_bits);
       values[i] = uint8_t(left | left >> mode.endpoint_bits);
     }
@@ -153,7 +153,7 @@ Values take_values(const Mode& mode, BlockBits& bits) {
   return values;
 }
 
-// Repeated to fill 6 bits, then 64 for the highest: "ASTC Weights Unquantization".
+// "ASTC Weights Unquantization": replicates the bits to 6, then maps the range to 0..64.
 int unquantize_weight(uint32_t weight, int bit_count) {
   uint32_t value = 0;
   for (int shift = 6 - bit_count; shift > -bit_count; shift -= bit_count) {
@@ -182,14 +182,14 @@ BlockPixels decode_uastc(std::span<const uint8_t, kUastcBlockBytes> block) {
   if (index == kSolid) return decode_solid(bits);
 
   const uint32_t hints = bits.take(mode.hint_bits);
-  // "ETC2M cannot be zero": its four bits are the last.
+  // "ETC2M cannot be zero": ETC2M is the last four bits.
   if (mode.has_etc2_hints && hints >> (mode.hint_bits - 4) == 0) return kErrorColour;
   Subsets subsets;
   if (!find_subsets(index, bits.take(mode.pattern_bits), subsets)) return kErrorColour;
   const size_t second_channel = mode.planes == 1 ? 4 : mode.selects_channel ? bits.take(2) : 3;
   const Values values = take_values(mode, bits);
 
-  // Colours of a subset begin at `2 * channels * subset`: low, high of red, and so on.
+  // A subset's colours begin at `2 * channels * subset`: low red, high red, and so on.
   const auto end = [&](size_t subset, size_t channel, size_t high) {
     if (mode.channels == kRgb && channel == 3) return 255;
     const size_t stored = mode.channels == kLuminanceAlpha ? channel / 3 : channel;
@@ -210,7 +210,7 @@ BlockPixels decode_uastc(std::span<const uint8_t, kUastcBlockBytes> block) {
     }
     for (size_t c = 0; c < 4; ++c) {
       const int weight = weights[c == second_channel ? 1 : 0];
-      // 16 bits, by repetition: 257 = 0x101.
+      // Expands to 16 bits by replication: 257 = 0x101.
       const int low = 257 * end(subset, c, 0), high = 257 * end(subset, c, 1);
       pixels[i][c] = uint8_t(((low * (64 - weight) + high * weight + 32) >> 6) >> 8);
     }
