@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Holds the renderer against exact values and makes the table of it: case, exact value, measured
-# value, its standard error, how many of them it is off. `ci/numerics.sh` prints the table and fails
-# when a comparison does, or when tests/numerics/TABLE.md has other comparisons than the tests make;
-# `ci/numerics.sh --write` renews the table in that page.
+# Compares frames with exact values: case, exact value, measured value, its standard error, and the
+# deviation in standard errors. `ci/numerics.sh` prints a summary and the worst comparison of each
+# test. It fails when a comparison fails, or when tests/numerics/table.csv does not have the same
+# comparisons as the tests. `ci/numerics.sh --write` rewrites that table.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -32,5 +32,5 @@ for program in numerics_test bad_texels_test; do
 done
 [ $failed -eq 0 ] || cat "$temporary/tests.log" >&2
 touch "$rows"
-python3 tests/numerics/table.py "$rows" tests/numerics/TABLE.md "${write[@]}" || failed=1
+python3 tests/numerics/table.py "$rows" tests/numerics/table.csv "${write[@]}" || failed=1
 exit $failed

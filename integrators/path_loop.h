@@ -47,7 +47,7 @@ class PathLoop : private PathBatch {
   // A path with throughput t is continued with probability kRouletteScale sqrt(t): between 1 and t,
   // since what it will find is unknown. If the ray may reach an environment, often the brightest
   // light, it is traced with kRayRouletteScale sqrt(t) already; the rest of the roulette follows at
-  // the surface that it hits. Ours; figures: tests/bench/RESULTS.md.
+  // the surface that it hits. Ours; figures: tests/bench/results/noise.md.
   static constexpr float kRouletteScale = 1.5f;
   static constexpr float kRayRouletteScale = 4.0f;
   // Ends no path with more than 95 %, so that no survivor's weight grows by more than 20.

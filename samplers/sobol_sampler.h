@@ -6,7 +6,7 @@
 // (owen_sobol::Order): the lens, light and BSDF samples of the first and of the second surface, the
 // choices of lobe and light at the first; time likewise. A pixel's picture depends on where in the
 // pixel and in which direction together: where both are stratified as one its variance is .8 to 1
-// times as large at 64 samples (tests/bench/RESULTS.md, "Noise and sparkle").
+// times as large at 64 samples (tests/bench/results/samplers.md).
 //
 // Every other pair visits its sequence in an order drawn for it, else pairs would be copies of each
 // other: the order of blocks of 8 is an Owen shuffle, the order within a block a random

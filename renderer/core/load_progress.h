@@ -46,7 +46,7 @@ class LoadProgress {
   using Report = std::function<void(const std::string& stage, double fraction)>;
 
   // `stop` may be asked from any thread. The load then ends with Cancelled: within 40 ms, but
-  // up to 250 at the beginning of a BVH of millions of triangles (tests/bench/RESULTS.md).
+  // up to 250 at the beginning of a BVH of millions of triangles.
   // The time of the limits runs from here on; the load that takes longer ends with InputError, as
   // soon as with Cancelled.
   explicit LoadProgress(Report report, std::stop_token stop = {}, LoadLimits limits = {});

@@ -17,7 +17,7 @@ namespace emberline {
 void prefer_huge_pages(void* data, size_t bytes);
 
 // The same for memory that is zero, and all its huge pages are there on return. Cleared one by one,
-// as samples come, they held up a first pass of bisection (tests/bench/RESULTS.md, "Many threads").
+// as samples come, they held up a first pass of bisection.
 void take_huge_pages(void* zeroes, size_t bytes);
 
 // Sets all to zero; large ones with all threads.

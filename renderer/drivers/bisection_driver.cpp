@@ -15,7 +15,7 @@ namespace emberline {
 namespace {
 
 // Samples of a part after the first pass: about a millisecond of work. A part is also what stays
-// together in the frame, and so in the caches; larger ones gain little (tests/bench/RESULTS.md).
+// together in the frame, and so in the caches; larger ones gain little (tests/bench/results).
 constexpr uint64_t kPartSamples = 4096;
 
 // Rounds of the first pass.

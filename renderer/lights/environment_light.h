@@ -38,7 +38,7 @@ struct EnvironmentSample {
 // How much of the mean radiance the weights leave to BSDF sampling: weight = max(0, radiance -
 // factor x mean). Karlik et al. 2019 derive 1 beside a uniform technique, and pbrt-v4 uses it; the
 // best equal mixture with one would give 1/2. Over five HDRIs, Lambertian and glossy, 1/2, 3/4 and
-// 1 left 0.87, 0.86 and 0.86 of the variance (tests/bench/RESULTS.md), so what decides is a sun in
+// 1 left 0.87, 0.86 and 0.86 of the variance (tests/bench/results), so what decides is a sun in
 // an even sky: only with 1 is its sky left wholly to the BSDF, which has no variance there.
 inline constexpr float kMisCompensation = 1.0f;
 

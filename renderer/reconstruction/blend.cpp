@@ -26,7 +26,7 @@ struct Terms {
 constexpr float kDarkest = 1e-5f;
 // Nor does a noisy one: what counts less where the neighbourhood's variance is more. Where rare
 // light was seen, its terms would drown those of the dark pixels around it. We chose how much on
-// the lamps' reflections of `thin_wires`, whose dark pixels get worse with less (RESULTS.md).
+// the lamps' reflections of `thin_wires`, whose dark pixels get worse with less.
 constexpr float kNoiseWeight = 80.0f;
 
 void measure_row(const Halves& h, const Candidates& candidates, int y, Terms& own) {
@@ -86,7 +86,7 @@ Terms measure(const Halves& h, const Candidates& candidates) {
 constexpr float kDark = 0.25f;
 // Noisy pixels count less in these pools, where they say most: so much more than the pools say is
 // given, which leaves even noise as it was. We chose this and kDark on `thin_wires` and
-// `hotel_room` (RESULTS.md).
+// `hotel_room` (tests/bench/results/denoising.md).
 constexpr float kDarkDoubt = 1.25f;
 
 // Terms of these pixels, of both halves: sums of (F_k - r)(r' - r), whose expectation is of the

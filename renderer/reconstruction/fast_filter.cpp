@@ -14,7 +14,7 @@
 namespace emberline {
 namespace {
 
-// Tuned on four scenes of `scenes/` at 1 to 64 samples (tests/bench/RESULTS.md).
+// Tuned on four scenes of `scenes/` at 1 to 64 samples (tests/bench/results/denoising.md).
 // Over the distance of two normals; at 1 they have nothing in common.
 constexpr float kNormalScale = 1.7f;
 // What the squared difference of two pixels may be over their variance.

@@ -18,7 +18,7 @@ using Vec2d = Imath::Vec2<double>;
 
 // Of a map; larger frames have cells of several pixels.
 constexpr int64_t kMostCells = int64_t(1) << 20;
-// Chosen by us. A triangle takes some 200 ns of one thread (tests/bench/RESULTS.md).
+// Chosen by us. A triangle takes some 200 ns of one thread (tests/bench/results).
 constexpr uint64_t kMostTriangles = uint64_t(1) << 20;
 // How often a cell may be marked, in the mean.
 constexpr int64_t kMostMarks = 64;

@@ -20,7 +20,7 @@
 namespace emberline {
 namespace {
 
-// All constants are ours; tests/bench/RESULTS.md has what others gave.
+// All constants are ours; tests/bench/results/lights.md has what others gave.
 
 // Camera paths, a power of two of them, and how many of their surfaces are looked from: to find out
 // whether a guide pays, and to make one, with at most as many paths as the frame has pixels.

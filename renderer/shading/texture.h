@@ -4,7 +4,7 @@
 // A lookup fetches ONE texel: the bilinear filter is an expectation, taken by choosing a neighbour
 // with u_texture (Pharr, Wronski, Salvi & Fajardo 2024, "Filtering After Shading With Stochastic
 // Texture Filtering"). It adds noise only where a texture is magnified, and costs a third of four
-// texels and a tenth or less of a texture system with a cache (figures in tests/bench/RESULTS.md).
+// texels and a tenth or less of a texture system with a cache.
 // Normal maps are filtered before shading, by all four texels: a polished surface under a magnified
 // map would show four reflections at once.
 //

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The table of what adaptive sampling gains, scene by scene (RESULTS.md).
+"""The table of what adaptive sampling gains, scene by scene (results/adaptive.md).
 
   adaptive_table.py --bench build/release/bin/adaptive_bench [--assets DIR] [--size 192x108]
       [--seeds 2] [--out DIR] [--only NAME,...] [--methods NAME,...] [--print]

@@ -1,6 +1,6 @@
 // What denoise() makes of a finished frame, against a reference that is a frame of many samples
 // with another seed, whose halves are its two pictures. Not a test; denoise_scenes.py renders the
-// frames and calls it, RESULTS.md has the figures.
+// frames and calls it, results/denoising.md has the figures.
 //
 //   denoise_bench FRAME.exr REFERENCE.exr [--clean FILE] [--repetitions N]
 //

@@ -1,5 +1,5 @@
 // Times edits of a scene that is built, and what it costs to be editable. Not a test;
-// RESULTS.md has the figures.
+// results/session-and-window.md has the figures.
 //
 //   edits_bench SCENE [--env FILE] [--look-from X,Y,Z --look-at X,Y,Z] [--size WxH] [--spp N]
 //       [--repetitions N]

@@ -1,5 +1,5 @@
 // What the window's fast filter makes of a finished frame against a reference of many samples, and
-// how long it takes. Not a test; RESULTS.md has the figures.
+// how long it takes. Not a test; results/denoising.md has the figures.
 //
 //   fast_filter_bench FRAME.exr REFERENCE_A.exr REFERENCE_B.exr [--levels N] [--threads N]
 //       [--repetitions N] [--clean FILE]

@@ -1,5 +1,5 @@
 // What light groups cost, and how soon a picture is shown under other lights. Not a test;
-// RESULTS.md and integrators/README.md have the figures.
+// results/session-and-window.md and integrators/README.md have the figures.
 //
 //   light_groups_bench SCENE [--env FILE] [--look-from X,Y,Z --look-at X,Y,Z] [--size WxH]
 //       [--lamps N] [--spp N] [--threads N] [--repetitions N]

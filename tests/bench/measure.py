@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Measures everything again and writes tests/bench/FIGURES.md: one command for a quiet machine.
+"""Measures a frame, its parts and the race with Cycles, and writes a page: one command for a quiet machine.
 
-    tests/bench/measure.py --assets DIR [SCENE...] [--only frame,parts,race]
+    tests/bench/measure.py --assets DIR [SCENE...] [--only frame,parts,race] [-o build/figures.md]
 
 DIR and SCENE as in race_cycles.py (default: the Flight Helmet and the Cornell box). Takes about half
-an hour on two cores, most of it the race's references. Sections that are not measured stay as they are.
+an hour on two cores, most of it the race's references. If the page exists, sections that are not
+measured stay as they are.
 """
 import argparse
 import json
@@ -19,7 +20,7 @@ import time
 
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
-FIGURES = HERE / "FIGURES.md"
+FIGURES = ROOT / "build/figures.md"
 SCENES = ["scenes/flight_helmet/flight_helmet.gltf", "scenes/cornell_box/cornell_box.glb"]
 
 
@@ -75,11 +76,13 @@ def main():
     p.add_argument("scenes", nargs="*", default=SCENES, metavar="SCENE")
     p.add_argument("--assets", type=pathlib.Path, required=True)
     p.add_argument("--only", default=",".join(SECTIONS))
+    p.add_argument("-o", "--output", type=pathlib.Path, default=FIGURES, metavar="PAGE.md")
     options = p.parse_args()
     run("cmake", "--build", ROOT / "build/release", "--target", "emberline", "frame_benches", "parts_bench")
     wanted = options.only.split(",")
-    old = dict(re.findall(r"^## (.*?)\n\n(.*?)(?=^## |\Z)", FIGURES.read_text(), re.M | re.S)) if FIGURES.exists() else {}
-    text = "# Figures\n\nWritten by `tests/bench/measure.py`; README.md says what each means.\n\n"
+    page = options.output
+    old = dict(re.findall(r"^## (.*?)\n\n(.*?)(?=^## |\Z)", page.read_text(), re.M | re.S)) if page.exists() else {}
+    text = "# Figures\n\nWritten by `tests/bench/measure.py`; tests/bench/README.md says what each figure means.\n\n"
     for key, (title, measure) in SECTIONS.items():
         body = old.get(title, "not measured yet\n")
         if key in wanted:
@@ -87,7 +90,8 @@ def main():
             body = (f"{time.strftime('%Y-%m-%d')}, {processor()}, {os.cpu_count()} processors, load average "
                     f"{load:.1f} before.\n\n" + "\n".join(measure(options)) + "\n")
         text += f"## {title}\n\n{body.strip()}\n\n"
-    FIGURES.write_text(text)
+    page.parent.mkdir(parents=True, exist_ok=True)
+    page.write_text(text)
 
 
 main()

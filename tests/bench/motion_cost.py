@@ -5,7 +5,7 @@
 
 The versions are rendered in turn, on one thread, and their processor time is compared with their neighbours' of the
 same round. To move, every mesh goes 1 cm to the side, or to the side and turns by 5 degrees; to deform, it grows by
-4 mm along its normals. All is in the picture at every time. Prints a table (RESULTS.md): medians, extremes in brackets.
+4 mm along its normals. All is in the picture at every time. Prints a table: medians, extremes in brackets.
 """
 
 import argparse

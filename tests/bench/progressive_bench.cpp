@@ -1,5 +1,5 @@
 // How soon a progressive driver shows something, how soon it stops, and what it costs beside
-// `bucket`. Not a test; RESULTS.md has the figures.
+// `bucket`. Not a test; results/bisection.md has the figures.
 //
 //   progressive_bench SCENE --driver NAME [--env FILE] [--look-from X,Y,Z --look-at X,Y,Z]
 //       [--size WxH] [--spp N] [--threads N] [--repetitions N]

@@ -1,6 +1,6 @@
 // How fast a session behind a window is: from an edit to its first complete picture, while dragging
 // too; from a change of exposure to the picture that shows it; what the owner's thread waits for;
-// and how much of a driver's pace is left. Not a test; RESULTS.md has the figures.
+// and how much of a driver's pace is left. Not a test; results/ has the figures.
 //
 //   view_bench SCENE [--env FILE] [--look-from X,Y,Z --look-at X,Y,Z] [--size WxH] [--edits N]
 //       [--driver NAME] [--idle SECONDS] [--repetitions N]

@@ -1,5 +1,5 @@
 // How a measured mean is held against an exact value, and how the comparison becomes a row of the
-// table in tests/numerics/TABLE.md.
+// table in tests/numerics/table.csv.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,26 +1,25 @@
 #!/usr/bin/env python3
-"""Makes the table of the numerics tests' comparisons from the rows that they recorded.
+"""Compares the numerics tests' comparisons with those in a CSV table, or writes the table.
 
-    table.py ROWS PAGE [--write]
+    table.py ROWS TABLE [--write]
 
-ROWS holds one JSON object a line, as tests/numerics/closed_form.h writes them; PAGE is the one
-that holds the table between two marker comments. Without --write the table goes to standard output
-and PAGE is only compared with: its set of comparisons (case and what) has to be today's. Its
-figures are not compared: a machine with another math library may differ in their last digits.
+ROWS holds one JSON object per line, as tests/numerics/closed_form.h writes them. Standard output
+gets a summary and the worst comparison of each test. Without --write, TABLE must hold the same set
+of comparisons (case and what) as ROWS, each as often. Figures are not compared: a machine with
+another math library may differ in their last digits. --write replaces TABLE.
 
-Exit code: 0, or 1 when a comparison fails or PAGE lacks one, or has one that no test makes.
+Exit code: 0, or 1 when a comparison fails, when TABLE lacks one, or when it has one that no test
+makes.
 """
 import argparse
 import collections
+import csv
 import json
 import math
 import pathlib
 import re
 import signal
 import sys
-
-BEGIN = "<!-- made by ci/numerics.sh --write: begin -->"
-END = "<!-- made by ci/numerics.sh --write: end -->"
 
 # Below this share of the value a spread is rounding to float, not statistics.
 ROUNDING = 1e-7
@@ -57,7 +56,11 @@ def load(row):
 def verdict(row):
     if row["passes"]:
         return "mended" if row["reason"] else "pass"
-    return "known failure: " + row["reason"] if row["reason"] else "FAIL"
+    return "known failure" if row["reason"] else "FAIL"
+
+
+def full_verdict(row):
+    return f"known failure: {row['reason']}" if verdict(row) == "known failure" else verdict(row)
 
 
 def number(value, digits):
@@ -80,10 +83,11 @@ def cells(*columns):
     return "| " + " | ".join(columns) + " |"
 
 
-HEADER = ["case", "what", "exact", "measured", "standard error", "deviation / SE", "tolerance"]
+HEADER = ["case", "test", "what", "exact", "measured", "standard error", "deviation / SE", "tolerance", "verdict",
+          "reason"]
 
 
-def comparison_cells(row):
+def figures(row):
     tolerance = row["tolerance"]
     return [number(row["exact"], 7), number(row["measured"], 7),
             number(row["standard_error"], 2) if row["standard_error"] else "0", errors_off(row),
@@ -91,7 +95,7 @@ def comparison_cells(row):
 
 
 def summary(rows):
-    verdicts = collections.Counter(verdict(r).split(":")[0] for r in rows)
+    verdicts = collections.Counter(verdict(r) for r in rows)
     known = verdicts["known failure"]
     others = sum(verdicts.values()) - verdicts["pass"] - known
     worst = max((r for r in rows if verdict(r) == "pass"), key=load)
@@ -119,43 +123,46 @@ def summary(rows):
     return lines
 
 
-def table(rows):
-    lines = summary(rows)
+def worst_of_each_test(rows):
     groups = collections.defaultdict(list)
     for row in rows:
         groups[row["case"], row["test"]].append(row)
-    lines += ["", "The worst comparison of each test:", "",
-              cells("case", "test", "comparisons", "worst of them", *HEADER[2:], "verdict"),
-              cells(*["---"] * 10)]
+    lines = ["", "The worst comparison of each test:", "",
+             cells("case", "test", "comparisons", "worst of them", *HEADER[3:-1]),
+             cells(*["---"] * 10)]
     for (case, test), members in groups.items():
         worst = max(members, key=load)
-        bad = [verdict(r) for r in members if verdict(r) != "pass"]
+        bad = [full_verdict(r) for r in members if verdict(r) != "pass"]
         verdicts = "pass" if not bad else bad[0] if len(bad) == 1 else f"{len(bad)} x {bad[0]}"
         lines.append(cells(case, f"`{test}`", str(len(members)), escaped(worst["what"]),
-                           *comparison_cells(worst), escaped(verdicts)))
-    lines += ["", "<details><summary>Every comparison</summary>", "",
-              cells(*HEADER, "verdict"), cells(*["---"] * 8)]
-    for row in rows:
-        lines.append(cells(row["case"], escaped(row["what"]), *comparison_cells(row),
-                           escaped(verdict(row).split(":")[0])))
-    return "\n".join(lines + ["", "</details>"])
+                           *figures(worst), escaped(verdicts)))
+    return lines
 
 
-def names_in(text):
-    """(case, what) of the full list in a page, with how often each stands there."""
-    full = text.partition("<details>")[2]
-    found = collections.Counter()
-    for line in full.splitlines():
-        columns = re.split(r"(?<!\\) \| ", line.strip().removeprefix("| ").removesuffix(" |"))
-        if len(columns) == 8 and columns[0] not in ("case", "---"):
-            found[columns[0], columns[1]] += 1
-    return found
+def table_rows(rows):
+    return [[row["case"], row["test"], row["what"], *figures(row), verdict(row), row["reason"]] for row in rows]
+
+
+def write_table(path, rows):
+    with path.open("w", encoding="utf-8", newline="") as file:
+        csv.writer(file, lineterminator="\n").writerows([HEADER, *table_rows(rows)])
+
+
+def names_in(path):
+    """(case, what) of every comparison in a table, with how often it occurs."""
+    if not path.exists():
+        sys.exit(f"{path}: no such file; run ci/numerics.sh --write")
+    with path.open(encoding="utf-8", newline="") as file:
+        reader = csv.DictReader(file)
+        if reader.fieldnames != HEADER:
+            sys.exit(f"{path}: the first line is not '{','.join(HEADER)}'")
+        return collections.Counter((row["case"], row["what"]) for row in reader)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("rows", type=pathlib.Path)
-    parser.add_argument("page", type=pathlib.Path)
+    parser.add_argument("table", type=pathlib.Path)
     parser.add_argument("--write", action="store_true")
     arguments = parser.parse_args()
 
@@ -163,26 +170,20 @@ def main():
     rows = sorted((json.loads(line) for line in arguments.rows.read_text().splitlines()), key=row_key)
     if not rows:
         sys.exit(f"{arguments.rows}: no comparison was recorded")
-    made = table(rows)
-    page = arguments.page.read_text()
-    before, begin, rest = page.partition(BEGIN)
-    old, end, after = rest.partition(END)
-    if not begin or not end:
-        sys.exit(f"{arguments.page}: the lines '{BEGIN}' and '{END}' are missing")
+    print("\n".join(summary(rows) + worst_of_each_test(rows)))
 
     bad = [r for r in rows if verdict(r) in ("FAIL", "mended")]
     for row in bad:
         print(f"case {row['case']}, {row['what']} ({row['test']}): {verdict(row)}, measured {row['measured']}, "
               f"exact {row['exact']}, allowed {5 * row['standard_error'] + row['tolerance']:.3g}", file=sys.stderr)
     if arguments.write:
-        arguments.page.write_text(f"{before}{BEGIN}\n{made}\n{END}{after}")
+        write_table(arguments.table, rows)
         return 1 if bad else 0
 
-    print(made)
-    now, then = names_in(made), names_in(old)
+    now, then = collections.Counter((r["case"], r["what"]) for r in rows), names_in(arguments.table)
     for (case, what), count in ((now - then) + (then - now)).items():
         where = "not in" if (case, what) in now - then else "only in"
-        print(f"case {case}, {what}: {where} {arguments.page}"
+        print(f"case {case}, {what}: {where} {arguments.table}"
               f"{f' ({count} times)' if count > 1 else ''}; run ci/numerics.sh --write", file=sys.stderr)
     return 1 if bad or now != then else 0
 

@@ -37,7 +37,7 @@ void share_steps(std::span<const float> rates, std::span<const SampleBounds> bou
 // Counts are multiples of this. Whole blocks of the sampler: pairs of dimensions are stratified by
 // 8, streams alternate by 8. Of many samples, a quarter of the power of two below: what a Sobol'
 // sequence has at 12, 14 or 16 times a power of two is better stratified than in between
-// (tests/bench/RESULTS.md). Where a pixel is judged by the halves of its samples, a half of it: at
+// (tests/bench/results). Where a pixel is judged by the halves of its samples, a half of it: at
 // other counts it is not looked at again.
 inline uint32_t count_multiple(float wanted, bool halves) {
   const uint32_t steps = halves ? 2 : 4;

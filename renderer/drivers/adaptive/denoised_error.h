@@ -22,7 +22,7 @@ namespace emberline {
 class Archive;
 class FilmTile;
 
-// Ours, not tuned: one pass is then 5 to 8 % of a frame of 64 samples (tests/bench/RESULTS.md).
+// Ours, not tuned: one pass is then 5 to 8 % of a frame of 64 samples.
 inline constexpr double kFilterGrowth = 4.0;
 
 class DenoisedError {

@@ -24,7 +24,7 @@ constexpr int64_t kMostPixels = (int64_t(1) << 31) - 1;  // two node ids each
 // concentrated, so that the next round can react; many when all look alike. Between these parts of
 // the leaves that can be split, so that a sample costs 16 evaluations of leaves at most;
 // and at least a 64th of all samples, or 64, which keeps the last rounds from being many and small.
-// tests/bench/RESULTS.md has what other values do to error and speed.
+// tests/bench/results/adaptive.md has what other values do to error and speed.
 constexpr double kRoundPriority = 0.25;
 constexpr size_t kSmallestPart = 16, kLargestPart = 4, kSmallestPartOfAll = 64;
 constexpr size_t kSmallestRound = 64;

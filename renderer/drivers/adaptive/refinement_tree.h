@@ -23,7 +23,7 @@
 // hold a quarter of all priority, so that they are read in one stream and the renderer gets many
 // pixels to work on. Leaves cannot react to samples of their own round. And its v_int is kept up to
 // date by means that are pulled up the tree, which gains little with v_ext beside it
-// (tests/bench/RESULTS.md).
+// (tests/bench/results/adaptive.md).
 //
 // Display values: radiance x exposure through x / (1 + x) (Reinhard, Stark, Shirley & Ferwerda
 // 2002) and a square root for the eye, so they lie in [0, 1] however bright a light is. A variance

@@ -272,7 +272,7 @@ TEST_P(EverySampler, ScatteredBlocksReadTheSameNumbers) {
   }
 }
 
-// Not a benchmark: prints the speed for RESULTS.md, and fails when the batch no longer vectorises,
+// Not a benchmark: prints the speed for samplers.md, and fails when the batch no longer vectorises,
 // which is a ratio that other load on the machine does not change.
 TEST_P(EverySampler, BatchIsMuchCheaperThanItsSamples) {
   const auto sampler = make();

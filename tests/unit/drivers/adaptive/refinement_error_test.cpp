@@ -53,7 +53,7 @@ double rmse(const RefinementTree& tree, const Picture& picture) {
 }
 
 // Against leaves of equal size with a sample drawn in each: the same tree with so large a kappa
-// that only size counts. Without noise, and with +-50 % on every sample. RESULTS.md has the errors;
+// that only size counts. Without noise, and with +-50 % on every sample. results/ has the errors;
 // they are printed, too, so that they can be measured again.
 TEST(RefinementTree, TheErrorIsBelowThatOfEqualLeaves) {
   const Picture noisy = [](int x, int y) { return test_picture(x, y) * (0.5f + noise(x, y).x); };

@@ -129,7 +129,7 @@ TEST(SmoothReconstruction, SmoothIsSmooth) {
 }
 
 // What it is for: samples with noise of +-50 %, as a path tracer's, of a picture with edges.
-// Without noise the leaves know the edges better. tests/bench/RESULTS.md has the errors printed.
+// Without noise the leaves know the edges better. tests/bench/results has the errors printed.
 TEST(SmoothReconstruction, SmoothAveragesNoise) {
   const Picture noisy = [](int x, int y) {
     const uint32_t h = hash_combine(hash32(uint32_t(x)), uint32_t(y));
