@@ -1,8 +1,7 @@
 #!/usr/bin/env bash
-# Holds the renderer against exact values and makes the table of it: case, exact value, measured
-# value, its standard error, how many of them it is off. `ci/numerics.sh` prints the table and fails
-# when a comparison does, or when tests/numerics/TABLE.md has other comparisons than the tests make;
-# `ci/numerics.sh --write` renews the table in that page.
+# Compares the renderer with exact values and prints a table: case, exact value, measured value, its standard error, and
+# the difference in standard errors. Fails if a comparison fails, or if tests/numerics/TABLE.md lists other comparisons
+# than the tests make; `ci/numerics.sh --write` updates the table in that page.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

@@ -9,7 +9,7 @@ cmake --preset "$preset" >build-configure.log 2>&1 || { cat build-configure.log 
 rm -f build-configure.log
 cmake --build --preset "$preset"
 
-# A frame on a real Slurm, whose daemons only root may start.
+# Only root can start Slurm's daemons.
 if [ "$preset" = release ]; then
   if [ "$(id -u)" -eq 0 ]; then
     ci/farm.sh build/release/bin/emberline
@@ -18,10 +18,9 @@ if [ "$preset" = release ]; then
   fi
 fi
 
-# The numerics tests leave a row for each comparison, appended whole: the page that shows the table
-# must hold the same ones (ci/numerics.sh).
+# The numerics tests append a row per comparison; the documented table must list the same comparisons (ci/numerics.sh).
 rows=$(mktemp)
 trap 'rm -f "$rows"' EXIT
-# Nine tests of ten leave a core idle now and then: one more than there are cores at once.
+# One job more than there are cores: nine in ten tests leave a core idle at times.
 EMBERLINE_NUMERICS_TABLE=$rows ctest --preset "$preset" -j "$(($(nproc) + 1))"
 python3 tests/numerics/table.py "$rows" tests/numerics/TABLE.md >/dev/null
