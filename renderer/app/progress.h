@@ -16,10 +16,10 @@
 
 namespace emberline {
 
-// Its thread also turns a stop signal or the end of a time limit into a stop request.
-// `time_limit_s` is the frame's time limit. `allotted_s` is the time left to this process
-// (process_usage.h); its end counts as a stop by the user. `label` precedes every line. `file`, if
-// not null, reports the same progress while this object lives.
+// Shows progress from a thread of its own, which also turns a stop signal or the end of a time
+// limit into a stop request. `time_limit_s` is the frame's time limit. `allotted_s` is the time
+// left to this process (process_usage.h); its end counts as a stop by the user. `label` precedes
+// every line. `file`, if not null, reports the same progress while this object lives.
 class ProgressDisplay {
  public:
   ProgressDisplay(uint64_t samples_total, StopRequest& stop,

@@ -102,7 +102,7 @@ class RenderRun {
   void next_frame();
   void end(int exit_code);
 
-  const std::optional<double> process_s = process_age_seconds();  // since the process began
+  const std::optional<double> process_s = process_age_seconds();  // age of the process
   const uint64_t memory_before = peak_rss_bytes();
   const LoadLimits limits;
   bool first = true;        // the first frame's times include the run's setup
