@@ -279,7 +279,7 @@ TEST_F(Limits, PicturesThatAreTooLargeAreRefused) {
   expect_failure({"compare", large, large, "--memory-limit", "8M"}, 3, {"large.exr", left});
   expect_failure({"heatmap", large, "-o", path("h.png"), "--memory-limit", "8M"}, 3,
                  {"large.exr", left});
-  // The memory they use if allowed.
+  // With enough memory both commands succeed.
   for (const Words& words : {Words{"compare", large, large, "-o", path("d.png")},
                              Words{"heatmap", large, "-o", path("h.png")}}) {
     const RunResult result = run(words + Words{"--memory-limit", "60M"});

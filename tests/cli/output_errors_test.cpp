@@ -224,7 +224,7 @@ colorspaces:
 )");
   expect_failure(frame + Words{"-o", path("c.png"), "--report", path("here/table.cube")}, 2,
                  {"--report", "$OCIO reads it"}, {.environment = {{"OCIO", path("config.ocio")}}});
-  // Different names for the same output are allowed, and so is a device as a shared output.
+  // A separate file may have any name, and several outputs may share a device.
   render(frame + Words{"-o", path("a.exr"), "-o", path("sub/a.exr"), "--report", "/dev/null",
                        "--report", "/dev/null"});
   fs::remove(path("shots/000_first.exr"));

@@ -13,9 +13,9 @@ namespace emberline::test {
 
 struct ExrPicture {
   Rect data, display;
-  std::map<std::string, std::vector<float>> channels;  // string attributes only
+  std::map<std::string, std::vector<float>> channels;  // rows of the data window from the top
   std::map<std::string, std::string> types;            // "float", "half", "uint"
-  std::map<std::string, std::string> attributes;       // the string ones
+  std::map<std::string, std::string> attributes;       // string attributes only
   int tile_size = 0;                                   // 0: scan lines
 
   float at(const std::string& channel, int x, int y) const {

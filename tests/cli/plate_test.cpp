@@ -11,7 +11,7 @@ namespace {
 
 class PlateOptions : public CommandTest {
  protected:
-  // A floor, a lamp, and a card above the floor below a node of its own.
+  // A floor, a lamp, and under a node of its own a card above the floor.
   void SetUp() override {
     GltfBuilder gltf = lamp_scene();
     const int card = gltf.push("materials", {{"name", "card"}, {"doubleSided", true}});

@@ -14,7 +14,7 @@ namespace emberline::test {
 
 struct RunOptions {
   std::string folder = {};                              // working folder; empty: the test's own
-  std::map<std::string, std::string> environment = {};  // added to the test's own
+  std::map<std::string, std::string> environment = {};  // added to the test's own, or overriding it
   std::string stdout_path = {};     // file for stdout, which is then not captured
   double timeout_s = 60 * kSlower;  // then the process is killed and counts as hung
   uint64_t file_size_limit = 0;     // RLIMIT_FSIZE in bytes; 0: none

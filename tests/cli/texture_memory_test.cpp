@@ -83,7 +83,7 @@ TEST_F(TextureMemory, AFolderThatTakesNoFileIsSaid) {
   const Words words = {"render", textured(), "-o", path("no.exr"), "--texture-memory", "1K"};
   expect_failure(words, 1, {"cannot hold textures", path("none"), "TMPDIR"},
                  {.environment = {{"TMPDIR", path("none")}}});
-  // A full disk: limits the size of any file.
+  // Simulates a full disk by limiting the size of files.
   expect_failure(words, 1, {"cannot hold textures", "File too large"},
                  {.environment = {{"TMPDIR", folder_.path()}}, .file_size_limit = kMap / 2});
   // The file holds only one of two maps that were moved to it; the third map retries with the rest.
