@@ -40,7 +40,6 @@ class NeedlessFault : public testing::Test {
 };
 
 // ---- the graph
-// -----------------------------------------------------------------------------------
 
 TEST_F(NeedlessFault, ASecondSceneAndItsNodes) {
   gltf_.push("scenes", {{"nodes", {77}}});
@@ -107,7 +106,6 @@ TEST_F(NeedlessFault, WhereNothingIsLeftTheyAreNamed) {
 }
 
 // ---- meshes, skins, materials
-// --------------------------------------------------------------------
 
 TEST_F(NeedlessFault, MeshesAndSkinsThatNobodyWears) {
   gltf_.push("meshes", {{"primitives", {{{"attributes", {{"POSITION", 0}}}, {"indices", 9}}}}});
@@ -185,7 +183,6 @@ TEST_F(NeedlessFault, AMissingImageIsNeutralWhereThatIsAsked) {
 }
 
 // ---- cameras, lights, animations
-// -----------------------------------------------------------------
 
 TEST_F(NeedlessFault, CamerasCarryTheirFault) {
   const json lens = {{"yfov", 0.8}, {"znear", 0.1}};
@@ -232,7 +229,6 @@ TEST_F(NeedlessFault, Animations) {
 }
 
 // ---- optional extensions
-// -------------------------------------------------------------------------
 
 TEST_F(NeedlessFault, VariantsOfMaterialsThatAreNotThere) {
   gltf_.push("materials", {{"name", "own"}});
@@ -503,7 +499,6 @@ TEST(NeedlessFaultOfMeshopt, TheFallbackBufferTakesItsPlace) {
 }
 
 // ---- how many
-// ------------------------------------------------------------------------------------
 
 // One line for each kind of fault, however many there are.
 TEST_F(NeedlessFault, AreCounted) {
@@ -517,7 +512,7 @@ TEST_F(NeedlessFault, AreCounted) {
   const SceneDescription scene =
       warned({"#/cameras/0/type: expected a string, found 0; it is not used (and 99999 more"});
   EXPECT_LT(double(std::clock() - start) / CLOCKS_PER_SEC, 10.0 * test::kSlower);
-  EXPECT_EQ(scene.coverage.ignored.size(), 4u);  // one more says that there are animations
+  EXPECT_EQ(scene.coverage.ignored.size(), 4u);  // one of them says that there are animations
   EXPECT_NE(test::refusal(gltf_, uint64_t(64) << 20).find("memory-limit raises"),
             std::string::npos);
 }
