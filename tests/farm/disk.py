@@ -18,7 +18,7 @@ from farm import (CHANNELS, DRIVERS, EXIT_DONE, EXIT_RENDER_FAILED, EXIT_USAGE, 
                   pixels, report_of, signal)
 
 FRAME = ["--size", "96x72", "--bucket-size", "16", "--threads", "2", *CHANNELS]
-SECONDS = 0.7  # that two threads each work at a frame on any machine: seven intervals
+SECONDS = 0.7  # of work for each of two threads, on any machine: seven intervals
 REPORT = ["--report", "report.json"]
 
 

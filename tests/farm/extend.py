@@ -72,7 +72,7 @@ def interrupted(farm):
             if run.code == EXIT_DONE:
                 break
             landed += 1
-            # A signal before the handlers are installed ends the process by itself.
+            # A signal that arrives before the handlers are installed kills the process.
             farm.check(run.code in (-signal.SIGKILL, -signal.SIGTERM, EXIT_STOPPED), case, f"another end: {run}")
             farm.check(pixels(folder / "out.exr") == old, case, "the old picture is gone before the new one is there")
         farm.check(landed >= 3, case, f"only {landed} of 6 signals found it at work")

@@ -22,7 +22,7 @@ FRAME = ["--size", "16x12", "--bucket-size", "8", "--spp", "4", "--threads", "1"
 SETTINGS = {"bucket": (), "bucket streams": ("--streams", "2"), "bisection": (), "bisection lights": ("--light-groups",),
             "adaptive": ("--spp", "16"), "adaptive unbiased": ("--spp", "16", "--unbiased"),
             "adaptive streams": ("--spp", "16", "--streams", "2"),
-            # In mid-frame, where the driver has plans; the clock stops it anywhere.
+            # Stopped in mid-frame by the clock, so that the driver has unfinished plans.
             "bisection stopped": ("--spp", "200"), "adaptive stopped": ("--spp", "200"),
             "adaptive threshold stopped": ("--noise-threshold", "0.002", "--max-spp", "300")}
 CHECKPOINT = "the.checkpoint"

@@ -22,7 +22,7 @@ from farm import CHANNELS, DRIVERS, EXIT_DONE, EXIT_STOPPED, Farm, contents, pix
 from frame_bits import chunks
 
 FRAME = ["--size", "96x72", "--bucket-size", "16", "--threads", "2", *CHANNELS]
-SECONDS = 0.4  # that a frame takes at least
+SECONDS = 0.4  # the least duration of a frame
 OUTPUTS = ["-o", "out.png", "-o", "out.jpg", "--heatmap", "heat.png", "--report", "report.json", "--report",
            "report.html", "--save-settings", "settings.json", "--progress-file", "progress.json", "--verbose"]
 RESULTS = {"out.exr", "out.png", "out.jpg", "heat.png", "report.json", "report.html", "settings.json", "progress.json"}

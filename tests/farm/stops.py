@@ -13,7 +13,7 @@ import time
 from farm import (CHANNELS, DRIVERS, EXIT_DONE, EXIT_STOPPED, Farm, earlier_samples, pixels, report_of, signal)
 
 FRAME = ["--size", "128x96", "--bucket-size", "16", "--threads", "2", *CHANNELS]
-SECONDS = 1.0  # that two threads each work at a frame, on any machine
+SECONDS = 1.0  # of work for each of two threads, on any machine
 CHECKPOINT = "out.exr.checkpoint"
 RESUME = ["--resume", "--checkpoint-interval", "100000", "--report", "report.json"]
 
@@ -86,7 +86,7 @@ def ended_at_once(farm, driver):
         process.work(2 * share * SECONDS)
         twice(number)(process)
         run = process.wait()
-        # A signal before the handlers are installed ends the process by itself.
+        # A signal that arrives before the handlers are installed kills the process.
         farm.check(run.code in (EXIT_STOPPED, -number), case, f"should end with exit 130: {run}")
         finish(farm, case, folder, settings, expected, carried=False)
 
