@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Compiles for 64-bit ARM, beside a root of Debian 12's libraries for it, and runs tests under qemu-user:
-# renders, and those of the test programs that are named. By hand; needs network and mmdebstrap.
-#   ci/cross.sh [--root FOLDER] [TEST_PROGRAM...]    FOLDER: of the libraries, 1.0 GB, reused when it is
-#                                                    there (default build/arm64-root)
+# Cross-compiles for 64-bit ARM against the libraries of Debian 12, and runs renders and the named test programs under
+# qemu-user. Run by hand; needs network and mmdebstrap.
+#   ci/cross.sh [--root FOLDER] [TEST_PROGRAM...]    FOLDER: the libraries, 1.0 GB, reused if it exists
+#                                                    (default build/arm64-root)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . ci/debian_root.sh
@@ -20,7 +20,7 @@ folder=$(realpath "$folder")
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
 
-# The packages that setup.sh installs here, and those whose programs their files for CMake name.
+# The packages that setup.sh installs, and those whose programs are named in their CMake files.
 if [ ! -e "$folder/whole" ]; then
   echo "ci/cross.sh: unpacking Debian's libraries for arm64 into $folder"
   rm -rf "$folder/root"
@@ -30,7 +30,7 @@ if [ ! -e "$folder/whole" ]; then
     tail -n 20 "$log" >&2
     fail "mmdebstrap failed (no network?); the lines above say why"
   }
-  # Nothing was set up in there. OpenColorIO's file for CMake looks beside the root, others name /usr.
+  # No package in there is configured. OpenColorIO's CMake file searches beside the root; others name /usr.
   ln -sfn root/usr/lib "$folder/lib"
   ln -sfn root/usr/include "$folder/include"
   grep -rlE '"/usr/(lib|include)' "$folder/root/usr/lib/aarch64-linux-gnu/cmake" "$folder/root/usr/share/cmake" |
@@ -48,7 +48,7 @@ arm() { qemu-aarch64 -L "$folder/root" -E "LD_LIBRARY_PATH=$libraries/blas:$libr
 arm build/arm64/bin/emberline --version
 for program in "$@"; do arm "build/arm64/bin/$program" --gtest_brief=1; done
 
-# The same picture as here, but for rounding.
+# The pictures must match this machine's up to rounding.
 [ -x build/release/bin/emberline ] || { cmake --preset release && cmake --build --preset release --target emberline; } >"$log" 2>&1
 for scene in cornell_box teapot; do
   words=(render "scenes/$scene.glb" --size 96x64 --spp 16 --quiet)

@@ -1,6 +1,6 @@
-# Roots of Debian of our own, for scripts that source this: make_root, in_root. As root, with
-# debootstrap and network. EMBERLINE_DEBIAN_MIRROR says where packages come from (default: the mirror
-# that this host's apt uses).
+# Functions for scripts that source this file to work in a Debian root of their own: make_root, in_root. Needs root,
+# debootstrap and network. EMBERLINE_DEBIAN_MIRROR is where packages come from (default: the mirror that this host's apt
+# uses).
 # shellcheck shell=bash
 
 fail() {
@@ -8,12 +8,12 @@ fail() {
   exit 1
 }
 
-# make_root SUITE ROOT: a bare system, unless it is there.
+# make_root SUITE ROOT: creates a minimal system unless it exists.
 make_root() {
   local suite=$1 root=$2 mirror log
   [ "$(id -u)" -eq 0 ] || fail "needs root, for debootstrap and chroot"
   command -v debootstrap >/dev/null || fail "debootstrap is missing: apt-get install debootstrap"
-  # apt itself reads its sources, in whichever of the two formats they are written.
+  # Ask apt, because its sources may be in either of two formats.
   # shellcheck disable=SC2016
   mirror=${EMBERLINE_DEBIAN_MIRROR:-$(apt-get indextargets --format '$(REPO_URI)' \
     "Created-By: Packages" "Origin: Debian" "Label: Debian" | head -n 1)}
@@ -31,8 +31,7 @@ make_root() {
     [ ! -e "$root" ] || rmdir "$root"
     mv "$root.part" "$root"
   fi
-  # How this host reaches its mirror. The lists may be older than they promise: a mirror that stands
-  # still serves the purpose, and the signatures are checked all the same.
+  # Reach the mirror as this host does. Package lists may be past their validity date; signatures are still checked.
   {
     apt-config dump | grep -E '^Acquire::(https?|ftp|Retries)\b.*"[^"]+";$' || true
     echo 'Acquire::Check-Valid-Until "false";'
@@ -40,10 +39,10 @@ make_root() {
   cp /etc/resolv.conf "$root/etc/resolv.conf"
 }
 
-# in_root ROOT COMMAND...: what it needs mounted is mounted in a namespace of its own, which ends with
-# the command however it ends: nothing stays mounted on the host.
+# in_root ROOT COMMAND...: mounts what the command needs in a mount namespace that ends with the command, so that
+# nothing stays mounted on the host.
 in_root() {
-  # The arguments are expanded by the inner shell.
+  # The inner shell expands the arguments.
   # shellcheck disable=SC2016
   unshare --mount --fork bash -c '
     root=$1

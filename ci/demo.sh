@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Sets up, builds, renders the project's own scene and says where the pictures are. Options of `emberline render` that
-# are given here come after those below, e.g. ci/demo.sh --size 1920x1080.
+# Sets up, builds, renders the project's own scene and says where the pictures are. Arguments are options of `emberline
+# render` and override those below, e.g. ci/demo.sh --size 1920x1080.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -9,7 +9,7 @@ cmake --preset release >build-configure.log 2>&1 || { cat build-configure.log >&
 rm -f build-configure.log
 cmake --build --preset release --target emberline
 
-# Samples go where the error is, until it is below 0.03 everywhere; what is left is filtered.
+# Samples go where the error is largest, until it is below 0.03 everywhere; the denoiser removes the rest.
 mkdir -p out
 build/release/bin/emberline render scenes/teapot.glb -o out/teapot.exr -o out/teapot.png --size 800x450 \
   --driver adaptive --noise-threshold 0.03 --denoise --heatmap out/teapot.samples.png \

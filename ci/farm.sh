@@ -1,9 +1,8 @@
 #!/usr/bin/env bash
-# A frame of 16 parts on a real Slurm of two nodes, both on this machine. A scene that is damaged for
-# a while fails some parts, a node is killed and comes back, and the parts that are missing are tried
-# again: the picture has to be the single run's, bit for bit. As root. Slurm has a folder and ports of
-# its own, and is stopped at the end, however that comes.
-#   ci/farm.sh [PROGRAM]   with that program, or the one that is built here
+# Renders a frame in 16 parts on a real Slurm with two nodes, both on this machine. A scene that is temporarily damaged
+# makes some parts fail, a node is killed and returns, and the missing parts are retried: the picture must be
+# bit-identical to a single run's. Run as root. Slurm has its own folder and ports, and is always stopped at the end.
+#   ci/farm.sh [PROGRAM]   with PROGRAM, or by default the one built here
 set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
 program=$(realpath "${1:-$root/build/release/bin/emberline}")
@@ -12,7 +11,7 @@ program=$(realpath "${1:-$root/build/release/bin/emberline}")
 [ $# -gt 0 ] || (cd "$root" && cmake --preset release >/dev/null && ninja -C build/release emberline >/dev/null)
 
 work=$(mktemp -d)
-chmod 755 "$work"  # munge's socket is for all
+chmod 755 "$work"  # all users need munge's socket
 export SLURM_CONF=$work/slurm.conf
 port=$((20000 + $$ % 10000 * 3))
 began=$SECONDS
@@ -24,7 +23,7 @@ fail() {
   exit 1
 }
 
-# The processes of a node: its daemon, what its jobs run, and their keepers, whose children they are.
+# The processes of a node: its daemon, its jobs' programs, and their parents, Slurm's step daemons.
 processes_of() {
   cat "$work/$1.pid" 2>/dev/null || true
   for pid in $(pgrep -x emberline || true); do
@@ -56,7 +55,7 @@ ClusterName=farm
 SlurmctldHost=$(hostname -s)
 SlurmUser=root
 AuthType=auth/munge
-# A job that is requeued waits as long as credentials live: 120 s unless this says less.
+# A requeued job waits until credentials expire: 120 s unless this says less.
 AuthInfo=socket=$work/munge.socket,cred_expire=5
 MpiDefault=none
 ProctrackType=proctrack/linuxproc
@@ -84,7 +83,7 @@ CONF
   wait_for 30 "two idle nodes" '[ "$(sinfo -h -t idle -o %D)" = 2 ]'
 }
 
-# SECONDS WHAT CONDITION
+# wait_for SECONDS WHAT CONDITION
 wait_for() {
   local end=$((SECONDS + $1))
   until eval "$3" 2>/dev/null; do
@@ -93,12 +92,12 @@ wait_for() {
   done
 }
 
-# How many parts are "done", "failed" ...
+# count STATE: how many parts are "done", "failed" ...
 count() { "$program" farm status "$frame" --json | grep -A1 '"part":' | grep -c "\"state\": \"$1\"" || true; }
 
 say "Slurm with two nodes of one processor"
 start_slurm
-folder=$work/$'a frame\'s\n100% \\folder'  # whatever stands in a name is harmless
+folder=$work/$'a frame\'s\n100% \\folder'  # any character may be in a name
 mkdir "$folder" && cd "$folder"
 cp "$root/scenes/cornell_box.glb" scene.glb
 frame=shot.exr
@@ -115,13 +114,13 @@ mv whole.glb scene.glb
 say "the scene is whole again; $(count failed) parts have failed"
 "$program" farm status $frame
 
-# With a part that is under way, whose checkpoint has some of its buckets. It is held while this looks,
-# so that it cannot end before it is killed.
+# Stops the processes of n1 while its part is unfinished and its checkpoint has some buckets, so that the part cannot
+# end before it is killed.
 hold_n1_with_buckets() {
   local held part
   held=$(processes_of n1)
   kill -STOP $held
-  [ "$(wc -w <<<"$held")" -ge 3 ] &&  # the daemon, a part and its keeper
+  [ "$(wc -w <<<"$held")" -ge 3 ] &&  # the daemon, a part and its parent
     part=$(squeue -h -r -w n1 -t RUNNING -o %K) &&
     [ "$(stat -c %s $frame.part-"$part"-of-16.checkpoint)" -gt 20000 ] && return
   kill -CONT $held

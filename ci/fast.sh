@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Builds and runs the tests of the folders in which the tree differs from a commit, by default the last:
 #   ci/fast.sh [BASE]   e.g. ci/fast.sh main
-# For the time between two edits: it compiles file by file, so that one that has changed is soon built. What a folder's
-# own tests cannot see is left to ci/test.sh.
+# For use between two edits: it compiles without unity builds, so a changed file is quickly rebuilt. Run ci/test.sh for
+# effects on other folders.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

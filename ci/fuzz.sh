@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # Fuzzes the readers (tests/fuzz):
 #
-#   ci/fuzz.sh [--assets DIR] SECONDS [TARGET...]   run the targets, or all, for SECONDS together
-#   EMBERLINE_JOBS                                  how many at once (default: one per processor)
-#   ci/fuzz.sh [--assets DIR] --coverage            what the inputs found so far reach, by folder
+#   ci/fuzz.sh [--assets DIR] SECONDS [TARGET...]   run the targets (default: all) for SECONDS in total
+#   EMBERLINE_JOBS                                  parallel jobs (default: one per processor)
+#   ci/fuzz.sh [--assets DIR] --coverage            print what the corpus covers so far, by folder
 #
-# DIR, or $EMBERLINE_ASSETS, holds files to begin with, besides those that make_seeds writes. The
-# inputs that reach something new are kept in build/fuzz/corpus for the next run. Findings stand in
-# build/fuzz/findings; exit code 1 says that there are some.
+# DIR, or $EMBERLINE_ASSETS, holds seed files in addition to those that make_seeds writes. Inputs that reach new code
+# are kept in build/fuzz/corpus for the next run. Findings are in build/fuzz/findings; exit code 1 means that there are
+# some.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -34,7 +34,7 @@ ci/setup.sh clang-14 llvm-14 libclang-rt-14-dev zlib1g-dev dpkg-dev
 out=$PWD/build/fuzz
 mkdir -p "$out/corpus" "$out/logs" "$out/findings"
 
-# The sources of the decoders that are compiled with the targets (tests/fuzz/CMakeLists.txt).
+# Sources of the decoders that are instrumented with the targets (tests/fuzz/CMakeLists.txt).
 fetch_sources() {
   local folder=$out/sources lists
   [ -d "$folder/draco" ] && [ -d "$folder/meshoptimizer" ] && return
@@ -81,8 +81,8 @@ if [ $coverage = yes ]; then
   exit
 fi
 
-# Slower than this (AddressSanitizer takes some four fifths of it) or more memory is a finding. Leaks
-# are not looked for: OpenColorIO keeps some of its own.
+# Exceeding these limits counts as a finding; AddressSanitizer takes about four fifths of the time. Leak detection is
+# off, because OpenColorIO leaks.
 limits=(-timeout=25 -rss_limit_mb=2000 -malloc_limit_mb=300 -max_len=20000)
 export ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1
 seconds=$((seconds / ${#targets[@]}))

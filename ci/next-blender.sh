@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
-# Runs the add-on's tests in the Blender of another Debian, in a root of its own made with debootstrap, with the command that
-# has been built here: it is copied there with the libraries that it loads. By hand, as root, with network.
+# Runs the add-on's tests in the Blender of another Debian release, in a debootstrap root. The emberline built here is
+# copied there with its libraries. Run by hand, as root, with network.
 #
-#   ci/next-blender.sh [ROOT [CASE...]]   ROOT: where the system is made, and reused when it is there (default build/next-blender,
+#   ci/next-blender.sh [ROOT [CASE...]]   ROOT: the system's folder, reused if it exists (default build/next-blender,
 #                                         about 2 GB); CASE: of tests/blender/addon_test.py (default: all)
 #
 #   EMBERLINE_DEBIAN_SUITE    which Debian (default: sid; trixie has Blender 4.3)
 #   EMBERLINE_DEBIAN_MIRROR   where packages come from (default: the mirror this host's apt uses)
-#   EMBERLINE_BUILD           where bin/emberline lies (default: build/release)
+#   EMBERLINE_BUILD           the folder with bin/emberline (default: build/release)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -25,7 +25,7 @@ if [ ! -e "$root/usr/bin/blender" ]; then
     blender python3 python3-numpy python3-requests python3-cattr xvfb xauth libgl1-mesa-dri
 fi
 
-# The command runs with its own libraries, whatever the root has.
+# The program must load the libraries it was built with, not the root's.
 command=$root/opt/emberline
 rm -rf "$command"
 mkdir -p "$command/lib"

@@ -1,14 +1,13 @@
 #!/usr/bin/env bash
-# Proves that Emberline builds and passes its tests with the libraries of the Debian to come (Embree 4
-# among them), and that its packages can be made, installed and worked with there, in a root of its own
-# made with debootstrap. Run by hand, as root; not part of ci/test.sh.
+# Builds and tests Emberline with the libraries of the next Debian release (with Embree 4), and builds, installs and
+# tries its packages there, in a debootstrap root. Run by hand, as root; not part of ci/test.sh.
 #
-#   ci/next-debian.sh [ROOT]      ROOT: where the system is made, and reused when it is there
-#                                 (default build/next-debian; about 3 GB; delete it to start afresh)
+#   ci/next-debian.sh [ROOT]      ROOT: the system's folder, reused if it exists (default build/next-debian;
+#                                 about 3 GB; delete it to start afresh)
 #
 #   EMBERLINE_DEBIAN_MIRROR       where packages come from (default: the mirror this host's apt uses)
 #   EMBERLINE_DEBIAN_SUITE        which Debian (default: sid)
-#   EMBERLINE_JOBS                how many compilers and tests at once (default: one per processor)
+#   EMBERLINE_JOBS                parallel compilers and tests (default: one per processor)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -21,8 +20,8 @@ mkdir -p "${1:-build}"
 root=$(realpath "${1:-build/next-debian}")
 make_root "$suite" "$root"
 
-# The working tree as it stands, less what is ignored. Times are kept, so that a second run compiles
-# only what changed; the build folder lies outside.
+# The working tree without ignored files. Times are kept and the build folder is elsewhere, so that a second run
+# compiles only changed files.
 rm -rf "$root/emberline"
 mkdir "$root/emberline"
 git ls-files -z --cached --others --exclude-standard |

@@ -1,7 +1,6 @@
 #!/usr/bin/env bash
-# What takes too long for ci/test.sh, which has a short version of each: runs all of it, says what failed, and how to
-# repeat it.
-#   ci/nightly.sh [STEP...]   these steps alone: tests numerics kills checkpoints bombs repeat fuzz asan tsan
+# Runs the full version of what ci/test.sh tests only briefly, then lists what failed and how to repeat it.
+#   ci/nightly.sh [STEP...]   only these steps: tests numerics kills checkpoints bombs repeat fuzz asan tsan
 set -uo pipefail
 cd "$(dirname "$0")/.."
 
@@ -12,14 +11,14 @@ done
 [ $# -gt 0 ] || set -- "${all[@]}"
 
 program=build/release/bin/emberline
-# 100 kills of each driver: ctest has 14, of its first frames.
+# 100 kills of each driver; ctest has 14, in the first frames.
 kills() { tests/farm/kills.py $program scenes --kills 300; }
 checkpoints() {
   tests/farm/damage.py $program scenes --flips 1000 --stride 1 &&
     tests/farm/hostile.py $program scenes --mutations 1000 && tests/farm/outputs.py $program scenes
 }
 bombs() { tests/failure/bombs.py $program; }
-# What acts at moments of a frame, again and again, beside as much other work as there are cores.
+# Repeats timing-dependent tests while every core is busy with other work.
 repeat() {
   local busy=() status=0
   for _ in $(seq "$(nproc)"); do

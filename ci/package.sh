@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Builds the packages, and in a bare Debian 12 installs them, works with them (ci/package/smoke.sh) and
-# removes them: nothing may be left. Needs root, network and a Debian 12 to build on.
-#   ci/package.sh [ROOT]   ROOT: where the bare system is made, and reused when it is there (default
-#                          build/package-root, 0.3 GB); it is tried in a copy, ROOT.try
+# Builds the packages, then installs, tries (ci/package/smoke.sh) and removes them in a minimal Debian 12, where no file
+# may be left behind. Needs root, network and a Debian 12 to build on.
+#   ci/package.sh [ROOT]   ROOT: the minimal system's folder, reused if it exists (default build/package-root,
+#                          0.3 GB); the packages are tried in a copy, ROOT.try
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . ci/debian_root.sh
@@ -31,7 +31,7 @@ mkdir -p "$root.try/emberline/tests"
 cp -r scenes ci/package/smoke.sh "$packages" "$root.try/emberline"
 cp -r tests/install "$root.try/emberline/tests"
 
-# Runs quietly in the root.
+# Runs in the root, and shows output only on failure.
 quietly() {
   in_root "$root.try" "$@" >"$log" 2>&1 || {
     tail -n 20 "$log" >&2
@@ -41,7 +41,7 @@ quietly() {
 files_of_root() {
   (cd "$root.try" && find . \( -path ./tmp -o -path ./var/cache/apt -o -path ./var/log \) -prune -o -print | sort)
 }
-# What they stand on comes first, so that what is left afterwards is of ours alone.
+# Install the dependencies first, so that later differences come from our packages alone.
 depends=$(for package in "$packages"/*.deb; do dpkg-deb -f "$package" Depends; done |
   tr ',' '\n' | grep -v emberline | paste -sd ,)
 quietly apt-get update

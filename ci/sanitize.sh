@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Builds and runs the tests under sanitizers: `ci/sanitize.sh asan` for AddressSanitizer with
-# LeakSanitizer and UndefinedBehaviorSanitizer, `ci/sanitize.sh tsan` for ThreadSanitizer, without an
-# argument both. CMakePresets.json holds the flags, ci/tsan.supp what is not reported and why.
+# Builds and runs the tests under sanitizers: `ci/sanitize.sh asan` for AddressSanitizer with LeakSanitizer and
+# UndefinedBehaviorSanitizer, `ci/sanitize.sh tsan` for ThreadSanitizer; both without an argument. CMakePresets.json has
+# the flags, ci/tsan.supp the suppressions and their reasons.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Installs what Emberline builds with, and the packages that are named, on Debian 12 or later: only
-# what is missing, quietly.
+# Installs Emberline's build dependencies and the packages given as arguments on Debian 12 or later. Quiet; skips what
+# is already installed.
 set -euo pipefail
 
 packages=(

@@ -1,9 +1,9 @@
-"""The graph of the libraries as CMake links them, for Mermaid: which folder stands on which.
+"""The dependency graph of the libraries as CMake links them, for Mermaid.
 
     python3 ci/target_graph.py build/release            prints it
     python3 ci/target_graph.py build/release --write    puts it into renderer/README.md
-    python3 ci/target_graph.py build/release --check    fails if that has another, or if there is a
-                                                        circle or a link that the design forbids
+    python3 ci/target_graph.py build/release --check    fails if that file has another graph, or if there is a
+                                                        cycle or a link that the design forbids
 """
 import pathlib
 import sys
@@ -16,7 +16,7 @@ from include_directions import ALLOWED  # noqa: E402
 
 
 def read_links(build):
-    """Folder -> folders that its library links, of build/targets.txt."""
+    """Reads build/targets.txt: folder -> folders whose libraries its library links."""
     lines = [line.split() for line in (build / "targets.txt").read_text().splitlines()]
     folders = {target: folder for folder, target, *_ in lines}
     linked = {folder: set() for folder, *_ in lines}
@@ -26,7 +26,7 @@ def read_links(build):
 
 
 def above(links, folder, path=()):
-    """All that a folder's library stands on."""
+    """All direct and indirect dependencies of a folder's library."""
     if folder in path:
         sys.exit("libraries link in a circle: " + " -> ".join((*path, folder)))
     below = links[folder]
@@ -34,7 +34,7 @@ def above(links, folder, path=()):
 
 
 def draw(links):
-    """An arrow for each link that no other path makes."""
+    """Draws an arrow for each link that no longer path implies."""
     reach = {folder: above(links, folder) for folder in links}
     lines = ["graph BT"]
     for folder in links:

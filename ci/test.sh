@@ -9,7 +9,7 @@ cmake --preset "$preset" >build-configure.log 2>&1 || { cat build-configure.log 
 rm -f build-configure.log
 cmake --build --preset "$preset"
 
-# A frame on a real Slurm, whose daemons only root may start.
+# Only root can start Slurm's daemons.
 if [ "$preset" = release ]; then
   if [ "$(id -u)" -eq 0 ]; then
     ci/farm.sh build/release/bin/emberline
@@ -22,6 +22,6 @@ fi
 # (ci/numerics.sh).
 rows=$(mktemp)
 trap 'rm -f "$rows"' EXIT
-# Nine tests of ten leave a core idle now and then: one more than there are cores at once.
+# One job more than there are cores: nine in ten tests leave a core idle at times.
 EMBERLINE_NUMERICS_TABLE=$rows ctest --preset "$preset" -j "$(($(nproc) + 1))"
 python3 tests/numerics/table.py "$rows" tests/numerics/table.csv >/dev/null

@@ -1,4 +1,4 @@
-# CMake's toolchain for 64-bit ARM, beside a root of Debian's libraries for it: EMBERLINE_SYSROOT (ci/cross.sh).
+# CMake's toolchain file for 64-bit ARM, with Debian's libraries in EMBERLINE_SYSROOT (ci/cross.sh).
 set(CMAKE_SYSTEM_NAME Linux)
 set(CMAKE_SYSTEM_PROCESSOR aarch64)
 set(root $ENV{EMBERLINE_SYSROOT})
@@ -13,7 +13,7 @@ set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
 set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)
 set(ENV{PKG_CONFIG_SYSROOT_DIR} ${root})
 set(ENV{PKG_CONFIG_LIBDIR} ${root}/usr/lib/aarch64-linux-gnu/pkgconfig:${root}/usr/share/pkgconfig)
-# Nothing was set up in that root, so the links that choose one of several BLAS are not there.
+# No package is configured in that root, so the links that select a BLAS implementation are missing.
 set(libraries ${root}/usr/lib/aarch64-linux-gnu)
 set(CMAKE_CROSSCOMPILING_EMULATOR qemu-aarch64 -L ${root}
     -E LD_LIBRARY_PATH=${libraries}/blas:${libraries}/lapack)

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# What an installed Emberline does, from the demo's frame to a program built against the library.
-#   ci/package/smoke.sh SOURCES     SOURCES: the folder with scenes/ and tests/
+# Tries an installed Emberline, from the demo's frame to a program built against the library.
+#   ci/package/smoke.sh SOURCES   SOURCES: the folder with scenes/ and tests/
 set -uo pipefail
 sources=$(realpath "$1")
 scenes=$sources/scenes
@@ -46,7 +46,7 @@ by_pkg_config() {
   ./example_pc "$scenes/cornell_box.glb" light
 }
 
-# The builds for lesser processors, of which the loader would take the best (renderer/arches.cmake).
+# The builds for older processors must agree; the loader would choose the best one (renderer/arches.cmake).
 builds_agree() {
   local arch loader=/lib64/ld-linux-x86-64.so.2
   for arch in $("$loader" --help | sed -n 's/^  \(x86-64-v[234]\) (supported.*/\1/p' | tac); do
@@ -69,10 +69,10 @@ assert emberline.compare(picture, frame).mse == 0
 SCRIPT
 }
 
-# Blender itself is too large for a bare root: whether Python reads the files, and whether those are all.
+# Blender itself is too large for a minimal root, so check that Python parses the files and that all are there.
 addon_of_blender() {
   local scripts=/usr/share/blender/scripts/addons/emberline_blender
-  # Where Blender 4.2 and later look.
+  # The place where Blender 4.2 and later look.
   cmp "$scripts/blender_manifest.toml" /usr/share/blender/extensions/system/emberline_blender/blender_manifest.toml || return 1
   python3 - "$scripts" <<'SCRIPT'
 import ast, os, sys

@@ -99,7 +99,7 @@ void CommandFrame::open_outputs() {
                    stop_);
   const std::string checkpoint = checkpoint_path(options_);
   if (checkpoint.empty()) return;
-  AtomicFile file(checkpoint);  // throws what the first write would
+  AtomicFile file(checkpoint);  // throws now what the first write would throw
   check_checkpoint(checkpoint, options_.resume);
   if (options_.resume || is_own_checkpoint(options_)) return;
   nlohmann::json head = checkpoint_head(options_, plan_, {}, {});
@@ -107,7 +107,7 @@ void CommandFrame::open_outputs() {
   check_begins_anew(checkpoint, head);
 }
 
-// The reference's memory goes with the frame, and not with the scene.
+// The reference's memory is charged to the frame, not to the scene.
 void CommandFrame::open_snapshots() {
   LoadLimits limits = run_.limits;
   limits.memory = run_.limits.memory->rest();
@@ -162,8 +162,8 @@ void CommandFrame::add_light_groups(const LightGroups& groups) {
 void CommandFrame::note_picture(const JobProgress& now, const LivePicture& picture) {
   const double elapsed = clock_->seconds();
   std::vector<PassReport>& passes = report_.passes;
-  // A driver looks at a finished pass when it plans the next one: what it estimates now is the
-  // error of the picture at the end of the last pass.
+  // A driver estimates the error when it plans the next pass, so this estimate belongs to the pass
+  // that has just ended.
   if (!passes.empty()) passes.back().error_estimate = now.error_estimate;
   if (now.pass_finished) passes.push_back({elapsed, now.samples, std::nullopt});
   if (snapshots_) clock_->exclude_time([&] { snapshots_->look(now, picture, elapsed); });
@@ -173,15 +173,15 @@ void CommandFrame::note_picture(const JobProgress& now, const LivePicture& pictu
 
 void CommandFrame::resume() {
   if (checkpoint_path(options_).empty()) return;
-  LoadProgress progress({}, {}, run_.limits);  // of its own time: the scene is loaded
+  LoadProgress progress({}, {}, run_.limits);  // timed separately: the scene is loaded
   const nlohmann::json& inputs = run_.scene.inputs(options_, progress);
   checkpoint_.open(checkpoint_head(options_, plan_, layers_, inputs), is_own_checkpoint(options_),
                    take_checkpoint_request, 2 * memory_.bytes(), *job_);
   report_.earlier_samples = job_->counters().samples;
 }
 
-// A frame that can go on stops in time to be saved. It is not done then: whoever waits for this job
-// must not take it for that.
+// A resumable frame stops early enough to be saved. It then counts as unfinished, so that a
+// scheduler does not take it for done.
 std::optional<double> CommandFrame::allotted_seconds() const {
   if (!options_.resume) return std::nullopt;
   const std::optional<double> seconds = slurm_seconds_left();
@@ -219,8 +219,8 @@ void CommandFrame::render() {
   }
 }
 
-// A first signal that comes meanwhile ends it early; one of before has ended the rendering, and the
-// picture that there is is denoised.
+// A first stop signal during denoising ends it early. If a signal already ended the rendering, the
+// partial picture is still denoised.
 void CommandFrame::denoise() {
   std::stop_source end;
   std::optional<std::jthread> watch;
@@ -244,7 +244,7 @@ void CommandFrame::write() {
   const Stopwatch write;
   outputs_->rendering_ended();
   Watcher watcher(*this, nullptr);
-  // A picture that is whole does not give way to one that is not.
+  // An extended frame's complete picture is not replaced by an incomplete one.
   const auto may_write = [&] { return options_.extended.empty() || !unfinished(); };
   if (may_write()) {
     try {
@@ -304,8 +304,8 @@ void CommandFrame::end_checkpoint() {
 int CommandFrame::exit_code() const {
   if (!report_.failed_outputs.empty()) return kExitRenderFailed;
   if (!unfinished()) return kExitDone;
-  // Who goes on with a frame until it is done has to know that it is not. Without that, a time
-  // limit is one way to be done.
+  // A caller that resumes must learn that the frame is unfinished. Otherwise a frame that reaches
+  // its time limit is done.
   const bool goes_on = options_.resume || is_part(options_) || half_denoised_;
   return goes_on || stop_.cause() == PixelStop::kUser ? kExitStopped : kExitDone;
 }

@@ -1,4 +1,5 @@
-// One frame, from options to files and report, in the order of its functions.
+// Renders one frame, from options to files and report. The functions are called in the order in
+// which they are declared.
 #pragma once
 
 #include <memory>
@@ -21,17 +22,17 @@ namespace emberline {
 
 class CommandFrame {
  public:
-  // Finds whatever is wrong with names, ranges and paths, and opens the outputs: they leave no
-  // trace if what follows fails. Both outlive the frame.
+  // Checks names, ranges and paths, and opens the outputs, which leave no trace if a later step
+  // fails. `run` and `options` must outlive the frame.
   CommandFrame(RenderRun& run, const RenderOptions& options);
 
   void load();
   void build();
-  // Prints the ray and the value of the sample that --replay names. Throws UsageError for a
-  // malformed or outside address. Returns kExitDone, or kExitRenderFailed if the value is not
-  // finite.
+  // Prints the ray and the value of the sample that --replay names. Throws UsageError for an
+  // address that is malformed or outside the frame. Returns kExitDone, or kExitRenderFailed if the
+  // value is not finite.
   int replay();
-  // Takes the checkpoint, and what an earlier run has left in it.
+  // Opens the checkpoint and loads what an earlier run left in it.
   void resume();
   void render();
   void write();
@@ -45,7 +46,7 @@ class CommandFrame {
   void open_outputs();
   void open_snapshots();
   void denoise();
-  // Not done, or its picture is not.
+  // Rendering or denoising was stopped.
   bool unfinished() const { return report_.counters.stopped || half_denoised_; }
   void add_light_groups(const LightGroups& groups);
   void note_picture(const JobProgress& now, const LivePicture& picture);
@@ -63,10 +64,10 @@ class CommandFrame {
   const RenderPlan plan_;
   FileRegister files_;
   LoadProgress progress_;
-  MemoryReservation memory_;            // of film and outputs
-  MemoryReservation reference_memory_;  // of --reference
+  MemoryReservation memory_;            // film and outputs
+  MemoryReservation reference_memory_;  // --reference
   StopRequest stop_;
-  bool half_denoised_ = false;  // a signal stopped the pass
+  bool half_denoised_ = false;  // a signal stopped denoising
   std::optional<SnapshotRecorder> snapshots_;
   std::optional<FrameOutputs> outputs_;
   std::optional<ReportPictures> pictures_;
@@ -81,8 +82,8 @@ class CommandFrame {
   WriteAttempts attempts_, snapshot_attempts_;
 };
 
-// One frame of the run: its report. Nothing where a signal has come before it rendered, once the
-// run takes signals as requests.
+// Renders one frame of the run. Returns nothing if a stop signal arrived before the frame began to
+// render.
 std::optional<RenderReport> render_frame(RenderRun& run, const RenderOptions& options);
 
 }  // namespace emberline

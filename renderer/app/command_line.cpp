@@ -29,8 +29,8 @@
 namespace emberline {
 namespace {
 
-// An empty text (`--env "$UNSET"`) would mean later that the option was not given. Lists, and names
-// that the option's help lists, are looked up, which says what is valid.
+// An empty value (`--env "$UNSET"`) would later look like an absent option. Lists and named choices
+// are exempt: their own check reports the valid values.
 void refuse_empty_values(const CLI::App& app) {
   for (const CLI::Option* option : app.get_options()) {
     const std::string type = option->get_type_name(), name = option->get_name(false, true);
@@ -42,7 +42,7 @@ void refuse_empty_values(const CLI::App& app) {
   for (const CLI::App* sub : app.get_subcommands()) refuse_empty_values(*sub);
 }
 
-// The options of every subcommand; those of the one that is given are filled.
+// The options of every subcommand; only those of the chosen one are filled.
 struct AllOptions {
   RenderOptions render;
   ViewOptions view;
@@ -104,7 +104,7 @@ void write_document(const std::filesystem::path& path, const std::string& text) 
   write_file_atomically(path.string(), text);
 }
 
-// Where they lie below a prefix's share.
+// Paths as below a prefix's share folder.
 void write_documents(const CommandHelp& root, const std::filesystem::path& folder) {
   write_document(folder / "man/man1" / manual_name(root), manual_page(root));
   for (const CommandHelp& command : root.commands) {
@@ -130,7 +130,7 @@ std::string spelled_as_option(std::string_view name) {
   return option_names().contains(name) ? fmt::format("--{}", name) : "";
 }
 
-// From here on messages name settings as options, as help texts do.
+// From here on, messages and help texts name settings as command-line options.
 void spell_as_options(const std::vector<CLI::App*>& commands) {
   std::vector<CLI::Option*> options;
   for (CLI::App* command : commands) {
@@ -148,8 +148,8 @@ void spell_as_options(const std::vector<CLI::App*>& commands) {
 int run_command_line(int argc, char** argv) {
   CLI::App root("Emberline: a path tracer for glTF scenes", "emberline");
   root.require_subcommand(0, 1);
-  // As everywhere: of an option given twice the last counts, so that a script's defaults can be
-  // overridden behind them.
+  // The last occurrence of an option wins, so that a script's defaults can be overridden by
+  // appending options.
   root.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
   bool version = false, quiet = false, verbose = false;
   root.add_flag(

@@ -1,13 +1,14 @@
-// The command line: subcommands, and what is wrong with one in our words.
+// The command line: subcommands and usage errors.
 #pragma once
 
 namespace emberline {
 
 // Reads the arguments and runs the subcommand; returns its exit code. Throws UsageError for a wrong
-// command line and whatever the subcommand throws.
+// command line and passes on what the subcommand throws.
 int run_command_line(int argc, char** argv);
 
-// All that main() does: the streams and signals, the command line, and one line for what is thrown.
+// The body of main(): prepares streams and signals, runs the command line and reports exceptions in
+// one line.
 int run_program(int argc, char** argv);
 
 }  // namespace emberline

@@ -121,7 +121,7 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
 const SettingChoice kPictureFormats[] = {{"linear", "four floats a pixel, linear Rec. 709"},
                                          {"display", "four bytes, through OpenColorIO"}};
 
-// Options of the frame that the window and a session share.
+// Frame options that the window and a session share.
 void add_live_options(CLI::App* app, RenderOptions& o,
                       std::initializer_list<std::string_view> left_out) {
   std::vector<SettingChoice> drivers = find_setting("driver")->choices;
@@ -245,7 +245,7 @@ void add_study_choices(CLI::App* app, StudyOptions& o) {
                 "no scene: variance against number of samples, on integrals with known values");
 }
 
-// Settings have theirs.
+// Adds option rules to help texts. Settings already have theirs.
 void add_option_rules(CLI::App* app) {
   for (CLI::Option* option : app->get_options()) {
     const std::string name = option->get_single_name();
@@ -368,7 +368,7 @@ void add_merge_options(CLI::App* app, MergeOptions& o) {
 }
 
 void add_farm_options(CLI::App* app, FarmOptions& o) {
-  // Not required: the subcommands have none.
+  // Not required, because the subcommands take no scene.
   app->add_option("scene", o.frame.scene, "a .gltf or .glb file");
   add_settings_file(app, o.frame);
   add_outputs(app, o.frame,

@@ -1,4 +1,4 @@
-// What each subcommand can be told: options, ranges, defaults and help.
+// The options of each subcommand: names, ranges, defaults and help.
 #pragma once
 
 #include "renderer/app/commands.h"
@@ -10,8 +10,8 @@ class App;
 
 namespace emberline {
 
-// Each sets the defaults that the command line has, and binds the options, which must live until
-// the arguments are parsed.
+// Each function sets the command line's defaults and binds `options`, which must live until the
+// arguments are parsed.
 void add_render_options(CLI::App* app, RenderOptions& options);
 void add_view_options(CLI::App* app, ViewOptions& options);
 void add_session_options(CLI::App* app, SessionOptions& options);

@@ -1,4 +1,4 @@
-// The subcommands: what each can be told, and the function that does it. That of the window is in
+// The subcommands: their options and the functions that run them. The window's are in
 // renderer/window/view_command.h.
 #pragma once
 
@@ -18,30 +18,29 @@
 
 namespace emberline {
 
-// `emberline render`: a scene file becomes pictures and a report.
-// Returns the exit code. Throws EmberlineError.
+// `emberline render`: renders a scene file into pictures and a report. Returns the exit code.
+// Throws EmberlineError.
 int run_render(const RenderOptions& options);
 
-// `render --frames`: one frame after another, with one report of all.
-// Goes on behind a frame that fails, unless --stop-on-error says otherwise. Returns the highest of
-// the frames' exit codes. Throws EmberlineError for what is wrong with all of them: the command
-// line, or the scene.
+// `render --frames`: renders frames one after another, with one report for all. Continues after a
+// frame that fails, unless --stop-on-error is given. Returns the highest exit code of the frames.
+// Throws EmberlineError for errors that affect every frame: the command line or the scene.
 int run_range(const RenderOptions& options, const std::vector<int>& frames);
 
-// `emberline info`: what is in a scene, which features it needs, what is approximated or ignored;
-// or which channels pictures can have.
+// `emberline info`: lists what a scene contains, which features it needs and which are approximated
+// or ignored; or lists the channels that pictures can have.
 struct InfoOptions {
-  std::string scene;      // unless `channels`
-  bool channels = false;  // the table of channels instead
+  std::string scene;      // unused with `channels`
+  bool channels = false;  // list the channels instead of a scene
   bool json = false;
-  FrameSettings settings;  // how it is loaded
+  FrameSettings settings;  // how to load the scene
   LimitOptions limits;
 };
 
 // Prints to stdout. Returns the exit code. Throws EmberlineError.
 int run_info(const InfoOptions& options);
 
-// emberline heatmap: a picture of one of a rendered frame's own numbers.
+// `emberline heatmap`: draws a statistic of a rendered frame in false colour.
 struct HeatmapOptions {
   std::string image;  // an .exr that `emberline render` wrote
   std::string output;
@@ -50,12 +49,12 @@ struct HeatmapOptions {
   LimitOptions limits;
 };
 
-// Writes what `render --heatmap` would have written for the frame: the same pixels.
-// Returns kExitDone. Throws UsageError (names, style, suffix, output and input one file),
-// InputError (unreadable, channels missing), RenderError (cannot write).
+// Writes the same pixels as `render --heatmap` of the frame. Returns kExitDone. Throws UsageError
+// (names, style, suffix, output equal to input), InputError (unreadable, channels missing),
+// RenderError (cannot write).
 int run_heatmap(const HeatmapOptions& options);
 
-// emberline compare: how far one picture is from another.
+// `emberline compare`: measures the difference between two pictures.
 struct CompareOptions {
   std::string image;
   std::string reference;
@@ -65,7 +64,7 @@ struct CompareOptions {
   LimitOptions limits;
 };
 
-// Reads both pictures (whatever OpenImageIO reads; 8-bit ones as sRGB, channels R, G and B), prints
+// Reads both pictures (any format of OpenImageIO; 8-bit ones as sRGB; channels R, G and B), prints
 // the metrics of renderer/statistics/error_metrics.h to stdout and writes the difference picture.
 //
 // JSON: one object with the keys width, height, mse, rmse, relmse, relmse_epsilon, relmse_trimmed,
@@ -73,55 +72,53 @@ struct CompareOptions {
 // value is null: the PSNR of equal pictures, the signed bias against black, and all of them when no
 // pixel is finite in both.
 //
-// FLIP picture: that of renderer/output/flip_picture.h. EXR: channels R, G, B, unclamped, and
-// "flip".
+// FLIP picture: see renderer/output/flip_picture.h. EXR: channels R, G, B, unclamped, and "flip".
 //
-// Returns kExitDone; how different the pictures are does not change the exit code. Throws
-// InputError (unreadable, channels missing, sizes differ), UsageError (suffix of the difference
-// picture, exposure), RenderError (cannot write it).
+// Returns kExitDone, however different the pictures are. Throws InputError (unreadable, channels
+// missing, sizes differ), UsageError (suffix of the difference picture, exposure), RenderError
+// (cannot write it).
 int run_compare(const CompareOptions& options);
 
-// emberline denoise: a finished frame's clean picture.
+// `emberline denoise`: denoises a finished frame.
 struct DenoiseOptions {
   std::string image;                 // an .exr with the channels of `--aov denoising`
   std::vector<std::string> outputs;  // .exr: its channels and the results; .png, .jpg: the picture
-  DisplaySettings display;           // of .png and .jpg
+  DisplaySettings display;           // for .png and .jpg
   int threads = 0;                   // 0: all
   LimitOptions limits;
 };
 
-// Gives what `render --denoise` of the same frame would have given, to the bit. Memory does not
-// grow with the frame but by its width; of .png and .jpg with the picture. Returns the exit code.
-// Throws InputError (unreadable, channels missing), UsageError (names), RenderError (cannot write
-// it).
+// Writes the same bits as `render --denoise` of the frame. Memory grows only with the frame's
+// width; for .png and .jpg with the whole picture. Returns the exit code. Throws InputError
+// (unreadable, channels missing), UsageError (names), RenderError (cannot write).
 int run_denoise(const DenoiseOptions& options);
 
-// emberline extend: a finished frame to more samples, or a lower threshold.
+// `emberline extend`: continues a finished frame to more samples or a lower noise threshold.
 struct ExtendOptions {
   std::string frame;   // a picture that was rendered with --resumable, or its checkpoint
-  std::string scene;   // where its scene is now; empty: where it was
-  RenderOptions more;  // samples, threshold, outputs, threads and limits; the rest is the frame's
+  std::string scene;   // where the scene is now; empty: unchanged
+  RenderOptions more;  // samples, threshold, outputs, threads and limits; the rest is `frame`'s
 };
 
-// Renders what is missing, and replaces picture and checkpoint. Returns and throws what
-// run_render() does; InputError for a frame that cannot go on.
+// Renders the missing samples, then replaces picture and checkpoint. Returns and throws as
+// run_render() does; also throws InputError for a frame that cannot be continued.
 int run_extend(const ExtendOptions& options);
 
-// emberline merge: the parts of a frame as one.
+// `emberline merge`: joins the parts of a frame.
 struct MergeOptions {
-  std::vector<std::string> parts;  // checkpoints that `emberline render` has kept
+  std::vector<std::string> parts;  // checkpoints that `emberline render` kept
   bool allow_holes = false, strict = false;
-  RenderOptions frame;  // outputs, reports, threads and limits; the rest is the parts'
+  RenderOptions frame;  // outputs, reports, threads and limits; the rest comes from the parts
 };
 
-// Writes what `render` would have written of the whole frame: the same bits of tiles, of sample
-// ranges up to the rounding of other sums. Returns kExitDone, or kExitRenderFailed where a file
-// could not be written. Throws UsageError, InputError (parts that do not go together) and
-// RenderError.
+// Writes what `render` would write for the whole frame: the same bits if the parts are tiles; if
+// they are sample ranges, sums are rounded differently. Returns kExitDone, or kExitRenderFailed if
+// a file could not be written. Throws UsageError, InputError (parts that do not belong together)
+// and RenderError.
 int run_merge(const MergeOptions& options);
 
-// emberline farm: a frame in parts, as jobs of Slurm. Slurm schedules, watches and restarts them;
-// nothing of ours does.
+// `emberline farm`: renders a frame in parts, as Slurm jobs. Slurm alone schedules, watches and
+// restarts them.
 enum class FarmVerb : uint8_t { kSubmit, kStatus, kCancel, kRetry };
 
 struct FarmOptions {
@@ -131,34 +128,34 @@ struct FarmOptions {
   std::string frames = "0";
   SlurmRequest request;
   bool print = false, stage = false;
-  std::string output;  // of status, cancel and retry
+  std::string output;  // for status, cancel and retry
   bool json = false;
 };
 
-// Submits the frame, or looks after one that was submitted. Returns kExitDone. Throws UsageError,
-// InputError (scene, job.json) and RenderError (no Slurm, what Slurm refuses, files).
+// Submits the frame, or runs the verb on a submitted one. Returns kExitDone. Throws UsageError,
+// InputError (scene, job.json) and RenderError (no Slurm, a refusal by Slurm, files).
 int run_farm(const FarmOptions& options);
 
-// emberline study: speed against error of several ways to render one frame.
-// Renders, measures and writes study.csv, study.json, study.html and pictures into the folder. A
-// study that was stopped goes on where it was when the same command is given again.
+// `emberline study`: measures speed against error for several ways to render one frame. Writes
+// study.csv, study.json, study.html and pictures into the folder. The same command resumes a study
+// that was stopped.
 //
-// Returns kExitDone, also where some runs have failed: they are shown as failed; kExitRenderFailed
-// if all have; kExitStopped after a signal. Throws UsageError, InputError, RenderError before any
-// long work for whatever is wrong with the options.
+// Returns kExitDone even if some runs failed, which the results show; kExitRenderFailed if all
+// failed; kExitStopped after a signal. Throws UsageError, InputError or RenderError for wrong
+// options before any long work.
 int run_study(const StudyOptions& options);
 
-// emberline study --convergence: how fast the samples alone converge, without a scene.
-// Prints a table, and writes convergence.csv and convergence.json if there is a folder. Throws
+// `emberline study --convergence`: measures the convergence order of the samplers, without a scene.
+// Prints a table, and writes convergence.csv and convergence.json if a folder is given. Throws
 // UsageError, RenderError.
 int run_convergence(const StudyOptions& options);
 
-// `emberline session`: the window's session for another program, over standard input and output
-// (renderer/session/PROTOCOL.md). These are what both the command line and the host may say.
+// `emberline session`: the window's session for a host program, over standard input and output
+// (renderer/session/PROTOCOL.md). Both the command line and the host can set these options.
 struct SessionOptions {
   SessionOptions() { render.driver = kLiveDriver; }
 
-  RenderOptions render;  // scene and results mean nothing
+  RenderOptions render;  // scene and outputs are unused
   std::string overlay = "none", format = "linear";
   std::optional<Rect> region;
   bool paused = false, denoise = false;

@@ -17,7 +17,7 @@
 namespace emberline {
 namespace {
 
-// Enough for the order to within a tenth, as the tests of the samplers have it.
+// Enough pixels to find the convergence order to within a tenth, as the samplers' tests do.
 constexpr uint32_t kDefaultPixels = 2000;
 
 constexpr const char* kCsv = "convergence.csv";

@@ -22,7 +22,7 @@
 namespace emberline {
 namespace {
 
-// The channels of a frame that stay: what an earlier pass has made is made anew.
+// Passes on the frame's channels, without the results of an earlier denoising.
 class InputRows {
  public:
   InputRows(const std::string& path, const LoadProgress& progress) : file_(path, progress) {
@@ -37,7 +37,7 @@ class InputRows {
   const FloatImageRows& file() const { return file_; }
   const std::vector<std::string>& channels() const { return channels_; }
 
-  // As the frame's header says that it was stored.
+  // Stores the channels as the frame's header says they were stored.
   static void store_as_before(ExrHeader& header) {
     std::vector<std::string> half;
     for (const auto& [name, text] : header.attributes) {
@@ -106,7 +106,7 @@ void check_channels(const std::string& path, const std::vector<std::string>& cha
                    missing.size() > kMostNamed ? " and more" : "");
 }
 
-// The result has the channels of one picture: those of another part would be lost.
+// The result has one picture's channels; those of other parts would be lost.
 void check_parts(const std::string& path, const std::vector<ImagePart>& parts) {
   const auto apart = std::ranges::find(parts, -1, &ImagePart::first);
   if (apart == parts.end()) return;
@@ -120,7 +120,7 @@ bool says(const FloatImageRows& file, const char* name) {
          file.texts().end();
 }
 
-// The files, opened before the pass and written in it.
+// The output files, opened before denoising and written during it.
 class Results {
  public:
   Results(const DenoiseOptions& options, const InputRows& rows) : channels_(rows.channels()) {

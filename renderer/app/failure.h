@@ -1,4 +1,4 @@
-// What an exception comes to: one line for people and an exit code.
+// Turns an exception into a one-line message and an exit code.
 #pragma once
 
 #include <exception>

@@ -63,7 +63,7 @@ std::string_view trimmed(std::string_view text) {
   return text;
 }
 
-// Names that belong to one frame alone, and the options that name them.
+// Visits the outputs that each frame writes under its own name, with the options that name them.
 template <typename Options, typename Visit>
 void visit_outputs(Options& o, const Visit& visit) {
   for (auto& path : o.outputs) visit("-o", path);
@@ -74,7 +74,7 @@ void visit_outputs(Options& o, const Visit& visit) {
   if (!o.snapshots.empty()) visit("--snapshots", o.snapshots);
 }
 
-// One name alone is another for every frame; of several, one may be what another becomes.
+// Each output needs a numbered name, and no two outputs may get the same name in any frames.
 void check_names(const RenderOptions& options, std::span<const int> frames) {
   size_t count = 0;
   visit_outputs(options, [&](const char* option, const std::string& path) {
@@ -103,7 +103,7 @@ void check_names(const RenderOptions& options, std::span<const int> frames) {
 std::vector<int> parse_frames(std::string_view text) {
   std::vector<int> frames;
   std::unordered_set<int> taken;
-  int64_t count = 0;  // with those that stand there twice: a short text may repeat a long range
+  int64_t count = 0;  // repeats included: a short text may repeat a long range
   for (size_t begin = 0; begin <= text.size();) {
     const size_t end = std::min(text.find(',', begin), text.size());
     const FrameSpan span = parse_span(trimmed(text.substr(begin, end - begin)));
@@ -164,7 +164,8 @@ void check_output_folders(const RenderOptions& options, int first) {
   visit_outputs(options, [&](std::string_view option, const std::string& path) {
     const std::string folder = std::filesystem::path(path).parent_path().string();
     if (is_numbered(folder)) return;  // each frame has its own
-    // The folder of snapshots, or all files of a range that skips them, may be there already.
+    // The folder of snapshots may exist already; with --skip-existing, so may all files of the
+    // range.
     const bool may_be_there = options.skip_existing || option == "--snapshots";
     const int mode = may_be_there ? F_OK : W_OK | X_OK;
     if (::access(folder.empty() ? "." : folder.c_str(), mode) == 0) return;
@@ -175,11 +176,11 @@ void check_output_folders(const RenderOptions& options, int first) {
 RenderOptions options_of_frame(const RenderOptions& options, int frame) {
   RenderOptions own = options;
   own.frames.clear();
-  own.command_line += fmt::format(" --frames {}", frame);  // the last one counts
+  own.command_line += fmt::format(" --frames {}", frame);  // the last --frames wins
   visit_outputs(own, [&](const char*, std::string& path) { path = numbered(path, frame); });
   own.reference = numbered(own.reference, frame);
   if (own.turntable) own.turntable->frame = frame;
-  // A turntable shows a scene that stands still, unless an animation is asked for.
+  // A turntable shows the scene at rest, unless an animation is requested.
   if (!own.turntable || !own.animation.empty()) own.frame = frame;
   return own;
 }

@@ -1,4 +1,4 @@
-// The frames of a range: their numbers, and what of the options is each one's own.
+// The frames of a range: their numbers, and the options of each frame.
 #pragma once
 
 #include <cstddef>
@@ -12,27 +12,27 @@
 namespace emberline {
 
 inline constexpr size_t kMostFrames = 1'000'000;
-inline constexpr int kLastFrame = 999'999'999;  // and the first is as far below 0
+inline constexpr int kLastFrame = 999'999'999;  // the first is its negative
 
 // "5", "1-100", "1-100x2" (1, 3, 5 ...), "100-1", "-10--1", and lists of those: "1-10,20,30-40x5".
-// In the order in which they stand there, each once. Throws UsageError: the text, what is valid.
+// Keeps the given order and drops repeats. Throws UsageError with the text and what is valid.
 std::vector<int> parse_frames(std::string_view text);
-// The same in few words, for which parse_frames gives the same.
+// The shortest text that parse_frames() turns into the same list.
 std::string frames_text(std::span<const int> frames);
 
-// Every run of '#' is the frame's number, with zeros in front as long as the run: of frame 7
-// "shot.####.exr" is "shot.0007.exr", of frame -7 "shot.-007.exr", of 12345 "shot.12345.exr".
+// Replaces every run of '#' by the frame's number, padded with zeros to the run's length: for frame
+// 7 "shot.####.exr" becomes "shot.0007.exr", for -7 "shot.-007.exr", for 12345 "shot.12345.exr".
 bool is_numbered(std::string_view name);
 std::string numbered(std::string_view name, int frame);
 
-// Throws RenderError for a folder that takes no file of any frame, or for --save-settings that
-// cannot be written: each frame would fail for it. Folders with a frame's number are not checked.
+// Throws RenderError if an output folder is not writable or --save-settings cannot be written,
+// since every frame would fail then. Folders with a frame's number in their name are not checked.
 void check_output_folders(const RenderOptions& options, int first);
 
-// The frames that the options, which check_options() has passed, ask for; none: one frame, which is
-// what the options say. Throws UsageError for an output that each of them would write.
+// The frames that the options request; empty for a single frame. The options must have passed
+// check_options(). Throws UsageError for an output that several frames would write.
 std::vector<int> frames_of(const RenderOptions& options);
-// What is left to be said of one of them.
+// The options for one of these frames.
 RenderOptions options_of_frame(const RenderOptions& options, int frame);
 
 }  // namespace emberline

@@ -1,4 +1,4 @@
-// What a CommandFrame does while it renders. Private to command_frame.cpp.
+// The sink through which a CommandFrame observes its render. Private to command_frame.cpp.
 #pragma once
 
 #include <atomic>
@@ -9,16 +9,17 @@
 
 namespace emberline {
 
-// Files and report get finished tiles; while it renders progress is shown, passes are noted,
-// snapshots taken and a viewer kept informed.
+// Passes finished tiles to files and report. During the render it also updates progress, notes
+// passes, takes snapshots and updates the viewer.
 class CommandFrame::Watcher final : public RenderSink {
  public:
-  // Without a display, of a frame that is rendered and is only delivered.
+  // `progress` is null when a rendered frame is only delivered.
   Watcher(CommandFrame& frame, ProgressDisplay* progress) : frame_(frame), progress_(progress) {}
 
   void tile_finished(const FilmTile& tile) override {
     write(tile);
-    // Buckets are finished one by one, so their pixels tell how far a threshold's frame has come.
+    // Buckets finish one by one, so their pixels measure the progress of a frame with a noise
+    // threshold.
     if (progress_ && frame_.job_->by_tiles()) progress_->add_share(share(tile));
   }
   void tile_loaded(const FilmTile& tile, uint64_t samples) override {

@@ -17,7 +17,7 @@
 namespace emberline {
 namespace {
 
-// The frame's settings, and this run's files.
+// The frame's settings with this run's outputs.
 RenderOptions options_of(const MergeOptions& merge, const FrameMerge& frame) {
   RenderOptions options = merge.frame;
   static_cast<FrameSettings&>(options) = frame.settings();

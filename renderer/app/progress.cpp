@@ -20,21 +20,22 @@ using Seconds = std::chrono::duration<double>;
 
 namespace {
 
-// A terminal on which a line can be drawn over; an editor's shell buffer (TERM=dumb) is none.
+// Whether a line on the terminal can be overwritten, which an editor's shell buffer (TERM=dumb)
+// cannot.
 bool is_capable_terminal() {
   const char* type = std::getenv("TERM");
   return isatty(STDERR_FILENO) && !(type && std::string_view(type) == "dumb");
 }
 
-// Columns of the terminal now: it may be resized while a frame renders.
+// Queried each time, because the terminal may be resized during a render.
 int terminal_columns() {
   winsize size = {};
   if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return 80;
   return size.ws_col;
 }
 
-// "[====    ] text", in no more than `columns`: a line that wraps could not be drawn over. The bar
-// gives way first, then the end of the text.
+// "[====    ] text" in at most `columns`, because a line that wraps could not be overwritten. A
+// narrow terminal loses the bar first, then the end of the text.
 std::string bar_line(double fraction, std::string text, int columns) {
   constexpr int kFullWidth = 30, kLeastWidth = 5;
   const int width = std::min(kFullWidth, columns - 1 - int(text.size()) - 3);
@@ -91,7 +92,7 @@ void ProgressDisplay::stop_if_asked() {
 }
 
 void ProgressDisplay::run(const std::stop_token& over) {
-  // 20 ms: soon enough for a stop to feel immediate, seldom enough to cost nothing.
+  // 20 ms makes a stop feel immediate and costs nothing.
   constexpr auto kPoll = std::chrono::milliseconds(20);
   constexpr double kLongestWait = 1e9;  // seconds; more would overflow the clock
   const auto limit =
@@ -133,7 +134,7 @@ RenderProgress ProgressDisplay::now() const {
 std::string ProgressDisplay::line(const RenderProgress& now) const {
   const uint64_t earlier = std::min(now.samples, earlier_.load(std::memory_order_relaxed));
   const double rate = now.elapsed_s > 0 ? double(now.samples - earlier) / now.elapsed_s : 0.0;
-  if (total_ == 0 && now.done == 0) {  // a threshold decides when it ends
+  if (total_ == 0 && now.done == 0) {  // no known total: a noise threshold ends the frame
     return fmt::format("{}{:.1f} M samples  {}  ({:.2f} M samples/s)", label_,
                        double(now.samples) * 1e-6, readable_seconds(now.elapsed_s), rate * 1e-6);
   }
@@ -150,8 +151,8 @@ void ProgressDisplay::draw() {
     std::fflush(stderr);
     return;
   }
-  // Piped into a farm's log: a line for every tenth (or ten seconds, where the end is
-  // not known), and a sign of life every minute.
+  // Piped into a log: a line for every tenth of the frame (every ten seconds if the total is not
+  // known), and at least one a minute.
   const int tenth = now.done > 0 || total_ > 0 ? int(10 * now.done) : int(now.elapsed_s / 10.0);
   if (tenth > last_tenth_ || now.elapsed_s > last_line_ + 60.0) {
     last_tenth_ = tenth;

@@ -1,4 +1,4 @@
-// Progress with time left: a bar on a terminal, plain lines when piped, nothing with --quiet.
+// Progress with time left: a bar on a terminal, plain lines in a pipe, nothing with --quiet.
 #pragma once
 
 #include <atomic>
@@ -16,10 +16,10 @@
 
 namespace emberline {
 
-// Runs a thread of its own, which also turns a stop signal, or the end of a time from now on, into
-// a stop request: `time_limit_s` is how long the frame may take, `allotted_s` how long this process
-// has (process_usage.h), at the end of which the frame is stopped as by a user. `label` stands
-// before all that is shown; `file`, if it is not null, is told the same while this lives.
+// Shows progress from a thread of its own, which also turns a stop signal or the end of a time
+// limit into a stop request. `time_limit_s` is the frame's time limit. `allotted_s` is the time
+// left to this process (process_usage.h); its end counts as a stop by the user. `label` precedes
+// every line. `file`, if not null, reports the same progress while this object lives.
 class ProgressDisplay {
  public:
   ProgressDisplay(uint64_t samples_total, StopRequest& stop,
@@ -28,11 +28,12 @@ class ProgressDisplay {
                   ProgressFile* file = nullptr);
   ~ProgressDisplay();  // finishes the line
 
-  // Any thread.
+  // Called from any thread.
   void add(uint64_t samples) { done_.fetch_add(samples, std::memory_order_relaxed); }
-  // Where the samples are not known beforehand: a part of the whole work, of 1, is done.
+  // For frames without a known number of samples: adds a finished fraction of the whole work.
   void add_share(double share) { share_.fetch_add(share, std::memory_order_relaxed); }
-  // Of either, what an earlier run has done: it tells nothing of the time that the rest takes.
+  // Adds the work of an earlier run, which counts as done but not towards the rate or the time
+  // left.
   void add_earlier(uint64_t samples, double share) {
     earlier_.fetch_add(samples, std::memory_order_relaxed);
     earlier_share_.fetch_add(share, std::memory_order_relaxed);
@@ -45,7 +46,7 @@ class ProgressDisplay {
   void run(const std::stop_token& over);
   void stop_if_asked();
   void draw();
-  double fraction(uint64_t done) const;  // of the whole; 0 where that is not known
+  double fraction(uint64_t done) const;  // of the whole; 0 if unknown
   std::string line(const RenderProgress& now) const;
 
   const uint64_t total_;
@@ -55,7 +56,7 @@ class ProgressDisplay {
   std::atomic<double> earlier_share_{0.0};
   StopRequest& stop_;
   const std::optional<double> time_limit_s_, allotted_s_;
-  const std::string label_;  // with blanks behind it
+  const std::string label_;  // followed by blanks
   ProgressFile* const file_;
   const std::chrono::steady_clock::time_point start_;
   bool shown_;

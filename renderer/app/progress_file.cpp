@@ -22,7 +22,7 @@ bool is_other_file(const std::string& path) {
     const auto file = InputFile::open_if_there(path);
     std::string begin(kBegin.size(), '\0');
     return file && file->try_read(0, begin.size(), begin.data()) > 0 && begin != kBegin;
-  } catch (const InputError&) {  // no regular file, or one that no scene can read
+  } catch (const InputError&) {  // not a regular file, or unreadable
     return false;
   }
 }

@@ -1,4 +1,4 @@
-// --progress-file: how far a run is, for whoever looks from another machine.
+// --progress-file: reports a run's progress to other processes and machines.
 #pragma once
 
 #include <condition_variable>
@@ -11,47 +11,46 @@
 
 namespace emberline {
 
-// How far a frame is.
+// The progress of a frame.
 struct RenderProgress {
-  double done = 0;  // of the whole, from 0 to 1; 0 where that is not known
+  double done = 0;  // fraction of the whole, 0 to 1; 0 if unknown
   uint64_t samples = 0;
   double elapsed_s = 0;
-  std::optional<double> left_s;  // absent: nothing tells
+  std::optional<double> left_s;  // absent: unknown
 };
 
-// A frame among those of a range.
+// The position of a frame in a range.
 struct FramePlace {
   int frame = 0;                // its number
-  size_t index = 1, count = 1;  // it is the index-th of so many
+  size_t index = 1, count = 1;  // `index` starts at 1
 
   std::string text() const;  // "frame 112 (12 of 100)"
 };
 
-// Whether there is a regular file of that name that no ProgressFile has written.
+// Whether `path` is a regular file that was not written by a ProgressFile.
 bool is_other_file(const std::string& path);
 
-// A JSON file, written every two seconds by a thread of its own, so that a slow disk keeps nobody:
-// {"state", "done", "samples", "elapsed_s", "left_s", "host", "pid", "written"}; `state` is
-// running, done, stopped or failed, `written` the time by this machine's clock, in UTC. A file that
-// cannot be written is one warning. Of a range, all of them are the range's, and "frame" has
-// {"number", "index", "count", "done"} of the one under way; frames that were skipped tell nothing
-// of the time that is left.
+// A JSON file that a thread of its own writes every two seconds, so that a slow disk delays nothing
+// else: {"state", "done", "samples", "elapsed_s", "left_s", "host", "pid", "written"}. `state` is
+// running, done, stopped or failed; `written` is this machine's time in UTC. A failed write is
+// reported as one warning. For a range the values cover the whole range, and "frame" has {"number",
+// "index", "count", "done"} of the current frame; skipped frames do not affect the time left.
 class ProgressFile {
  public:
   explicit ProgressFile(const std::string& path);
-  // Without finish() the run has failed.
+  // Without a call of finish() the state becomes "failed".
   ~ProgressFile();
 
-  // Asks `source` from now on, on the thread of its own; null: what it said last holds.
+  // From now on calls `source` on this object's thread. Null keeps the last values.
   void watch(std::function<RenderProgress()> source);
-  // What is told from now on is about this frame of a range.
+  // From now on progress is reported for this frame of a range.
   void begin_frame(const FramePlace& place);
-  // Writes the last state: an exit code of ours.
+  // Writes the final state for an exit code of `emberline`.
   void finish(int exit_code);
 
  private:
   void run();
-  std::string text();  // holds mutex_
+  std::string text();  // expects mutex_ to be held
   RenderProgress whole() const;
   void write(const std::string& text);
 
@@ -59,12 +58,12 @@ class ProgressFile {
   std::mutex mutex_;
   std::condition_variable wake_;
   std::function<RenderProgress()> source_;
-  RenderProgress last_;     // of the frame
-  RenderProgress earlier_;  // of the range's frames before it: `done` counts those that rendered
+  RenderProgress last_;     // of the current frame
+  RenderProgress earlier_;  // of the range's earlier frames: `done` counts the rendered ones
   std::optional<FramePlace> place_;
   const char* state_ = "running";
   bool ending_ = false;
-  bool warned_ = false;  // the thread's alone
+  bool warned_ = false;  // used by the thread only
   std::thread thread_;
 };
 

@@ -32,7 +32,7 @@ struct FrameOutcome {
   int frame = 0;
   FrameFate fate = FrameFate::kDone;
   int exit_code = 0;
-  std::string error;                 // that ended it; else empty
+  std::string error;                 // empty unless an error ended the frame
   std::vector<std::string> outputs;  // pictures
   std::vector<std::string> failed_outputs;
   RenderTimes times;
@@ -40,7 +40,7 @@ struct FrameOutcome {
 };
 
 struct RangeReport {
-  std::vector<FrameOutcome> frames;  // those that were reached, in order
+  std::vector<FrameOutcome> frames;  // the frames that were reached, in order
   std::vector<int> left;             // the others
   double wall_s = 0, cpu_s = 0;
   int exit_code = 0;
@@ -52,7 +52,7 @@ using Json = nlohmann::ordered_json;
 
 struct OutcomeEntry {
   const char* name;
-  const char* text;  // of so many frames
+  const char* text;  // follows the number of frames
   FrameFate fate;
 };
 constexpr OutcomeEntry kOutcomes[] = {{"done", "rendered", FrameFate::kDone},
@@ -87,7 +87,7 @@ std::vector<int> RangeReport::of_fate(FrameFate fate) const {
   return list;
 }
 
-// A line for the log: "97 frames rendered, 2 skipped, 1 failed: 37".
+// For the log: "97 frames rendered, 2 skipped, 1 failed: 37".
 std::string describe(const RangeReport& report) {
   std::string text;
   for (const OutcomeEntry& entry : kOutcomes) {
@@ -103,8 +103,8 @@ std::string describe(const RangeReport& report) {
 }
 
 // --range-report: {"frames": [{"frame", "state", ...}], "done", "skipped", "stopped", "failed",
-// "left", "time", "settings", "machine", "versions", "exit_code"}; lists of frames as --frames
-// takes them.
+// "left", "time", "settings", "machine", "versions", "exit_code"}. Lists of frames have the syntax
+// of --frames.
 std::string range_report_json(const RenderOptions& options, const RangeReport& report) {
   Json json;
   for (const OutcomeEntry& entry : kOutcomes)
@@ -126,15 +126,16 @@ std::string range_report_json(const RenderOptions& options, const RangeReport& r
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-// The frames of a range, one after another.
+// Renders the frames of a range, one after another.
 class RangeRun {
  public:
   RangeRun(const RenderOptions& options, const std::vector<int>& frames)
       : options_(options), frames_(frames), run_(options_) {
-    options_.frames.clear();  // which would be copied with every frame's options
+    options_.frames.clear();  // would be copied into every frame's options
   }
 
-  // All frames are checked before anything is written: one may write what another reads or writes.
+  // Checks all frames before anything is written, because a frame could write what another reads or
+  // writes.
   void check_names() {
     FileRegister& files = run_.names.emplace();
     register_inputs(options_, files);
@@ -188,7 +189,7 @@ class RangeRun {
     return options_.stop_on_error && report_.frames.back().fate == FrameFate::kFailed;
   }
 
-  // Nothing for a frame that a signal has come before.
+  // Returns nothing if a stop signal arrived before the frame began.
   std::optional<FrameOutcome> render(const RenderOptions& options) {
     FrameOutcome outcome;
     outcome.outputs = options.outputs;
@@ -205,8 +206,7 @@ class RangeRun {
     } catch (const UnusableScene&) {
       throw;
     } catch (const std::exception& error) {
-      // What is wrong with the command line before any frame has rendered is wrong with all of
-      // them.
+      // A usage error before any frame has rendered affects all frames.
       const Failure failure = failure_of(error);
       if (!rendered_ && failure.exit_code == kExitUsage) throw;
       fail(failure, outcome);
@@ -239,8 +239,8 @@ class RangeRun {
   const std::vector<int>& frames_;
   RenderRun run_;
   const Stopwatch wall_;
-  bool rendered_ = false;  // some frame
-  bool stopped_ = false;   // by the user, or the job's end
+  bool rendered_ = false;  // at least one frame
+  bool stopped_ = false;   // by the user or the end of the job
   RangeReport report_;
 };
 

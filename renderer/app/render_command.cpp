@@ -24,7 +24,7 @@ int render_single(const RenderOptions& options) {
   if (options.skip_existing && is_finished(options)) {
     log_info("skipped: all its outputs are there");
   } else {
-    // Before it renders a signal ends the process, so there is a report.
+    // A signal before rendering ends the process, so a report is always returned.
     exit_code = render_frame(run, options)->exit_code;
   }
   run.end(exit_code);

@@ -16,7 +16,7 @@
 namespace emberline {
 namespace {
 
-// Runs a step of opening the scene; its exceptions become UnusableScene.
+// Turns the exceptions of a step that opens the scene into UnusableScene.
 template <typename Step>
 auto first_time(const Step& step) {
   try {
@@ -102,12 +102,12 @@ RenderRun::RenderRun(const RenderOptions& options)
 }
 
 void RenderRun::begin() {
-  // The scene may read a file that is there.
+  // Do not overwrite an existing file before the scene is read: the scene may use it.
   if (progress_file || !is_other_file(options_.progress_file)) begin_progress();
   if (workers) return;
   workers.emplace(options_.threads);
-  // An arena of its own: the limit of WorkerThreads cannot give more threads than the machine has
-  // cores.
+  // Needs an arena of its own: the limit of WorkerThreads cannot give more threads than the machine
+  // has cores.
   arena.emplace(workers->count());
 }
 

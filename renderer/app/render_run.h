@@ -1,4 +1,4 @@
-// What outlives a frame of `render`: threads, limits, what others are told, the scene.
+// State that outlives a frame of `render`: threads, limits, progress file, scene.
 #pragma once
 
 #include <tbb/task_arena.h>
@@ -26,52 +26,52 @@
 
 namespace emberline {
 
-// The scene cannot be opened, which ends every frame of the run.
+// The scene cannot be opened, which fails every frame of the run.
 struct UnusableScene : EmberlineError {
   using EmberlineError::EmberlineError;
 };
 
-// How a frame has its scene.
+// The pose of the scene for a frame.
 struct ScenePose {
   std::optional<double> time;  // seconds; absent: at rest
-  CameraDescription camera;    // without a turntable
-  WorldBounds bounds;          // for one
+  CameraDescription camera;    // before a turntable moves it
+  WorldBounds bounds;          // for a turntable
 };
 
-// The scene of a frame that is read and not built.
+// A frame's scene that has been read but not built.
 struct ReadPose {
   ScenePose pose;
-  std::optional<ReadScene> read;  // nothing where the run's scene is in that pose
+  std::optional<ReadScene> read;  // absent: the run's scene is already in that pose
 };
 
-// The scene in the pose of a frame, until the next frame's is built.
+// The built scene. Keeps the pose of a frame until the next frame's is built.
 struct PosedScene {
   std::unique_ptr<OpenScene> open;
   ScenePose pose;
-  size_t warnings = 0;  // when it was built: those of the scene, and of every frame
+  size_t warnings = 0;  // at build time: those that apply to every frame
 
   CameraDescription camera_of(const FrameSettings& settings) const;
   void report(RenderReport& report) const;
 };
 
-// The scene of a run's frames: opened once, and posed for each frame where an animation moves it.
+// The scene of a run's frames: opened once, then posed for each frame if an animation moves it.
 class RunScene {
  public:
-  // `frames`: more than one will be asked for.
+  // `frames`: more than one frame will be loaded.
   explicit RunScene(bool frames) : frames_(frames) {}
 
-  // Reads what the frame is made of, of a scene that is there only what an animation poses for
-  // another time. Throws UnusableScene the first time.
+  // Reads the frame's scene. If the run's scene is already open, reads only what the animation
+  // changes. Throws UnusableScene if the first call fails.
   ReadPose load(const RenderOptions& options, const SceneBuildOptions& build,
                 LoadProgress& progress);
-  // Throws UnusableScene the first time.
+  // Throws UnusableScene if the first call fails.
   const PosedScene& build(ReadPose read, LoadProgress& progress);
 
-  // The pose of the last frame that was built; null before the first.
+  // The pose of the last built frame; null before the first.
   const PosedScene* posed() const { return posed_ ? &*posed_ : nullptr; }
-  // The fingerprints of the loaded files. Throws what LoadedFiles does.
+  // The fingerprints of the loaded files. Throws as LoadedFiles does.
   const nlohmann::json& inputs(const RenderOptions& options, LoadProgress& progress);
-  // Registers the files that the scene reads. Throws UsageError where one would be overwritten.
+  // Registers the files that the scene reads. Throws UsageError if an output would overwrite one.
   void register_inputs(FileRegister& files) const;
 
  private:
@@ -81,40 +81,40 @@ class RunScene {
   std::optional<PosedScene> posed_;
   SceneEdits edits_;
   LoadedFiles loaded_;
-  JsonValue inputs_;  // its fingerprints; null: not taken yet
+  JsonValue inputs_;  // fingerprints of the loaded files; null: not computed yet
   std::vector<NamedFile> files_;
 };
 
-// One frame uses it at a time.
+// Used by one frame at a time.
 class RenderRun {
  public:
-  // Of one frame or a range. The options outlive it.
+  // For one frame or a range. The options must outlive it.
   explicit RenderRun(const RenderOptions& options);
 
-  // Threads and the progress file, when the first frame's options have been looked at: what is
-  // refused leaves no trace. Then for each frame.
+  // Called by each frame once its options are checked, so that refused options leave no trace. The
+  // first call starts the threads and the progress file.
   void begin();
-  // From then on it is known which files the scene reads, and that none of them is written.
+  // From then on the scene's files are known and registered, so the progress file may be written.
   void scene_is_read();
-  // Once, when a frame begins to render.
+  // Saves the settings once, when the first frame begins to render.
   void save_settings();
-  // From here on it is the next frame's time, and its warnings.
+  // Restarts the clocks and drops the last frame's warnings.
   void next_frame();
   void end(int exit_code);
 
-  const std::optional<double> process_s = process_age_seconds();  // when it began
+  const std::optional<double> process_s = process_age_seconds();  // age of the process
   const uint64_t memory_before = peak_rss_bytes();
   const LoadLimits limits;
-  bool first = true;        // frame, whose time is also the run's setup
+  bool first = true;        // the first frame's times include the run's setup
   Stopwatch wall;           // since the frame began
-  double cpu_before_s = 0;  // processor time then; the first has all of the process
+  double cpu_before_s = 0;  // processor time at the frame's begin; 0 for the first
   std::optional<FramePlace> place;
-  // The names of all frames of a range, until its scene is read.
+  // The names of all frames of a range, until the scene is read.
   std::optional<FileRegister> names;
   std::optional<ProgressFile> progress_file;
   std::optional<WorkerThreads> workers;
   std::optional<tbb::task_arena> arena;
-  // From the first frame that renders on: a signal lets the frame under way be written.
+  // Set when the first frame renders: a signal then lets the current frame be written.
   std::optional<GracefulStop> graceful;
   RunScene scene;
 

@@ -1,4 +1,4 @@
-// `--replay X,Y,SAMPLE`: one sample of the frame alone, exactly as the render computed it.
+// `--replay X,Y,SAMPLE`: repeats one sample exactly as the render computed it.
 #include <fmt/format.h>
 
 #include <array>

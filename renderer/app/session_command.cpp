@@ -35,7 +35,7 @@ HostSettings settings_of(const SessionOptions& options) {
   return settings;
 }
 
-// The options of the command line with the host's behind them, as if it had been given those.
+// Parses the host's settings as options that override those of the command line.
 HostSettings with_texts(SessionOptions options, const HostTexts& texts) {
   CLI::App app("", "session");
   app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);

@@ -102,7 +102,7 @@ void add_settings_file(CLI::App* app, RenderOptions& o) {
   app->add_option_function<std::string>(
          "--settings",
          [&o](const std::string& path) {
-           if (path.empty()) return;  // refused like all empty values, behind this
+           if (path.empty()) return;  // refuse_empty_values() reports it later
            read_settings(path, o);
            o.settings_file = path;
          },

@@ -1,4 +1,4 @@
-// Options that several subcommands have, and how options are read.
+// Options that several subcommands share, and how their values are parsed.
 #pragma once
 
 #include <fmt/format.h>
@@ -24,7 +24,7 @@ class Option;
 
 namespace emberline {
 
-// "name: summary" lines of a table, for --help.
+// Appends the "name: summary" lines of a table, for --help.
 template <typename Table>
 std::string table_help(const std::string& what, const Table& table) {
   std::string text = what;
@@ -34,12 +34,13 @@ std::string table_help(const std::string& what, const Table& table) {
   return text;
 }
 
-// `read` takes the option's text, or returns false for one that is not `what`: "a number above 0".
+// `read` parses the option's text, and returns false for one that is not `what` ("a number above
+// 0").
 CLI::Option* add_parsed(CLI::App* app, const std::string& name, const std::string& type,
                         const std::string& help, const std::string& what,
                         const std::function<bool(const std::string& text)>& read);
 
-// An option whose value is one number in [min, max]. `Target` is the number or an optional of it.
+// An option whose value is a number in [min, max]. `Target` is the number or an optional of it.
 template <typename T, typename Target>
 CLI::Option* add_number(CLI::App* app, const std::string& name, Target& target, T min, T max,
                         const std::string& help) {
@@ -54,8 +55,7 @@ CLI::Option* add_number(CLI::App* app, const std::string& name, Target& target, 
                     fmt::format("a {} from {} to {}", kind, min, max), read);
 }
 
-// An option whose value is a text, such as the name of a file. A list takes one each time that it
-// is given.
+// An option whose value is a text, such as a file name. A list takes one value per occurrence.
 CLI::Option* add_text(CLI::App* app, const std::string& option, std::string& target,
                       const std::string& type, const std::string& help);
 CLI::Option* add_text(CLI::App* app, const std::string& option, std::optional<std::string>& target,
@@ -63,13 +63,12 @@ CLI::Option* add_text(CLI::App* app, const std::string& option, std::optional<st
 CLI::Option* add_text(CLI::App* app, const std::string& option, std::vector<std::string>& target,
                       const std::string& type, const std::string& help);
 
-// An option whose value is a name; `check` throws UsageError for one that is none.
+// An option whose value is a name; `check` throws UsageError for an unknown one.
 CLI::Option* add_checked_name(CLI::App* app, const std::string& option, std::string& target,
                               const std::function<void(const std::string& name)>& check,
                               const std::string& help);
 
-// An option whose value is a name of `table`, looked up at once: not when the scene has been
-// loaded.
+// An option whose value is a name of `table`, checked while the command line is parsed.
 template <typename Table>
 CLI::Option* add_name(CLI::App* app, const std::string& option, std::string& target,
                       const char* kind, const char* help, const Table& table) {
@@ -77,29 +76,29 @@ CLI::Option* add_name(CLI::App* app, const std::string& option, std::string& tar
   return add_checked_name(app, option, target, check, table_help(help, table));
 }
 
-// Bytes, or with K, M, G, T powers of 1024 of them.
+// A size in bytes, with an optional suffix K, M, G or T (powers of 1024).
 void add_size(CLI::App* app, const std::string& option, std::optional<uint64_t>& bytes,
               const std::string& help);
 
-// The settings of these groups, but for those `left_out`, whose names mean something else to the
-// command.
+// Adds the settings of these groups except those in `left_out`, whose names have another meaning
+// for the command.
 void add_settings(CLI::App* app, FrameSettings& settings,
                   std::initializer_list<SettingGroup> groups,
                   std::initializer_list<std::string_view> left_out = {});
 void add_setting(CLI::App* app, const Setting& setting, FrameSettings& settings);
-// --settings: before all other settings, which then override the file's.
+// --settings is read before all other settings, which override the file's.
 void add_settings_file(CLI::App* app, RenderOptions& options);
 
 void add_limits(CLI::App* app, LimitOptions& options);
 void add_machine_options(CLI::App* app, RenderOptions& options);
 
-// How a heatmap looks; if not null, each option needs `needed`.
+// Options for a heatmap's style. If `needed` is not null, each of them requires it.
 void add_heatmap_style(CLI::App* app, HeatmapStyle& style, CLI::Option* needed);
 void add_heatmaps(CLI::App* app, RenderOptions& options);
 void add_grading(CLI::App* app, DisplaySettings& options);
-// The same, and --display.
+// add_grading() and --display.
 void add_display_options(CLI::App* app, DisplaySettings& options);
-// Pictures and a report, of a command that is not `render`.
+// Pictures and report of a command other than `render`.
 void add_outputs(CLI::App* app, RenderOptions& options, const char* output_help,
                  const char* report_help);
 

@@ -24,8 +24,8 @@ bool means_nothing(unsigned char c) {
          std::string_view("-_=+,./:@%").find(char(c)) != std::string_view::npos;
 }
 
-// "$(...)" loses the newlines at its end. They follow as the last character of $IFS, which every
-// shell sets to space, tab and newline when it starts.
+// "$(...)" drops trailing newlines, so they are added as the last character of $IFS, which every
+// shell initialises to space, tab and newline.
 std::string quoted_bytes(std::string_view argument) {
   size_t newlines = 0;
   while (argument.ends_with('\n')) {

@@ -1,4 +1,4 @@
-// Words for a shell, so that a command can be shown, copied and run again.
+// Quotes words for a shell, so that a command can be shown, copied and run again.
 #pragma once
 
 #include <string>
@@ -6,9 +6,9 @@
 
 namespace emberline {
 
-// `argument` as one word that a POSIX shell reads as it is. Printable UTF-8 is quoted; what holds
-// control characters or bytes that are no text, which would not survive being shown, is spelled as
-// "$(printf '...')" with octal escapes, and stays on one line.
+// `argument` as one word that a POSIX shell reads back unchanged. Printable UTF-8 is quoted. Text
+// with control characters or invalid UTF-8, which could not be copied, becomes "$(printf '...')"
+// with octal escapes, on one line.
 std::string shell_quoted(std::string_view argument);
 
 // "emberline" and the quoted arguments.

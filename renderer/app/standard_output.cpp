@@ -22,8 +22,8 @@ void print_result(std::string_view text) {
 void replace_closed_streams() {
   for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (::fcntl(descriptor, F_GETFD) >= 0 || errno != EBADF) continue;
-    // The lowest free descriptor is the one that is taken. Reading alone is open at the standard
-    // output, so that what is written there does not vanish without a word.
+    // open() returns the lowest free descriptor. Standard output is opened for reading only, so
+    // that a write to it fails instead of vanishing.
     const int mode = descriptor == STDERR_FILENO ? O_WRONLY : O_RDONLY;
     if (::open("/dev/null", mode) != descriptor) ::_exit(kExitRenderFailed);
   }

@@ -11,8 +11,8 @@
 namespace emberline {
 namespace {
 
-// The handler runs on whichever thread the signal finds, while another asks: atomics, and lock-free
-// ones, which a handler may touch.
+// The handler runs on any thread while others read, so these are atomics; they must be lock-free,
+// because a signal handler may not lock.
 std::atomic<int> g_signals{0};
 std::atomic<int> g_graceful{0};
 std::atomic<int> g_checkpoints{0};
@@ -20,7 +20,8 @@ static_assert(std::atomic<int>::is_always_lock_free);
 
 void on_signal(int signal) {
   const int count = ++g_signals;
-  // The kernel says every second that the processor time (ulimit -t) is spent: no impatience.
+  // SIGXCPU (ulimit -t) repeats every second, so a second one does not mean that the user is
+  // impatient.
   if (g_graceful != 0 && (count == 1 || signal == SIGXCPU)) return;
   remove_unfinished_files();
   _exit(kExitStopped);
@@ -41,7 +42,7 @@ void install_stop_handlers() {
   for (const int signal : {SIGHUP, SIGQUIT, SIGXCPU}) {
     struct sigaction inherited = {};
     sigaction(signal, nullptr, &inherited);
-    // Ignored from the start: nohup, or a shell's background job, means it.
+    // Keep signals that were ignored from the start, as under nohup or in a shell's background job.
     if (inherited.sa_handler != SIG_IGN) set_action(signal, on_signal);
   }
   set_action(SIGUSR1, on_checkpoint_signal);

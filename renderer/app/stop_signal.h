@@ -1,21 +1,20 @@
-// Signals that ask for the end: Ctrl-C, Ctrl-\, SIGTERM, a closed terminal, processor time that is
-// spent. While a frame renders, the first one lets it write what there is; a second one, or one at
-// any other time, ends the process at once, with exit code 130 and without leaving unfinished
-// files.
+// Signals that ask the process to stop: Ctrl-C, Ctrl-\, SIGTERM, a closed terminal, spent processor
+// time. While a frame renders, the first one lets the unfinished frame be written. A second one, or
+// one at any other time, ends the process at once with exit code 130 and removes unfinished files.
 #pragma once
 
 namespace emberline {
 
-// Also makes a write past the file size limit (ulimit -f) and one into a pipe that nobody reads any
-// more errors like any other, instead of signals that kill the process.
+// Also turns writes past the file size limit (ulimit -f) and into a closed pipe into ordinary
+// errors, instead of signals that kill the process.
 void install_stop_handlers();
 
 bool stop_signalled();
 
-// SIGUSR1 asks for a checkpoint; without one under way it does nothing.
-bool take_checkpoint_request();  // true: one has come since the last call
+// SIGUSR1 requests a checkpoint; it has no effect while none is kept.
+bool take_checkpoint_request();  // true: a request came since the last call
 
-// While one lives, a first signal is a request. One at a time.
+// While an instance lives, the first signal is only a request. At most one instance may exist.
 class GracefulStop {
  public:
   GracefulStop();

@@ -1,4 +1,4 @@
-// What CLI11 found wrong, in our words.
+// Reports CLI11's errors in Emberline's wording.
 #pragma once
 
 namespace CLI {
@@ -8,7 +8,8 @@ class ParseError;
 
 namespace emberline {
 
-// One line that names the option and what is valid. `root`: what has parsed.
+// Throws UsageError with one line that names the option and what is valid. `root` is the parsed
+// app.
 [[noreturn]] void throw_usage(const CLI::App& root, const CLI::ParseError& error);
 
 }  // namespace emberline

@@ -1,12 +1,11 @@
 #!/usr/bin/env python3
-"""The add-on in a real Blender without a display, its pictures beside Cycles'.
+"""Tests the add-on in a real Blender without a display, and compares its pictures with Cycles'.
 
     tests/blender/addon_test.py CASE... [--emberline build/release/bin/emberline] [--blender blender] [--keep DIR]
 
-Cases: those of in_blender.py, and `cancel`, `killed` and `two_at_once`, which are run from
-outside; and those of in_viewport.py, which need xvfb-run. `all` is every one, `list`
-prints them. Exit code 77, as ctest has it, where there is no Blender, or one without
-NumPy, Cycles or the glTF exporter.
+Cases: those of in_blender.py; `cancel`, `killed` and `two_at_once`, which run from outside; and those of
+in_viewport.py, which need xvfb-run. `all` runs every case, `list` prints them. The exit code is 77, which ctest takes
+for skipped, without Blender, or if it lacks NumPy, Cycles or the glTF exporter.
 """
 import argparse
 import os
@@ -32,25 +31,25 @@ SAYS = {
     "nothing_to_see": "Warning: Emberline: there is neither a mesh nor a light",
     "missing_library": "Warning: Emberline: library.blend: the file",
     "tiles_and_sequences": "Warning: Emberline: Plane: look: its image 'tiles.1001.png' has 2 tiles",
-}  # in the log, which is whole when Blender has ended
+}  # in the log, which is complete once Blender has ended
 NEEDS = "import numpy, _cycles, io_scene_gltf2; print('has all')"
 
 
 def environment(options, **more):
-    """A Blender that uses the system's Python looks for it along PATH, where another may come first."""
+    """A Blender that uses the system's Python searches it along PATH, where another may come first."""
     path = os.pathsep.join([str(Path(shutil.which(options.blender)).parent), "/usr/bin", "/bin"])
     return {**os.environ, "PATH": path, **more}
 
 
 def start(options, case, folder):
-    """Blender's log goes to a file: a pipe that nobody reads would stop it."""
+    """Starts Blender with a log file: Blender would block on a pipe that is not read."""
     command = [options.blender, "-b", "--factory-startup", "-P", HERE / "in_blender.py", "--"]
     temporary = folder / "tmp mit Ä"
     temporary.mkdir(parents=True, exist_ok=True)
-    # Add-ons that a test installs go there, too.
+    # Also the folder for add-ons that a test installs.
     more = {"TMPDIR": str(temporary), "BLENDER_USER_RESOURCES": str(folder / "user"), "HOME": str(folder), "XDG_CONFIG_HOME": str(folder)}
     if case in VIEWPORT:
-        # xvfb-run itself wants no blank in TMPDIR, nor in the server's arguments.
+        # xvfb-run allows no blank in TMPDIR or in the server's arguments.
         screen = ["xvfb-run", "-a", "-s", f"-screen 0 960x600x24 -fbdir {options.screen}", "env", f"TMPDIR={temporary}"]
         window = ["--factory-startup", "--no-window-focus", "-p", "0", "0", "960", "600"]
         more |= {"LIBGL_ALWAYS_SOFTWARE": "1", "EMBERLINE_TEST_SCREEN": options.screen}
@@ -81,7 +80,7 @@ def finish(process, folder, case, codes=(0,)):
 
 
 def child_of(process, folder):
-    """The process id of the renderer, when it is at work."""
+    """Waits until the renderer is at work and returns its process id."""
     for _ in range(600):
         child = re.search(r"child (\d+)", log(folder))
         if child or process.poll() is not None:
@@ -94,7 +93,7 @@ def child_of(process, folder):
 
 
 def running(process_id):
-    """Dead ones that nobody has waited for are not: their new parent may be slow."""
+    """Whether the process runs. A zombie does not count: its new parent may reap it late."""
     try:
         return Path(f"/proc/{process_id}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
     except OSError:
@@ -104,14 +103,14 @@ def running(process_id):
 def cancel(options, folder):
     process = start(options, "long_render", folder)
     child = child_of(process, folder)
-    os.kill(process.pid, signal.SIGINT)  # Esc, where there is no keyboard
-    finish(process, folder, "long_render", codes=(0, 1))  # Blender's own after Ctrl-C
+    os.kill(process.pid, signal.SIGINT)  # what Esc does in the user interface
+    finish(process, folder, "long_render", codes=(0, 1))  # Blender's own exit codes after Ctrl-C
     if running(child):
         sys.exit("cancel: the renderer goes on")
 
 
 def killed(options, folder):
-    """Blender is killed in the middle of a frame: the renderer ends, and its files are gone."""
+    """Kills Blender in mid-frame: the renderer must end and remove its files."""
     process = start(options, "long_render", folder)
     child = child_of(process, folder)
     os.kill(process.pid, signal.SIGKILL)

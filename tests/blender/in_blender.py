@@ -1,8 +1,8 @@
-"""The half of the add-on's tests that runs in Blender: addon_test.py starts it.
+"""The part of the add-on's tests that runs in Blender; addon_test.py starts it.
 
     blender -b --factory-startup -P tests/blender/in_blender.py -- CASE FOLDER EMBERLINE
 
-Prints "passed CASE", or "FAILED: ..." and ends with 1.
+Prints "passed CASE", or "FAILED: ..." and exits with 1.
 """
 import os
 import struct
@@ -47,7 +47,7 @@ def render(name="frame.exr"):
 
 
 def compare():
-    """F12 of each scene beside Cycles."""
+    """Renders each scene (F12) and compares it with Cycles."""
     for name in scenes.SCENES:
         regions = scenes.build(name)
         theirs = scenes.render("CYCLES", file(f"{name} cycles.exr"))
@@ -57,7 +57,7 @@ def compare():
         worst = 0.0
         for region, (x0, y0, x1, y1) in {"whole": (0, 0, width, height), **regions}.items():
             a, b = (p[y0:y1, x0:x1, :3].mean((0, 1)) for p in (theirs, ours))
-            # A channel that is nearly black counts against the brightest.
+            # The difference of a nearly black channel is relative to the brightest one.
             difference = numpy.abs(b - a) / numpy.maximum(a, 0.1 * a.max())
             worst = max(worst, difference.max())
             check(difference.max() < TOLERANCE, f"{name}, {region}: {b} where Cycles has {a}")
@@ -65,10 +65,10 @@ def compare():
 
 
 def light_units():
-    """What of a light's power Blender lets its user choose, beside Cycles: the mean over a floor."""
+    """Blender's options for a light's power, compared with Cycles by the mean over a floor."""
     has = set(bpy.types.Light.bl_rna.properties.keys())
     kinds = [("AREA", {"shape": "DISK", "size": 0.8}), ("POINT", {"shadow_soft_size": 0.2})]
-    if bpy.app.version >= (4, 0):  # before, a spot is darker towards the edge of its cone
+    if bpy.app.version >= (4, 0):  # earlier spots are darker towards the edge of the cone
         kinds += [("SPOT", {"spot_size": 0.9, "spot_blend": 0.0, "shadow_soft_size": 0.0})]
     if "normalize" in has:
         kinds += [(kind, {**more, "normalize": False}) for kind, more in kinds] + [("SUN", {"angle": 0.1, "normalize": False})]
@@ -87,7 +87,7 @@ def light_units():
 
 
 def refusal():
-    """The one line that a render fails with, as Blender's user sees it."""
+    """The one line with which a render fails, as Blender shows it to the user."""
     bpy.context.scene.render.engine = "EMBERLINE"
     try:
         bpy.ops.render.render()
@@ -113,7 +113,7 @@ def refusals():
     scene = bpy.context.scene
     scenes.build("materials")
     scene.camera = None
-    expect("no camera")  # which Blender says itself
+    expect("no camera")  # Blender's own message
     scenes.build("materials")
     scene.render.use_multiview = True
     expect("stereo is not supported")
@@ -134,7 +134,7 @@ def refusals():
     expect("frame.exr")
     use(file("nothing"))
     expect("is not a program")
-    # And Blender goes on.
+    # Blender must still work afterwards.
     use(EMBERLINE)
     check(render().shape[:2] == scenes.SIZE[::-1], "does not render any more")
     check(len(bpy.data.scenes) == 1, "the export's scene has stayed")
@@ -148,7 +148,7 @@ def border():
     draw.border_min_x, draw.border_max_x, draw.border_min_y, draw.border_max_y = 0.25, 0.75, 0.125, 0.5
     part = render("part.exr")
     check(part.shape[:2] == (24, 48), f"the cropped border has the size {part.shape}")
-    # Not to the bit: Blender's own normals of smooth faces differ by rounding from one evaluation to the next.
+    # Not bit-identical: Blender's normals of smooth faces differ by rounding between evaluations.
     check(numpy.abs(part - whole[32:56, 24:72]).max() < 1e-5, "the border is not that part of the frame")
     draw.use_crop_to_border = False
     part = render("part.exr")
@@ -157,7 +157,8 @@ def border():
 
 
 def unusual_paths():
-    """The .blend, the textures, the output and TMPDIR with blanks and umlauts; a picture beside the .blend."""
+    """Blanks and umlauts in the names of the .blend, the textures, the output and TMPDIR; an image beside the
+    .blend."""
     scenes.build("picture_and_lens")
     bpy.ops.wm.save_as_mainfile(filepath=file("Bär & Söhne.blend"))
     inside = render("Größe 1.exr")
@@ -170,7 +171,8 @@ def unusual_paths():
 
 
 def compositor(scene):
-    """Its tree, the node of the render's layers, and what writes a socket to passes/NAME.exr (before Blender 5: NAME0001.exr)."""
+    """Returns the compositor's tree, its Render Layers node, and a function that writes a socket to passes/NAME.exr
+    (before Blender 5: NAME0001.exr)."""
     old = hasattr(scene, "node_tree")  # before Blender 5
     if old:
         scene.use_nodes = True
@@ -201,7 +203,7 @@ def compositor(scene):
 
 
 def layers():
-    """The passes as the compositor sees them; a matte that Blender's own node picks; light groups that add up."""
+    """Passes as the compositor reads them, a matte picked by Blender's own node, and light groups that add up."""
     scenes.build("materials")
     scene, layer = bpy.context.scene, bpy.context.view_layer
     for name in ("z", "normal", "diffuse_color", "cryptomatte_object"):
@@ -222,7 +224,7 @@ def layers():
     for name in [*names, "matte"]:
         write(name, matte.outputs["Matte"] if name == "matte" else source.outputs[names[name]])
     bpy.ops.render.render()
-    matte.layer_name = f"{layer.name}.CryptoObject"  # known once a render has been
+    matte.layer_name = f"{layer.name}.CryptoObject"  # exists only after a render
     sphere = next(o for o in scene.objects if o.type == "MESH" and o.active_material.name.startswith("red"))
     matte.matte_id = sphere.name
     bpy.ops.render.render()
@@ -230,7 +232,7 @@ def layers():
     got = {name: scenes.pixels(file(f"passes/{name}{number}.exr")) for name in [*names, "matte"]}
     x, y = 12, 31  # the middle of the red ball
     check(6 < got["Depth"][y, x, 0] < 7.5, f"depth {got['Depth'][y, x, 0]}")
-    # Blender's axes: to the camera is -Y, upwards Z.
+    # Blender's axes: -Y points to the camera, Z up.
     check(got["Normal"][y, x, 1] < -0.8, f"normal {got['Normal'][y, x]}")
     check(got["Normal"][58, 48, 2] > 0.99, f"normal of the floor {got['Normal'][58, 48]}")
     check(numpy.allclose(got["DiffCol"][y, x, :3], (0.8, 0.1, 0.1), atol=0.02), f"albedo {got['DiffCol'][y, x]}")
@@ -246,7 +248,7 @@ def layers():
 
 
 def animation():
-    """Each frame is as the scene stands then: an object, a material and a light that change."""
+    """Each frame shows its own state of an animated object, material and light."""
     scenes.build("materials")
     scene = bpy.context.scene
     ball = next(o for o in scene.objects if o.type == "MESH" and o.active_material.name.startswith("plastic"))
@@ -272,7 +274,8 @@ def animation():
 
 
 def environments():
-    """Files that the command reads itself: an EXR with its colour in a layer, which Blender cannot read; depth alone is refused."""
+    """Environment files that the command reads itself: an EXR with its colour in a layer, which Blender cannot read.
+    Depth alone is refused."""
     scenes.build("materials")
     for placed in list(bpy.data.objects):
         if placed.type != "CAMERA":
@@ -283,7 +286,7 @@ def environments():
     scene = bpy.context.scene
 
     def use_layers(name, layers):
-        """An EXR of 4x2 pixels; `layers`: channels and their values."""
+        """Writes an EXR of 4x2 pixels; `layers` are its channels and their values."""
         exr.write(file(name), numpy.ones((2, 4, 3)))
         with open(file(name), "rb") as before:
             written = before.read()
@@ -314,7 +317,7 @@ def environments():
 
 
 def nothing_to_see():
-    """An animation goes on through frames that show nothing but the world: all is hidden, scaled to nothing, or not there."""
+    """An animation continues through frames that show only the world: everything hidden, scaled to zero, or absent."""
     scenes.build("materials")
     scene = bpy.context.scene
     placed = [o for o in scene.objects if o.type in ("MESH", "LIGHT")]
@@ -347,7 +350,7 @@ def nothing_to_see():
 
 
 def square():
-    """A white square of 1 m before black, 4 m wide in the picture, at frame 2."""
+    """A white square of 1 m on black at frame 2, in a picture that is 4 m wide."""
     scenes.build("materials")
     for placed in list(bpy.data.objects):
         bpy.data.objects.remove(placed)
@@ -368,7 +371,7 @@ def blackman_harris(x):
 
 
 def edge(kind, width):
-    """How much of a filter lies on one side of an edge at -3 to 3 pixels from its middle."""
+    """The share of a filter on one side of an edge, at -3 to 3 pixels from its middle."""
     profiles = {
         "BOX": lambda x: numpy.abs(x) < 0.5,
         "GAUSSIAN": lambda x: numpy.exp(-8 * (x / width) ** 2),
@@ -380,11 +383,12 @@ def edge(kind, width):
 
 
 def filters():
-    """An edge through the middles of pixels, and a corner: each filter of Cycles in two widths, beside Cycles and its closed form."""
+    """An edge through pixel centres, and a corner: each of Cycles' filters in two widths, compared with Cycles and the
+    closed form."""
     placed = square()
     scene = bpy.context.scene
     scene.render.use_motion_blur = False
-    placed.location = (1 / 48, -1 / 48, 0)  # by half a pixel: the upper left corner is in the middle of pixel 36, 20
+    placed.location = (1 / 48, -1 / 48, 0)  # half a pixel: the upper left corner is at the centre of pixel 36, 20
     scene.cycles.samples = scene.emberline.samples = 1024
     for kind, ours in (("BLACKMAN_HARRIS", "blackman-harris"), ("GAUSSIAN", "gaussian"), ("BOX", "box")):
         for width in (1.5, 2.4):
@@ -395,7 +399,7 @@ def filters():
                 picture = scenes.render(renderer, file(f"{kind} {width} {renderer}.exr"))[..., 0]
                 got = picture[26:38, 33:40].mean(0)
                 corner = picture[range(20, 23), range(36, 39)]
-                # Cycles' table of a Blackman-Harris has some more in its tails.
+                # Cycles' table of the Blackman-Harris filter has slightly larger tails.
                 check(numpy.abs(got - wanted).max() < 0.01, f"{kind} {width}, {renderer}: {got} where {wanted} is right")
                 check(numpy.abs(corner - wanted[3:6] ** 2).max() < 0.02, f"{kind} {width}, {renderer}: a corner of {corner}")
                 print(f"{kind} {width} {renderer}: corner {corner.round(3)}, edge {got.round(3)}")
@@ -404,13 +408,13 @@ def filters():
 
 
 def moves(owner, path, low, high, index=-1):
-    """Evenly through `low` at frame 1 and `high` at frame 3. By a driver: keys are eased."""
+    """Animates linearly through `low` at frame 1 and `high` at frame 3. Uses a driver, because keyframes are eased."""
     driven = owner.driver_add(path, index) if index >= 0 else owner.driver_add(path)
     driven.driver.expression = f"{(low + high) / 2} + {(high - low) / 2} * (frame - 2)"
 
 
 def trapezoid(middle):
-    """How long the square is in each column of the picture, of an open shutter in which it goes half a metre."""
+    """The share of the open shutter for which the square covers each column, if it moves by half a metre."""
     x = ((numpy.arange(96) + 0.5) / 96 - 0.5) * 4
     return numpy.clip((0.75 - numpy.abs(x - middle)) / 0.5, 0, 1)
 
@@ -423,7 +427,8 @@ def expect_trapezoid(what, middle):
 
 
 def motion_closed_form():
-    """The square that moves, whose shape moves, before which the camera moves, at each position of the shutter; and one at rest."""
+    """Motion of the square, of its shape and of the camera at each shutter position, and an object at rest, against the
+    closed form."""
     placed = square()
     scene = bpy.context.scene
     moves(placed, "location", -1, 1, 0)
@@ -458,7 +463,7 @@ def motion_closed_form():
 
 
 def motion_compare():
-    """What turns, what bends and a camera that moves, beside Cycles, whose lights stand still."""
+    """Rotation, deformation and a moving camera, compared with Cycles; Cycles' lights do not move."""
     scenes.build("materials")
     scene = bpy.context.scene
     balls = {o.active_material.name: o for o in scene.objects if o.type == "MESH"}
@@ -479,7 +484,7 @@ def motion_compare():
             placed.cycles.motion_steps = steps
         theirs = scenes.render("CYCLES", file("motion cycles.exr"))[..., :3]
         ours = render("motion.exr")[..., :3]
-        # Means of 8x8 pixels: noise is some hundredths, another path of an edge more than a tenth.
+        # Means of 8x8 pixels: noise is a few hundredths; a wrong path of an edge gives more than a tenth.
         tiles = [p.reshape(8, 8, 12, 8, 3).mean((1, 3)) for p in (theirs, ours)]
         worst = (numpy.abs(tiles[1] - tiles[0]) / (tiles[0] + 0.05)).max()
         check(worst < 0.08, f"motion with {steps} steps: a tile differs by {worst}")
@@ -492,7 +497,7 @@ def motion_compare():
 
 
 def shows_and_tells():
-    """The picture comes while it renders; heatmap; the list of what is not as in Blender; nothing left in bpy.data."""
+    """Intermediate pictures, heatmap, the list of differences to Blender, and no data left behind in bpy.data."""
     scenes.build("materials")
     scene = bpy.context.scene
     own = scene.emberline
@@ -526,7 +531,7 @@ def shows_and_tells():
 
 
 def long_render():
-    """Until it is cancelled from outside; then Blender goes on."""
+    """Renders until it is cancelled from outside; Blender then continues."""
     scenes.build("materials")
     bpy.context.scene.emberline.samples = 1 << 24
     bpy.context.scene.render.engine = "EMBERLINE"
@@ -542,7 +547,7 @@ def long_render():
 
 
 def picture_of(image, *sockets, alpha=False, **values):
-    """A square that fills the frame and has an image on sockets of a Principled BSDF; its material."""
+    """Builds a square that fills the frame, with an image on sockets of a Principled BSDF; returns its material."""
     scenes.build("materials")
     for placed in list(bpy.data.objects):
         bpy.data.objects.remove(placed)
@@ -560,7 +565,7 @@ def picture_of(image, *sockets, alpha=False, **values):
     if alpha:
         tree.links.new(picture.outputs["Alpha"], node.inputs["Alpha"])
     placed = scenes.add(bpy.ops.mesh.primitive_plane_add, look, smooth=False, location=(0, 0, 0), size=4)
-    placed.rotation_euler.x = 0.4  # Cycles' multiple-scattering metals are black where they are looked at upright
+    placed.rotation_euler.x = 0.4  # Cycles' multiple-scattering metals are black at normal incidence
     return look
 
 
@@ -575,14 +580,14 @@ def image_of(space, mode="STRAIGHT", opacity=1.0, floats=False, value=0.502):
 
 
 def both(what):
-    """The middle of the frame with Cycles and ours, which are alike."""
+    """The middle of the frame, which must be alike in both renderers."""
     theirs, ours = (scenes.render(e, file("picture.exr"))[24:40, 40:56, :3].mean((0, 1)) for e in ("CYCLES", "EMBERLINE"))
     check(numpy.abs(ours - theirs).max() < 0.005 + 0.01 * theirs.max(), f"{what}: {ours} where Cycles has {theirs}")
     return ours
 
 
 def images_as_marked():
-    """Images in colour spaces that do not suit their use, with each meaning of alpha, as bytes and floats; beside Cycles."""
+    """Images in unsuitable colour spaces, with each alpha mode, as bytes and floats, compared with Cycles."""
     straight = next(n for n in ("Linear", "Linear Rec.709") if n in spaces())
     for floats in (False, True):
         for space in ("sRGB", "Non-Color", straight):
@@ -592,7 +597,7 @@ def images_as_marked():
                 both(f"a colour of {'floats' if floats else 'bytes'}, {space}, {mode}")
     picture_of(image_of("Non-Color"), "Emission")
     check(abs(both("the issue's")[0] - 0.502) < 0.002, "another value than the stored one")
-    for method in ("OPAQUE", "CLIP", "BLEND"):  # which is EEVEE's
+    for method in ("OPAQUE", "CLIP", "BLEND"):  # used by EEVEE only
         for mode, floats in (("STRAIGHT", False), ("NONE", False), ("STRAIGHT", True)):
             picture_of(image_of("sRGB", mode, 0.5, floats), "Emission", alpha=True).blend_method = method
             scenes.world((0, 0, 1))
@@ -601,14 +606,14 @@ def images_as_marked():
         look.blend_method = method
         next(n for n in look.node_tree.nodes if n.type == "BSDF_PRINCIPLED").inputs["Alpha"].default_value = 0.3
         both(f"a value of alpha, {method}")
-    # Colour and values of one image, which want two.
+    # Uses one image both as colour and as data, which needs two copies.
     for space, floats in (("sRGB", False), ("Non-Color", False), (straight, False), (straight, True)):
         for sockets in (("Roughness",), ("Base Color", "Roughness")):
             picture_of(image_of(space, floats=floats), *sockets, metallic=1.0, colour=(0.8, 0.8, 0.8))
             scenes.world_picture(20, 1.0)
             both(f"{sockets} of {'floats' if floats else 'bytes'}, {space}")
     check(all(image.packed_file for image in bpy.data.images if image.name.startswith("picture")), "stand-ins have stayed")
-    # What cannot be converted is listed.
+    # Colour spaces that cannot be converted are listed.
     other = next(n for n in ("Filmic sRGB", "AgX Base sRGB") if n in spaces())
     look = picture_of(image_of(other), "Emission")
     check(any(other in line for line in limits.of_material(look)), "another colour space is not listed")
@@ -628,7 +633,8 @@ def written(name, colour):
 
 
 def tiles_and_sequences():
-    """The first tile of a UDIM, with a word; a sequence's frame; what the exporter fails at is named."""
+    """The first tile of a UDIM, with a warning; a frame of an image sequence; images that the exporter fails on are
+    named."""
     for number, colour in ((1001, (0.502, 0, 0)), (1002, (0, 0.502, 0))):
         written(f"tiles.{number}.png", colour)
     image = bpy.data.images.load(file("tiles.1001.png"))
@@ -669,7 +675,7 @@ def tiles_and_sequences():
 
 
 def apart(collection, placed, **flags):
-    """Moves objects into a collection of its own, with flags in the view layer; its name."""
+    """Moves objects into a new collection, with flags in the view layer; returns its name."""
     made = bpy.data.collections.new(collection)
     bpy.context.scene.collection.children.link(made)
     for one in placed:
@@ -681,7 +687,7 @@ def apart(collection, placed, **flags):
 
 
 def holdouts():
-    """Objects, collections and instancers that are holdouts leave holes, as with Cycles; indirect-only ones are listed."""
+    """Holdout objects, collections and instancers leave holes, as in Cycles; indirect-only ones are listed."""
     scene = bpy.context.scene
 
     def compare_alpha(what, less_than):
@@ -720,7 +726,7 @@ def holdouts():
 
 
 def missing_library():
-    """A linked file that is gone: rendered without, and said, in the log too (addon_test.py)."""
+    """A missing linked file: rendered without it, with a warning that is also in the log (addon_test.py)."""
     scenes.build("materials")
     cube = bpy.data.objects.new("linked cube", bpy.data.meshes.new("linked mesh"))
     bpy.data.libraries.write(file("library.blend"), {cube})
@@ -737,7 +743,7 @@ def missing_library():
 
 
 def no_pixels():
-    """A percentage may leave none of the frame, or a border lie between two: Blender says so itself."""
+    """A percentage may leave no pixel, or a border may fall between two: Blender reports this itself."""
     scenes.build("materials")
     draw = bpy.context.scene.render
     draw.resolution_x, draw.resolution_y, draw.resolution_percentage = 4, 4, 1
@@ -750,7 +756,7 @@ def no_pixels():
 
 
 def as_installed():
-    """From the zip, as users have it: it installs, is listed, and renders as Blender's own operators enable it."""
+    """Installs the add-on from its zip as users do: it must be listed and render when Blender's operators enable it."""
     emberline_blender.unregister()
     source = os.path.dirname(os.path.abspath(emberline_blender.__file__))
     archive = file("emberline_blender.zip")
@@ -786,7 +792,7 @@ try:
     start = time.monotonic()
     globals()[CASE]()
     print(f"passed {CASE} in {time.monotonic() - start:.1f} s")
-except BaseException as fault:  # Blender would go on, and exit with 0
+except BaseException as fault:  # otherwise Blender would continue and exit with 0
     traceback.print_exc()
     print(f"FAILED: {CASE}: {fault}")
     sys.stdout.flush()

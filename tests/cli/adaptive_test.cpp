@@ -1,5 +1,5 @@
-// Adaptive sampling from outside: what is refused, what a stop or a limit leaves, what the report
-// says of it.
+// Adaptive sampling on the command line: refused options, what a stop or a limit leaves, and the
+// report.
 
 #include <algorithm>
 #include <csignal>
@@ -16,7 +16,7 @@ class Adaptive : public CommandTest {
   Words adaptive(const Words& more = {}) {
     return render_words(Words{"--driver", "adaptive", "--spp", "16"} + more);
   }
-  // The samples channel's sum, which the report must have as its total, with its least and most.
+  // The report's total, least and most samples must match the samples channel.
   void expect_true_counts() {
     const ExrPicture picture = read_exr(path("out.exr"));
     const std::vector<float>& samples = picture.channels.at("samples");
@@ -37,7 +37,7 @@ TEST_F(Adaptive, LimitsThatContradictEachOther) {
   expect_failure(adaptive({"--min-spp", "9", "--max-spp", "8"}), 2,
                  {"--min-spp 9", "--max-spp 8", "valid is 1 to 8"});
   expect_failure(adaptive({"--min-spp", "17"}), 2, {"--min-spp 17", "--spp 16", "1 to 16"});
-  // Alike they are uniform sampling.
+  // Equal --min-spp and --max-spp give uniform sampling.
   render(adaptive({"--min-spp", "16", "--max-spp", "16", "--report", path("r.json")}));
   expect_true_counts();
   EXPECT_EQ(read_json("r.json")["samples"]["max"], 16);
@@ -127,7 +127,7 @@ TEST_F(Adaptive, TheSamePictureForAnyThreads) {
 }
 
 TEST_F(Adaptive, ASignalLeavesACompletePictureWithTrueCounts) {
-  // Soon, amid the first pass of a large frame; and later, amid a round of a small one.
+  // Early, during the first pass of a large frame, and late, during a round of a small one.
   for (const char* size : {"2048x1024", "128x96"}) {
     for (const int signal : {SIGINT, SIGTERM}) {
       SCOPED_TRACE(std::string(size) + ", signal " + std::to_string(signal));

@@ -1,4 +1,4 @@
-// --animation, --time, --frame: the scene in a pose of the file's animations.
+// --animation, --time, --frame: render the scene in a pose of its animations.
 #include "cli/command_test.h"
 
 #include <fstream>
@@ -10,7 +10,7 @@ namespace {
 
 class AnimationOption : public CommandTest {
  protected:
-  // lamp_scene(), whose lamp goes down in "sink" and which darkens in "fade".
+  // lamp_scene() with a lamp that moves down in "sink" and dims in "fade".
   static GltfBuilder moving() {
     GltfBuilder gltf = lamp_scene();
     const int lamp = 2;
@@ -30,7 +30,7 @@ class AnimationOption : public CommandTest {
   }
 };
 
-// Relative, of the radiance.
+// The largest relative difference in radiance.
 double largest_difference(const ExrPicture& a, const ExrPicture& b) {
   double largest = 0;
   for (const char* channel : {"R", "G", "B"}) {
@@ -43,8 +43,8 @@ double largest_difference(const ExrPicture& a, const ExrPicture& b) {
   return largest;
 }
 
-// What an animation moves is an instance, whose transform is not put into its vertices: they differ
-// by its rounding.
+// An animated object is an instance, whose transform is not baked into its vertices; the pictures
+// differ by that rounding.
 TEST_F(AnimationOption, GivesThePictureOfAFileInThatPose) {
   const ExrPicture at_rest = picture();
   const ExrPicture sunk = picture({"--time", "1"});
@@ -69,8 +69,8 @@ TEST_F(AnimationOption, GivesThePictureOfAFileInThatPose) {
   EXPECT_EQ(picture().channels, faded.channels);
 }
 
-// The lamp sinks by a quarter a second: so many pixels a frame, whatever the shutter; and the
-// picture does not know that it was asked.
+// The lamp sinks by a quarter a second, which fixes its pixels per frame whatever the shutter.
+// Recording velocity must not change the picture.
 TEST_F(AnimationOption, VelocityLeavesThePictureItsBits) {
   const auto fastest = [](const ExrPicture& exr) {
     const std::vector<float>& y = exr.channels.at("velocity.Y");
@@ -92,7 +92,7 @@ TEST_F(AnimationOption, VelocityLeavesThePictureItsBits) {
     with.channels.erase("velocity.Y");
     EXPECT_EQ(with.channels, without.channels);
   }
-  // The shutter may be an edit.
+  // The shutter can also be set by an edit.
   const Words view = {"--look-from", "0,0.2,3", "--look-at", "0,1,0", "--aov", "velocity"};
   std::ofstream(path("shutter.json"))
       << R"({"emberline_edits": 1, "animation": {"name": "sink", "time": 1, "shutter_open": 0,
@@ -102,7 +102,7 @@ TEST_F(AnimationOption, VelocityLeavesThePictureItsBits) {
     EXPECT_EQ(picture(view + turn + Words{"--edits", path("shutter.json")}).channels,
               picture(view + turn + shutter).channels);
   }
-  // At rest nothing goes anywhere, but for a turntable's camera.
+  // At rest, velocities are zero unless a turntable moves the camera.
   const ExrPicture at_rest = picture({"--aov", "velocity"});
   EXPECT_EQ(at_rest.channels.at("velocity.X"), std::vector<float>(256, 0.0f));
   const ExrPicture turning = picture({"--aov", "velocity", "--turntable", "1/36"});
@@ -150,10 +150,10 @@ TEST_F(AnimationOption, WhatIsHiddenForNowLeavesTheEnvironment) {
   const RunResult hidden =
       render(render_words({"--spp", "4", "--driver", "adaptive", "--time", "0"}));
   EXPECT_NE(hidden.err.find("the animation hides all there is to see"), std::string::npos);
-  // The plain white one, as where the triangle is seen: a sequence does not flash.
+  // The plain white environment, as in frames that show the triangle: a sequence does not flash.
   const std::vector<float> red = read_exr(path("out.exr")).channels.at("R");
   EXPECT_EQ(red, std::vector<float>(red.size(), 1.0f));
-  // It appears after a quarter of the shutter, and a replay says when its sample is.
+  // The triangle appears after a quarter of the shutter; a replay prints its sample's time.
   const Words shutter = {"--time", "0.75", "--fps", "1", "--shutter", "0,1"};
   EXPECT_EQ(
       render(render_words(shutter + Words{"--report", path("report.json")})).err.find("hides"),
@@ -164,7 +164,7 @@ TEST_F(AnimationOption, WhatIsHiddenForNowLeavesTheEnvironment) {
   EXPECT_NE(replay.out.find("\ntime 0."), std::string::npos) << replay.describe();
 }
 
-// A frame that shows nothing does not end the sequence: it has what is behind.
+// A frame that shows no object does not end the sequence; it shows the environment.
 TEST_F(AnimationOption, WhatIsScaledToNothingLeavesTheEnvironment) {
   GltfBuilder gltf;
   gltf.add_triangle();

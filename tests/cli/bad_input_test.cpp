@@ -1,7 +1,7 @@
-// Input that cannot be used: exit 3, one line that names the file, nothing written, no crash.
+// Unusable input: exit code 3, one line that names the file, nothing written, no crash.
 //
-// One scene per kind of damage; the many ways in which each can go wrong are tested on the loader
-// itself (tests/failure). Here the whole way to the exit code is.
+// One scene per kind of damage, followed to the exit code; tests/failure tests the variants on the
+// loader.
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -96,12 +96,12 @@ const std::vector<Damage>& damages() {
          const int texture = add_texture(g, png);
          g.root["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["index"] = texture;
        }},
-      // libpng would say a line of its own before ours.
+      // libpng would print a message of its own before ours.
       {"image_with_a_wrong_checksum",
        {"images/0", "CRC"},
        [](GltfBuilder& g) {
          std::vector<uint8_t> png = small_png();
-         png[29] ^= 1;  // of the header's
+         png[29] ^= 1;  // in the header's CRC
          const int texture = add_texture(g, png);
          g.root["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["index"] = texture;
        }},
@@ -111,7 +111,7 @@ const std::vector<Damage>& damages() {
 INSTANTIATE_TEST_SUITE_P(Kinds, DamagedScene, ::testing::ValuesIn(damages()),
                          [](const auto& kind) { return std::string(kind.param.name); });
 
-// 20,000 of them would bury what else there is to say.
+// 20,000 warnings would bury every other message.
 TEST_F(BadInput, AHundredWarningsAreShown) {
   GltfBuilder gltf = lamp_scene();
   const nlohmann::json mesh = gltf.root["meshes"][0];
@@ -157,7 +157,7 @@ TEST_F(BadInput, NamesOfMegabytesAreShortened) {
     write("edits.json", "{\"emberline_edits\": 1, " + text + "}");
     expect_short(render_words({"--edits", path("edits.json")}), 3, "edits.json#/");
   }
-  // A scene's own, in the list of what there is.
+  // Long names from the scene, in lists of valid names.
   GltfBuilder gltf = lamp_scene();
   gltf.root["cameras"][0]["name"] = name;
   const std::string named = gltf.write_gltf(path("named.gltf"));

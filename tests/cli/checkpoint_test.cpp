@@ -1,4 +1,4 @@
-// The file that a frame is kept in while it renders: whose it may replace, and what becomes of it.
+// Checkpoint files: which files they may replace, and what happens to them while a frame renders.
 #include <unistd.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ class CheckpointFile : public CommandTest {
     const std::vector<uint8_t> bytes = read_bytes(path(name));
     EXPECT_EQ(std::string(bytes.begin(), bytes.end()), kNotes) << name;
   }
-  // Each is appended in one piece.
+  // Records are appended whole, so one can be read once it exists.
   static bool has_record(const std::string& file) {
     std::error_code none;
     return fs::exists(file, none) && !RecordFile(file).records().empty();
@@ -41,13 +41,13 @@ TEST_F(CheckpointFile, ReplacesNoFileOfOthers) {
     }
   }
   expect_notes("notes.txt");
-  // It is known before the scene is loaded.
+  // This is found before the scene is loaded.
   expect_failure(
       {"render", path("no scene.glb"), "-o", path("out.exr"), "--checkpoint", path("notes.txt")}, 2,
       {"notes.txt", "not a checkpoint"});
 }
 
-// The name that no option names.
+// The default name beside the output, which no option names.
 TEST_F(CheckpointFile, ReplacesNoFileOfOthersBesideTheOutput) {
   const Words frame = {"render", scene(), "-o", path("out.exr"), "--size", "16x16"};
   const std::pair<std::string, Words> rows[] = {
@@ -99,7 +99,7 @@ TEST_F(CheckpointFile, ReplacesNoCheckpointOfAnotherFrame) {
   EXPECT_NE(read_bytes(kept), before);
 }
 
-// On another disk, say.
+// For example a link to another disk.
 TEST_F(CheckpointFile, GoesOnThroughALinkToACheckpoint) {
   const Words words = render_words({"--part", "1/2", "--bucket-size", "8", "--resume"});
   render(words);
@@ -110,7 +110,7 @@ TEST_F(CheckpointFile, GoesOnThroughALinkToACheckpoint) {
   const std::vector<uint8_t> before = read_bytes(path("big/part"));
   render(words);
   EXPECT_EQ(read_bytes(path("big/part")), before);
-  // Ours is begun anew where nothing asks to go on with it.
+  // Without --resume, our own checkpoint is started afresh.
   render(render_words({"--part", "1/2", "--bucket-size", "8"}));
   EXPECT_TRUE(fs::is_symlink(name));
   EXPECT_EQ(read_bytes(path("big/part")), before);
@@ -134,7 +134,7 @@ TEST_F(CheckpointFile, AnExtendedFrameReplacesItsCheckpointAlone) {
   EXPECT_FALSE(fs::exists(path("out.exr.checkpoint.next")));
 }
 
-// A part is its checkpoint: one that another program takes away while it renders is not done.
+// A part's result is its checkpoint, so a part whose checkpoint another program removes has failed.
 TEST_F(CheckpointFile, APartWhoseFileIsLostHasFailed) {
   const std::string file = path("out.exr.part-1-of-2.checkpoint");
   const std::pair<const char*, std::function<void()>> losses[] = {
@@ -145,7 +145,7 @@ TEST_F(CheckpointFile, APartWhoseFileIsLostHasFailed) {
          fs::rename(path("notes.txt"), file);
        }},
       {"cut", [&] { fs::resize_file(file, 0); }},
-      // What is appended later leaves a hole in the record, whose head still stands.
+      // Later appends leave a hole in the record, whose header is still valid.
       {"cut within a record", [&] { fs::resize_file(file, fs::file_size(file) - 100); }},
       {"overwritten", [&] {
          std::fstream stream(file, std::ios::in | std::ios::out | std::ios::binary);
@@ -161,7 +161,7 @@ TEST_F(CheckpointFile, APartWhoseFileIsLostHasFailed) {
       Process process(words + (quiet ? Words{"--quiet"} : Words{}), {.folder = folder_.path()});
       for (int i = 0; i < 60000 && !has_record(file); ++i) ::usleep(1000);
       ASSERT_TRUE(has_record(file)) << process.error_so_far();
-      process.send(SIGSTOP);  // a slow machine does not end the frame in the meantime
+      process.send(SIGSTOP);  // so that the frame cannot finish meanwhile on a slow machine
       lose();
       process.send(SIGCONT);
       const RunResult result = process.wait();
@@ -179,7 +179,7 @@ TEST_F(CheckpointFile, APartWhoseFileIsLostHasFailed) {
   }
 }
 
-// --quiet leaves out what is no error: a run that fails says why.
+// --quiet suppresses only messages that are not errors.
 TEST_F(CheckpointFile, AFullDiskIsSaidWithQuiet) {
   const Words part = {"render", scene(), "-o",     path("out.exr"), "--size", "64x64",
                       "--spp",  "2",     "--part", "1/2",           "-q"};

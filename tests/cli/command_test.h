@@ -1,5 +1,5 @@
-// What the tests of the command share: a folder of their own with a small scene in it, and the
-// expectations every run must meet.
+// Fixture of the command's tests: a temporary folder with a small scene, and the expectations for
+// every run.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -27,16 +27,16 @@ inline Words operator+(Words a, const Words& b) {
 void add_quad(GltfBuilder& gltf, std::array<float, 3> a, std::array<float, 3> u,
               std::array<float, 3> v, int material);
 
-// A matte floor under a square lamp, and a camera "main" that looks at both: three quads, light
-// from everywhere in the picture after one bounce or two.
+// A matte floor under a square lamp, and a camera "main" that sees both: three quads. Light reaches
+// every pixel after one or two bounces.
 GltfBuilder lamp_scene();
 
-// The same without the lamp.
+// lamp_scene() without the lamp.
 GltfBuilder unlit_scene();
 
 class CommandTest : public ::testing::Test {
  protected:
-  // Paths in the test's own folder, which is also where its runs take place.
+  // A path in the test's own folder, which is also the working folder of its runs.
   std::string path(const std::string& name) const { return folder_ / name; }
   std::string scene();  // lamp_scene() as scene.glb
 
@@ -44,13 +44,14 @@ class CommandTest : public ::testing::Test {
     if (options.folder.empty()) options.folder = folder_.path();
     return test::run(arguments, options);
   }
-  // render SCENE -o out.exr --size 16x16 --spp 1, and further words
+  // render SCENE -o out.exr --size 16x16 --spp 1, followed by `more`
   Words render_words(const Words& more = {});
 
-  // Runs and expects success without a word on stdout.
+  // Runs and expects success with an empty stdout.
   RunResult render(const Words& arguments, const RunOptions& options = {});
-  // Expects `exit_code` and one line on stderr that starts "emberline: error:" and holds every one
-  // of `parts`; that the folder holds the same files as before, and no signal, hang or .part file.
+  // Expects `exit_code` and one line on stderr that starts with "emberline: error:" and contains
+  // each of `parts`. Also expects the same files in the folder as before, and no signal, hang or
+  // .part file.
   void expect_failure(const Words& arguments, int exit_code, const Words& parts,
                       const RunOptions& options = {});
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# What the Tab key would show in bash, and that nothing of --help is missing:
+# Tests what the Tab key shows in bash, and that it lists everything in --help:
 #     completion.sh PROGRAM SHARE       SHARE: the folder of --write-documents
 set -euo pipefail
 program=$(realpath "$1")

@@ -1,5 +1,5 @@
-// --cryptomatte: the layers and names in the file, read back by OpenEXR and judged by the
-// specification alone; what is refused; what resume and merge make of them.
+// --cryptomatte: the file's layers and names, read by OpenEXR and checked against the
+// specification; refused options; resume and merge.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -10,7 +10,7 @@
 namespace emberline::test {
 namespace {
 
-// MurmurHash3_32 as the specification's own Python spells it: word by word of a padded text.
+// MurmurHash3_32 as in the specification's Python code: word by word over padded text.
 uint32_t reference_id(const std::string& name) {
   const auto mix = [](uint32_t k) {
     k *= 0xcc9e2d51u;
@@ -38,8 +38,7 @@ class CryptomatteOption : public CommandTest {
  protected:
   const std::string strange_ = "say \"boo\"\n/ \\ päivää " + std::string(300, 'x');
 
-  // Three strips before a wall, two of one name and one of a strange one; below a node of their
-  // own.
+  // Three strips before a wall, two with the same name and one with a strange name, below a node.
   void SetUp() override {
     GltfBuilder gltf = unlit_scene();
     const int red = gltf.push("materials", {{"name", "paint"}, {"emissiveFactor", {1, 0.2, 0.1}}});
@@ -72,7 +71,7 @@ class CryptomatteOption : public CommandTest {
   }
 };
 
-// Of one kind: its manifest, by name.
+// A layer's manifest, which maps names to ids.
 nlohmann::json manifest_of(const ExrPicture& picture, const std::string& layer) {
   for (const auto& [key, value] : picture.attributes) {
     if (!key.starts_with("cryptomatte/") || !key.ends_with("/name") || value != layer) continue;
@@ -86,7 +85,7 @@ nlohmann::json manifest_of(const ExrPicture& picture, const std::string& layer) 
   return {};
 }
 
-// What a compositor shows of a name: the sum of the coverages of its id.
+// A compositor's matte for a name: the sum of the coverages of its id.
 std::vector<float> matte(const ExrPicture& picture, const std::string& layer,
                          const std::string& name) {
   std::vector<float> sums(picture.channels.at("A").size(), 0.0f);
@@ -136,7 +135,7 @@ TEST_F(CryptomatteOption, WritesWhatTheSpecificationAsksFor) {
       ASSERT_NEAR(all[i] + dropped, seen.channels.at("A")[i], 1e-5f) << i;
     }
   }
-  // The second strip and the strange one are the set, pixel by pixel.
+  // The set consists of the second strip and the strange one, pixel by pixel.
   const std::vector<float> set = matte(seen, "CryptoAsset", "set"),
                            second = matte(seen, "CryptoObject", "strip_2"),
                            strange = matte(seen, "CryptoObject", strange_);
@@ -164,7 +163,7 @@ TEST_F(CryptomatteOption, HasAsManyLevelsAsAskedFor) {
   EXPECT_EQ(sum_of(seen.channels.at("CryptoObject01.B")), 0.0);
 }
 
-// Parts, their merge, a resumed frame and one that is extended have the bits of the whole.
+// Merged parts, a resumed frame and an extended frame are bit-identical to the whole frame.
 TEST_F(CryptomatteOption, GoesThroughCheckpoints) {
   const Words more = {"--bucket-size", "16"};
   const ExrPicture whole = picture(more);
@@ -218,7 +217,7 @@ class LayersOption : public CommandTest {
   }
 };
 
-// What our own readers make of a file in parts is what they make of one.
+// Our own readers get the same from a multi-part file as from a single-part one.
 TEST_F(LayersOption, OurOwnReadersTakeParts) {
   const Words frame = {"render", scene(), "--size", "40x30",       "--crop",        "3,5,37,28",
                        "--spp",  "4",     "--aov",  "N,denoising", "--cryptomatte", "object"};
@@ -243,7 +242,7 @@ TEST_F(LayersOption, OurOwnReadersTakeParts) {
                 b.attributes,
                 [](const auto& attribute) { return attribute.first.starts_with("cryptomatte/"); }),
             4);
-  constexpr int kMultiPart = 0x10;  // of the byte behind the version
+  constexpr int kMultiPart = 0x10;  // a flag in the byte after the version
   EXPECT_EQ(int(read_bytes(path("a.exr"))[5]) & kMultiPart, 0);
   EXPECT_EQ(int(read_bytes(path("b.exr"))[5]) & kMultiPart, kMultiPart);
   const RunResult same = run({"compare", path("one.exr"), path("parts.exr"), "--json"});

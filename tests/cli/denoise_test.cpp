@@ -1,5 +1,5 @@
-// --denoise, `emberline denoise` and the channels between them: the same bits from both, for every
-// driver; files that lack something. How good the picture is, is tested with the filter.
+// --denoise, `emberline denoise` and the channels between them: both give the same bits for every
+// driver; incomplete files. The filter's own tests judge the picture's quality.
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -24,7 +24,7 @@ class Denoise : public CommandTest {
     const auto bytes = read_bytes(path(name));
     return {bytes.begin(), bytes.end()};
   }
-  // `emberline denoise` of out.exr.
+  // The output of `emberline denoise` for out.exr.
   ExrPicture later(const Words& more = {}) {
     const RunResult result = run(Words{"denoise", path("out.exr"), "-o", path("later.exr")} + more);
     EXPECT_EQ(result.exit_code, 0) << result.describe();
@@ -41,8 +41,8 @@ void expect_within(const ExrPicture& a, const ExrPicture& b) {
   }
 }
 
-// Law 2: of every driver the raw picture is that of two streams, and the clean one does not depend
-// on when it is made.
+// Law 2: every driver renders the raw picture of two streams, and the denoised picture does not
+// depend on when it is made.
 TEST_F(Denoise, NowAndLaterTheSameOfEveryDriver) {
   const std::vector<Words> drivers = {{"--driver", "bucket", "--bucket-size", "9"},
                                       {"--driver", "bisection"},
@@ -64,12 +64,12 @@ TEST_F(Denoise, NowAndLaterTheSameOfEveryDriver) {
     for (const std::string& name : kResults) {
       for (const float value : now.channels.at(name)) ASSERT_TRUE(std::isfinite(value)) << name;
     }
-    expect_within(now, later());  // made anew of what has results already
+    expect_within(now, later());  // denoising a file that already has results
   }
 }
 
-// What samples count for other pixels is summed up before it is written; files of before, which
-// have it by the pixel, are refused.
+// Contributions to neighbouring pixels are summed before they are written. Files in the old
+// per-pixel layout are refused.
 TEST_F(Denoise, SharedSamplesAreSummed) {
   const ExrPicture seen = picture({"--aov", "denoising"});
   EXPECT_EQ(seen.channels.size(), 5u + 2 * (12 + 3));
@@ -85,7 +85,7 @@ TEST_F(Denoise, SharedSamplesAreSummed) {
     EXPECT_EQ(seen.at(half + "shared.G", 0, 7), seen.at(half + "G", 0, 7));  // at the border
     EXPECT_FALSE(seen.channels.contains(half + "shared.0.R"));
   }
-  // One of before: with the halves, and what is shared by the pixel.
+  // A file in the old layout: the halves, and shared samples per pixel.
   std::string old = text("out.exr");
   for (const std::string half : {"half1.", "half2."}) {
     for (const std::string c : {"B", "G", "R"}) {
@@ -105,7 +105,8 @@ TEST_F(Denoise, ThreadsAndBucketsDoNotMatter) {
   expect_within(one, later({"--threads", "3"}));
 }
 
-// More rows than are filtered at once: bands have the bits of the whole, from either side of them.
+// The frame has more rows than are filtered at once; bands must have the whole picture's bits on
+// both sides of a seam.
 TEST_F(Denoise, ATallFrameIsFilteredInBands) {
   const Words tall = kDenoised + Words{"--size", "8x700", "--spp", "2"};
   const ExrPicture small = picture(tall + Words{"--bucket-size", "13"});
@@ -123,9 +124,9 @@ TEST_F(Denoise, ACropAndItsPlaceInTheFrame) {
   expect_within(crop, after);
 }
 
-// Away from its edges, which the filter of a whole frame sees beyond.
+// Inside a crop's edges, because only the whole frame's filter can see beyond them.
 TEST_F(Denoise, ACropIsTheFramesInside) {
-  constexpr int kReach = 48;  // kDenoiseMargin, and some
+  constexpr int kReach = 48;  // kDenoiseMargin and a reserve
   const Words large = {"--size", "150x140", "--spp", "4", "--denoise"};
   const ExrPicture whole = picture(large);
   const ExrPicture crop = picture(large + Words{"--crop", "20,10,140,130"});
@@ -178,7 +179,7 @@ TEST_F(Denoise, LightGroupsAddUp) {
   expect_within(later(), seen);
 }
 
-// A .png shows the clean picture, whoever writes it.
+// A .png shows the denoised picture, whether `render` or `denoise` writes it.
 TEST_F(Denoise, PicturesShowIt) {
   render(words(kDenoised + Words{"-o", path("now.png"), "--transparent"}));
   const RunResult result = run({"denoise", path("out.exr"), "-o", path("later.png")});
@@ -214,7 +215,7 @@ TEST_F(Denoise, HeatmapsShowTheErrorThatIsLeft) {
   expect_failure(later, 3, {"denoised.error", "--denoise"});
 }
 
-// A frame that was stopped before every pixel had a sample: what those show stays.
+// A frame was stopped before every pixel had a sample: pixels without one keep their value.
 TEST_F(Denoise, PixelsWithoutSamplesShowWhatTheyDid) {
   const ExrPicture seen = picture({"--size", "300x200", "--spp", "100000", "--driver", "bisection",
                                    "--time-limit", "0.001", "--denoise"});
@@ -249,8 +250,7 @@ TEST_F(Denoise, AnExtendedFrameIsTheStraightOne) {
   expect_failure({"extend", path("out.exr"), "--spp", "48"}, 3, {"fewer than 16 samples"});
 }
 
-// Where pixels have few samples each still has two halves: with 8 all of them stood in the first,
-// and the picture stayed as it was.
+// Pixels with few samples must still have two halves, or the picture cannot be denoised.
 TEST_F(Denoise, FewAdaptiveSamplesHaveTwoHalves) {
   const Words few = {"--denoise", "--spp", "8", "--report", path("r.json")};
   const ExrPicture even = picture(few + Words{"--driver", "bucket"});
@@ -264,8 +264,8 @@ TEST_F(Denoise, FewAdaptiveSamplesHaveTwoHalves) {
   }
 }
 
-// --allocation denoised: the denoised picture comes with it, and where the samples go depends on no
-// thread, nor on a pause.
+// --allocation denoised implies a denoised picture, and its sample counts do not depend on threads
+// or pauses.
 TEST_F(Denoise, SamplesGoWhereTheDenoisedPictureGains) {
   const Words shared = {"--driver", "adaptive", "--allocation", "denoised", "--spp", "80"};
   const ExrPicture one = picture(shared + Words{"--threads", "1"});
@@ -305,7 +305,7 @@ TEST_F(Denoise, RefusesWhatItCannotUse) {
   expect_failure({"denoise", scene(), "-o", path("later.exr")}, 3, {"not EXR"});
 }
 
-// Whatever a file says of itself: cut short, bytes turned, and numbers that are none.
+// Truncated files, flipped bytes and numbers that are not finite.
 TEST_F(Denoise, DamagedFilesAreOneLine) {
   render(words({"--aov", "denoising"}));
   const std::string whole = text("out.exr");
@@ -317,8 +317,8 @@ TEST_F(Denoise, DamagedFilesAreOneLine) {
   expect_failure(later + Words{"--memory-limit", "1000"}, 3, {"out.exr"});
 }
 
-// Light far brighter than white that has no noise: the expected error is a number in the log and in
-// the file, and samples that go where it is largest keep to the budget.
+// Noise-free light far brighter than white: log and file have a finite expected error, and the
+// allocation keeps to the sample budget.
 TEST_F(Denoise, BrightLightHasAnExpectedError) {
   const Words bright = {"--sun",    "30,0",      "--env-strength", "1e5",      "--driver",
                         "adaptive", "--denoise", "--allocation",   "denoised", "--spp",

@@ -1,4 +1,4 @@
-// --edits: a scene's look changed beside its file.
+// --edits: changes a scene's look without changing its file.
 #include "cli/command_test.h"
 
 #include <nlohmann/json.hpp>
@@ -8,7 +8,7 @@ namespace {
 
 class EditsOption : public CommandTest {
  protected:
-  // Of scene.glb with these edits, a JSON object without its version.
+  // Renders scene.glb with `edits`, a JSON object without its version.
   ExrPicture edited(nlohmann::json edits, const Words& more = {}) {
     edits["emberline_edits"] = 1;
     write("shot.json", edits.dump());
@@ -48,7 +48,8 @@ TEST_F(EditsOption, GiveThePictureOfAFileThatWasChanged) {
   EXPECT_EQ(first_difference(seen, picture()), "");
 }
 
-// Tangents, which anisotropy needs and the file has not, are made for the edit as for the file.
+// Anisotropy needs tangents, which the file lacks; they are generated for an edit just as for a
+// changed file.
 TEST_F(EditsOption, GiveTheLayersOfAFileThatWasChanged) {
   const ExrPicture seen = edited({{"materials",
                                    {{{"name", "matte"},

@@ -1,5 +1,5 @@
-// emberline farm without Slurm: a sbatch, squeue and scancel of our own in PATH say what they were
-// asked. With a real one: ci/farm.sh.
+// emberline farm without Slurm: fake sbatch, squeue and scancel in PATH record their arguments.
+// ci/farm.sh tests with a real Slurm.
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ class Farm : public CommandTest {
  protected:
   Farm() {
     fs::create_directory(path("bin"));
-    // Words one a line; sbatch numbers its jobs.
+    // Records one argument a line; sbatch numbers its jobs.
     tool("sbatch",
          "[ \"$1\" = --version ] && exit 0\nprintf '%s\\n' \"$@\" >>\"$TOOLS/sbatch.words\"\n"
          "[ -e \"$TOOLS/refuse\" ] && { echo 'sbatch: error: invalid partition' >&2; exit 1; }\n"
@@ -43,7 +43,7 @@ class Farm : public CommandTest {
     write("bin/" + name, "#!/bin/sh\n" + text);
     ::chmod(path("bin/" + name).c_str(), 0755);
   }
-  // Nine buckets.
+  // The frame has nine buckets.
   Words farm(const std::string& output, const Words& more = {}) {
     return Words{"farm",  scene(),         "-o", output,  "--parts", "3", "--size",
                  "24x24", "--bucket-size", "8",  "--spp", "2"} +
@@ -85,7 +85,7 @@ TEST_F(Farm, SubmitsAnArrayAndAMergeThatWaitsForIt) {
   EXPECT_EQ(job["merge"], 2);
 }
 
-// Whatever stands in the names: the scripts make the picture that render makes.
+// With any file name, the scripts must make the picture that `render` makes.
 TEST_F(Farm, ScriptsSurviveAnyName) {
   int number = 0;
   for (const std::string& name :
@@ -125,7 +125,7 @@ TEST_F(Farm, ScriptsSurviveAnyName) {
   }
 }
 
-// A newline that the script loses would make the report's name the scene's.
+// If the script dropped the newline, the report's name would be the scene's.
 TEST_F(Farm, AReportKeepsTheNewlinesAtTheEndOfItsName) {
   const std::string report = scene() + "\n";
   submit({"--report", report});
@@ -137,7 +137,7 @@ TEST_F(Farm, AReportKeepsTheNewlinesAtTheEndOfItsName) {
   EXPECT_EQ(text_of(report).substr(0, 1), "{");
 }
 
-// Jobs that job.json cannot name could not be cancelled.
+// job.json could not record these names, so the jobs could not be cancelled.
 TEST_F(Farm, NamesThatAreNotUtf8AreRefusedBeforeAnyJob) {
   fs::copy_file(scene(), path("caf\xe9.glb"));
   Words odd_scene = farm(path("out.exr"));
@@ -154,7 +154,7 @@ TEST_F(Farm, NamesThatAreNotUtf8AreRefusedBeforeAnyJob) {
 }
 
 TEST_F(Farm, WhatIsSubmittedCanBeCancelled) {
-  // The folder takes no more files once the array is submitted.
+  // job.json can no longer be written once the array is submitted.
   tool("sbatch",
        "[ \"$1\" = --version ] && exit 0\necho x >>\"$TOOLS/jobs\"\n"
        "rm \"$JOB/job.json\" && mkdir -p \"$JOB/job.json/full\"\nwc -l <\"$TOOLS/jobs\"\n");
@@ -163,7 +163,7 @@ TEST_F(Farm, WhatIsSubmittedCanBeCancelled) {
   EXPECT_EQ(full.exit_code, 1) << full.describe();
   EXPECT_NE(full.err.find("job.json"), std::string::npos) << full.describe();
   EXPECT_EQ(text_of(path("bin/scancel.words")), "1\n");
-  // The command ends between the two jobs.
+  // The command is killed between the two jobs.
   fs::remove_all(path("out.exr.farm"));
   tool("sbatch",
        "[ \"$1\" = --version ] && exit 0\necho x >>\"$TOOLS/jobs\"\n"
@@ -207,7 +207,7 @@ class StagedFarm : public Farm {
     fs::create_directory(path("scratch"));
     submit({"--stage"});
   }
-  // Renders the first part anew and returns what it says.
+  // Renders the first part again and returns its log.
   std::string part() {
     fs::remove(path("out.exr.part-1-of-3.checkpoint"));
     EXPECT_EQ(shell("TMPDIR='" + path("scratch") + "' sh '" + path("out.exr.farm/part.sh") +
@@ -225,14 +225,14 @@ TEST_F(StagedFarm, ALinkIsNotRead) {
   const std::string checkpoint = text_of(path("out.exr.part-1-of-3.checkpoint"));
   EXPECT_EQ(part().find(kShared), std::string::npos) << "the copy is there, and used again";
   EXPECT_NE(checkpoint.find(stage()), std::string::npos);
-  // It leads to a folder of the same owner, with another scene of the same size.
+  // The link leads to a folder of the same owner, with another scene of the same size.
   const std::string name = stage();
   fs::rename(name, path("other"));
   fs::create_directory_symlink(path("other"), name);
   EXPECT_NE(part().find(kShared), std::string::npos);
   EXPECT_EQ(text_of(path("out.exr.part-1-of-3.checkpoint")).find(name), std::string::npos);
   EXPECT_TRUE(fs::is_symlink(name));
-  // A link to nothing: no copy is made through it.
+  // No copy may be made through a dangling link.
   fs::remove(name);
   fs::create_directory_symlink(path("nothing"), name);
   EXPECT_NE(part().find(kShared), std::string::npos);
@@ -302,7 +302,7 @@ TEST_F(Farm, RetrySubmitsWhatIsMissing) {
   EXPECT_NE(sbatch_words().find("--array=2-3\n"), std::string::npos) << sbatch_words();
   EXPECT_NE(sbatch_words().find("--dependency=afterok:3\n"), std::string::npos) << sbatch_words();
   EXPECT_EQ(text_of(path("bin/scancel.words")), "2\n") << "the merge that waits in vain";
-  // A part that is under way is waited for.
+  // The merge waits for a part that is still running.
   write("bin/queue", "3|2|RUNNING|n1|None\n");
   fs::remove(path("bin/sbatch.words"));
   render({"farm", "retry", path("out.exr")}, with_slurm_);
@@ -312,7 +312,7 @@ TEST_F(Farm, RetrySubmitsWhatIsMissing) {
   expect_failure(farm(path("out.exr")), 1, {"jobs in the queue"}, with_slurm_);
 }
 
-// A merge of what another frame has left would be that frame's picture.
+// Merging another frame's parts would give that frame's picture.
 TEST_F(Farm, PartsOfAnotherFrameAreRefused) {
   write("look.json", R"({"emberline_edits": 1})");
   const Words edits = {"--edits", path("look.json")};
@@ -362,7 +362,7 @@ TEST_F(Farm, StatusTrustsSlurmAboutTheEnd) {
   EXPECT_EQ(ended["parts"][1]["state"], "failed");
   EXPECT_EQ(ended["parts"][1]["message"], "OUT_OF_MEMORY: rendering  40.0 %");
   EXPECT_EQ(ended["merge"]["state"], "done");
-  // Without Slurm's word, one that has long said nothing may be lost.
+  // Without Slurm's answer, a part that has long been silent may be lost.
   tool("squeue", "exit 1\n");
   EXPECT_EQ(status()["parts"][0]["state"], "running");
   fs::last_write_time(path("out.exr.farm/progress/part-1.json"),
@@ -452,8 +452,8 @@ TEST_F(FarmedRender, TellsHowFarItIs) {
   expect_failure(render_words({"--progress-file", scene()}), 2, {"--progress-file"});
 }
 
-// As --resume does; of a frame without tiles it is refused by name, and nothing is left beside it.
-// In depth: tests/farm/extend.py.
+// `extend` repairs as --resume does. For a frame without tiles it refuses by name and leaves no
+// file. tests/farm/extend.py tests this in depth.
 TEST_F(FarmedRender, ExtendRendersADamagedBucketAnew) {
   const Words frame = {"--size", "24x24", "--bucket-size", "8", "--resumable"};
   const std::string kept = path("out.exr.checkpoint");
@@ -492,7 +492,7 @@ TEST_F(FarmedRender, TakesItsLimitsFromTheJob) {
                            "--threads 1: SLURM_CPUS_PER_TASK", "SLURM_JOB_END_TIME"}) {
     EXPECT_NE(result.err.find(part), std::string::npos) << part << "\n" << result.err;
   }
-  job.environment["SLURM_JOB_END_TIME"] = std::to_string(now - 100000);  // a clock that is wrong
+  job.environment["SLURM_JOB_END_TIME"] = std::to_string(now - 100000);  // a wrong clock
   job.environment["SLURM_JOB_START_TIME"] = std::to_string(now - 100000 - 61);
   const RunResult wrong = run(endless + Words{"--resume"}, job);
   EXPECT_EQ(wrong.exit_code, 130);

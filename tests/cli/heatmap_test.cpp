@@ -1,5 +1,5 @@
-// Heatmaps: beside a render and of its EXR afterwards, every quantity and format, and what is
-// refused. What the pictures show is tested in tests/unit.
+// Heatmaps, by `render` and later from its EXR: every quantity and format, and refused options.
+// tests/unit tests what the pictures show.
 
 #include <algorithm>
 #include <cmath>
@@ -21,14 +21,14 @@ class Heatmap : public CommandTest {
         driver == "adaptive" ? Words{"--spp", "16"} : Words{"--spp", "4", "--streams", "2"};
     return render_words(Words{"--driver", driver, "--size", "40x24"} + streams + more);
   }
-  // `emberline heatmap` of out.exr into the file.
+  // Runs `emberline heatmap` on out.exr.
   void heatmap(const std::string& name, const Words& more) {
     const RunResult result = run(Words{"heatmap", path("out.exr"), "-o", path(name)} + more);
     EXPECT_EQ(result.exit_code, 0) << result.describe();
     EXPECT_EQ(result.out, "");
   }
-  // What a map has is what the report estimates but for light that pixels have missed, which is
-  // no pixel's: here between none and 5 % of it.
+  // The map's RMS equals the report's estimate, except that the estimate also counts undiscovered
+  // light, which belongs to no pixel; here that is up to 5 %.
   static void expect_errors_of_report(double rms_of_map, double estimate, double tolerance = 1e-4) {
     EXPECT_GT(rms_of_map, 0.0);
     EXPECT_LE(rms_of_map, (1 + tolerance) * estimate);
@@ -78,7 +78,7 @@ TEST_F(Heatmap, ExrHasTheNumbersThemselves) {
       EXPECT_EQ(heatmap.channels.at(quantity), frame.channels.at(quantity));
     }
   }
-  // As the legend's RMS and the report have it.
+  // The RMS as in the legend and the report.
   double sum = 0;
   const ExrPicture errors = read_exr(path("error.exr"));
   for (const float error : errors.channels.at("error")) {
@@ -89,8 +89,8 @@ TEST_F(Heatmap, ExrHasTheNumbersThemselves) {
   expect_errors_of_report(std::sqrt(sum / (40 * 24)), read_json("r.json")["error"]["estimate"]);
 }
 
-// The map's RMS, as its legend has it, is what the report says, which knows what the last doubling
-// has changed; and so for buckets, all of whose errors are in both.
+// The map's RMS must match the report's, whose estimate includes what the last doubling changed.
+// Both include the errors of all buckets.
 TEST_F(Heatmap, ErrorsOfOneStreamAreTheReports) {
   const Words threshold = {"--noise-threshold", "0.01"};
   const Words cases[] = {
@@ -111,8 +111,8 @@ TEST_F(Heatmap, ErrorsOfOneStreamAreTheReports) {
     const ExrPicture errors = read_exr(path("error.exr"));
     const std::vector<float>& values = errors.channels.at("error");
     for (const float error : values) sum += double(error) * double(error);
-    // Unbiased frames show other means than those whose place on the display's curve the driver
-    // looks at.
+    // An unbiased frame outputs other means than the ones that the driver used to place pixels on
+    // the display curve.
     const bool unbiased = std::ranges::count(words, "--unbiased") > 0;
     expect_errors_of_report(std::sqrt(sum / double(values.size())),
                             read_json("r.json")["error"]["estimate"], unbiased ? 0.05 : 1e-4);
@@ -157,7 +157,7 @@ TEST_F(Heatmap, TheStyleIsObeyed) {
       ASSERT_EQ(int(grey.at(x, y)[0]), int(std::lround(255 * std::min(1.0, double(samples) / 64))));
     }
   }
-  // Each of them makes another picture of it.
+  // Each option must change the picture.
   std::vector<std::vector<unsigned char>> seen = {bytes("grey.png")};
   for (const Words& style :
        {Words{}, Words{"--log"}, Words{"--plain"}, Words{"--range", "1,100"},
@@ -205,7 +205,7 @@ TEST_F(Heatmap, AStoppedRenderHasIts) {
     const RunResult result = process.wait();
     EXPECT_EQ(result.exit_code, 130) << result.describe();
     EXPECT_EQ(files(), (Words{"d.png", "out.exr", "s.png", "scene.glb"}));
-    // What it shows is what the EXR has.
+    // It must show the EXR's data.
     heatmap("later.png", {});
     EXPECT_EQ(bytes("d.png"), bytes("later.png"));
     heatmap("later.png", {"--of", "stop"});
@@ -246,7 +246,7 @@ TEST_F(Heatmap, WrongStylesAndCounts) {
   expect_failure(render_words(d + Words{"--report", path("d.png")}), 2, {"--report", "twice"});
   expect_failure(render_words({"--heatmap", path("d.jpg"), "--size", "50001x1"}), 2,
                  {"--heatmap", "50000"});
-  // Two of one quantity may share a range.
+  // Two heatmaps of one quantity may share a range.
   render(render_words(d + e + Words{"--range", "0,5"}));
   EXPECT_EQ(bytes("d.png"), bytes("e.png"));
 }

@@ -1,4 +1,4 @@
-// `emberline info`: what is in a scene, as text and as JSON.
+// `emberline info`: a scene's contents as text and as JSON.
 #include "cli/command_test.h"
 
 #include <nlohmann/json.hpp>
@@ -9,7 +9,7 @@ namespace {
 
 class Info : public CommandTest {
  protected:
-  // Something of everything that info lists.
+  // Contains one of everything that info lists.
   GltfBuilder rich_scene() {
     GltfBuilder gltf = lamp_scene();
     gltf.root["asset"]["generator"] = "a test";
@@ -79,7 +79,7 @@ TEST_F(Info, NamesThatAreNotTextDoNotBreakTheJson) {
   const RunResult result = run({"info", gltf.write_glb(path("scene.glb")), "--json"});
   ASSERT_EQ(result.exit_code, 0) << result.describe();
   EXPECT_EQ(nlohmann::json::parse(result.out)["cameras"][0]["name"], "\x1b[31m red \n \xc3\xa4");
-  // As text nothing of it reaches the terminal as a command.
+  // In text output, no control character reaches the terminal.
   const RunResult text = run({"info", path("scene.glb")});
   EXPECT_NE(text.out.find("camera '\\x1b[31m red \\n \xc3\xa4'"), std::string::npos) << text.out;
 }

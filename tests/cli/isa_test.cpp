@@ -1,4 +1,4 @@
-// --isa: which of Embree's kernels trace the rays, and that frames of two kinds are not mixed.
+// --isa: selects Embree's kernels; frames of different ISAs are not mixed.
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
@@ -7,7 +7,7 @@
 namespace emberline::test {
 namespace {
 
-// The narrowest first, of x86-64.
+// ISAs of x86-64, narrowest first.
 const Words kIsas = {"sse4.2", "avx2", "avx512"};
 
 class IsaOption : public CommandTest {
@@ -39,7 +39,7 @@ TEST_F(IsaOption, AllKernelsShowTheSame) {
     render(frame(isa, {"-o", path("one.exr")}));
     EXPECT_EQ(isa_of("one.exr"), isa);
     const RunResult both = run({"compare", path("one.exr"), path("auto.exr"), "--json"});
-    // A ray that meets the edge of two triangles may take the other one.
+    // A ray that hits the shared edge of two triangles may report either one.
     EXPECT_LT(nlohmann::json::parse(both.out)["relmse"].get<double>(), 1e-3) << isa;
     const auto different = nlohmann::json::parse(both.out)["different_pixels"].get<int>();
     EXPECT_TRUE(isa != widest_ || different == 0) << different;

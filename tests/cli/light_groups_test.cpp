@@ -1,4 +1,4 @@
-// --light-groups: what each light gave, as layers of the EXR.
+// --light-groups: the contribution of each light as an EXR layer.
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -9,7 +9,7 @@ namespace {
 
 class LightGroupsOption : public CommandTest {
  protected:
-  // The lamp, a second material that shines and is called the same, and a grey sky.
+  // The lamp, a second emissive material of the same name, and a grey sky.
   void SetUp() override {
     GltfBuilder gltf = lamp_scene();
     const int second =
@@ -28,7 +28,7 @@ class LightGroupsOption : public CommandTest {
   }
 };
 
-// That the layers add up, in every pixel.
+// The layers must add up in every pixel.
 void expect_sums(const ExrPicture& picture, const Words& layers) {
   for (const char* channel : {"R", "G", "B"}) {
     const std::vector<float>& whole = picture.channels.at(channel);
@@ -56,7 +56,7 @@ TEST_F(LightGroupsOption, AreLayersThatAddUp) {
   }
 }
 
-// Header, report and layer say what was taken, and from which light.
+// Header, report and layers say how much was clamped, and from which light.
 TEST_F(LightGroupsOption, SayWhatWasClamped) {
   const Words clamped = {"--light-groups", "--aov", "clamped", "--clamp-indirect", "0.05"};
   const ExrPicture seen = picture(clamped + Words{"--report", path("report.json")});
@@ -90,13 +90,12 @@ TEST_F(LightGroupsOption, AreWhatTheEditsLeaveOn) {
   const ExrPicture seen = picture({"--light-groups", "--edits", path("shot.json")});
   EXPECT_EQ(seen.channels.size(), 5u + 6);
   expect_sums(seen, {"lamp", "environment"});
-  // The background is the sky alone.
+  // Only the sky contributes to the background.
   EXPECT_EQ(seen.at("light.environment.G", 8, 0), seen.at("G", 8, 0));
   EXPECT_EQ(seen.at("light.lamp.G", 8, 0), 0.0f);
 }
 
-// A progressive frame that is stopped shows neighbours' samples where there are none: the layers
-// do, too.
+// A stopped progressive frame fills pixels without samples from neighbours, and so do its layers.
 TEST_F(LightGroupsOption, AddUpInAStoppedFrame) {
   render(words({"--light-groups", "--driver", "bisection", "--size", "1600x1200", "--spp", "1",
                 "--time-limit", "0.02"}));

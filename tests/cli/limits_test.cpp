@@ -1,5 +1,5 @@
-// --memory-limit and --load-timeout: what is too much is refused before it is taken, and what is
-// reserved is about what is taken.
+// --memory-limit and --load-timeout: excess is refused before it is allocated, and reservations
+// match actual use.
 #include <sys/stat.h>
 #include <sys/wait.h>
 
@@ -19,7 +19,7 @@ namespace {
 
 class Limits : public CommandTest {
  protected:
-  // A grid of n x n vertices that is drawn.
+  // A visible grid of n x n vertices.
   std::string grid(int n) {
     GltfBuilder gltf = lamp_scene();
     std::vector<float> positions;
@@ -39,7 +39,7 @@ class Limits : public CommandTest {
     return gltf.write_glb(path("grid.glb"));
   }
 
-  // An environment map, which is read by OpenImageIO.
+  // An environment map that OpenImageIO reads.
   std::string sky() {
     write_floats(path("sky.exr"), 8, 4, 3, std::vector<float>(size_t(8) * 4 * 3, 1.0f));
     return path("sky.exr");
@@ -57,7 +57,7 @@ class Limits : public CommandTest {
   }
 };
 
-// After a device that failed Embree makes one whose release does not return.
+// After a failed device, Embree creates one whose release never returns.
 TEST_F(Limits, TooLittleMemoryForEmbreeIsSaid) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer needs more itself";
   for (const uint64_t limit : {64, 96}) {
@@ -65,7 +65,7 @@ TEST_F(Limits, TooLittleMemoryForEmbreeIsSaid) {
   }
 }
 
-// What it brings along ends the program there, or waits.
+// The image library's own dependencies abort or hang at this limit.
 TEST_F(Limits, TooLittleMemoryForTheImageLibraryIsSaid) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer needs more itself";
   const Words words = {"render", scene(),  "-o",  path("a.exr"), "--env",
@@ -73,7 +73,7 @@ TEST_F(Limits, TooLittleMemoryForTheImageLibraryIsSaid) {
   expect_failure(words, 1, {"ulimit"}, {.data_limit = uint64_t(600) << 20});
 }
 
-// In a place of its own, beside a copy of the program.
+// In a folder of its own, with a copy of the program.
 TEST_F(Limits, ADamagedImageLibraryIsSaid) {
   namespace fs = std::filesystem;
   if (kSanitized) GTEST_SKIP() << "AddressSanitizer's program has it linked";
@@ -105,7 +105,7 @@ TEST_F(Limits, ADamagedImageLibraryIsSaid) {
   fs::remove(library);
   ASSERT_EQ(::mkfifo(library.c_str(), 0600), 0);
   expect_damaged("not a regular file");
-  // PNG and JPEG do without it, as textures and as pictures.
+  // PNG and JPEG work without the library, as textures and as pictures.
   GltfBuilder gltf = lamp_scene();
   auto& colour = gltf.root["materials"][0]["pbrMetallicRoughness"];
   colour["baseColorTexture"]["index"] = add_texture(gltf, small_png());
@@ -138,7 +138,7 @@ TEST_F(Limits, WhatIsReservedIsWhatIsTaken) {
     const Figures f = figures(row.file, row.words);
     const double taken = f.peak - row.before.peak, reserved = f.reserved - row.before.reserved;
     EXPECT_GT(reserved, 30e6) << row.what;
-    // Eight megabytes are what one run differs from another by.
+    // Two runs differ by up to 8 MB.
     EXPECT_LT(taken, 1.1 * reserved + 8e6) << row.what;
     EXPECT_LT(reserved, 3.0 * taken + 8e6) << row.what;
   }
@@ -148,8 +148,8 @@ TEST_F(Limits, WhatIsReservedIsWhatIsTaken) {
   }
 }
 
-// A frame that is stopped before each pixel has a sample is handed on as it is shown, its layers
-// and lights, too: just when it is to be saved.
+// A frame that is stopped before every pixel has a sample is output as shown, with its layers and
+// lights, at the moment when it is also saved.
 TEST_F(Limits, AFrameStoppedInItsFirstPassCountsWhatItTakes) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer's own memory is many times ours";
   const Words layers = {"--aov", "direct,indirect,emission,transmission,reflection,environment"};
@@ -164,7 +164,8 @@ TEST_F(Limits, AFrameStoppedInItsFirstPassCountsWhatItTakes) {
   }
 }
 
-// The ids of --cryptomatte are most of a tile's channels, and the encoder of DWA is a library.
+// Most of a tile's channels are ids of --cryptomatte, and the DWA encoder is a library that
+// allocates on its own.
 TEST_F(Limits, AFrameWithMattesCountsWhatItTakes) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer's own memory is many times ours";
   const Words mattes = {"--cryptomatte", "object,material,asset", "--cryptomatte-levels", "32"};
@@ -182,7 +183,7 @@ TEST_F(Limits, AFrameWithMattesCountsWhatItTakes) {
   }
 }
 
-// With the halves for a denoiser a tile has each light three times when it is written.
+// With two halves for the denoiser, a tile holds each light three times while it is written.
 TEST_F(Limits, ATileWithLightsByHalvesCountsWhatItTakes) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer's own memory is many times ours";
   GltfBuilder gltf = lamp_scene();
@@ -200,8 +201,8 @@ TEST_F(Limits, ATileWithLightsByHalvesCountsWhatItTakes) {
   EXPECT_LT(f.reserved - none.reserved, 2.2 * (f.peak - none.peak) + 8e6);
 }
 
-// Each thread of `merge` has the ids and lights in its films and in what it writes, and the encoder
-// of DWA is a library here, too.
+// Each thread of `merge` holds ids and lights in its film and in its output buffers; the DWA
+// encoder again allocates on its own.
 TEST_F(Limits, AMergeCountsMattesAndLights) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer's own memory is many times ours";
   const auto merged = [&](const Words& frame) {
@@ -227,7 +228,7 @@ TEST_F(Limits, AMergeCountsMattesAndLights) {
   }
 }
 
-// Millions of buckets: their lists count.
+// With millions of buckets, their lists count.
 TEST_F(Limits, ListsOfBucketsCount) {
   const Words frame = {"render", scene(),         "-o", path("out.exr"), "--spp",
                        "1",      "--bucket-size", "1"};
@@ -248,7 +249,7 @@ TEST_F(Limits, AFrameThatIsTooLargeIsRefusedBeforeTheLoad) {
   }
 }
 
-// What each thread works on is part of it.
+// The limit includes each thread's working memory.
 TEST_F(Limits, BucketsThatAreTooLargeAreRefusedBeforeTheLoad) {
   for (const auto& [driver, limit] : {std::pair("bucket", "60"), std::pair("bisection", "120")}) {
     const Words words = {"--size",   "1024x1024", "--memory-limit", limit + std::string("M"),
@@ -278,13 +279,13 @@ TEST_F(Limits, PicturesThatAreTooLargeAreRefused) {
   expect_failure({"compare", large, large, "--memory-limit", "8M"}, 3, {"large.exr", left});
   expect_failure({"heatmap", large, "-o", path("h.png"), "--memory-limit", "8M"}, 3,
                  {"large.exr", left});
-  // What they take when they are not refused.
+  // With enough memory both commands succeed.
   for (const Words& words : {Words{"compare", large, large, "-o", path("d.png")},
                              Words{"heatmap", large, "-o", path("h.png")}}) {
     const RunResult result = run(words + Words{"--memory-limit", "60M"});
     EXPECT_EQ(result.exit_code, 0) << words[0] << ": " << result.err;
   }
-  // Other pictures that a run reads: an environment, one that edits name, a reference.
+  // Other pictures that a run reads: the environment from an option or an edit, and a reference.
   write("dim.json",
         nlohmann::json{{"emberline_edits", 1}, {"environment", {{"file", "large.exr"}}}}.dump());
   for (const Words& more : {Words{"--env", large}, Words{"--edits", path("dim.json")}}) {
@@ -295,7 +296,7 @@ TEST_F(Limits, PicturesThatAreTooLargeAreRefused) {
                  3, {"large.exr", left});
 }
 
-// As a tree, JSON takes many times the file's bytes.
+// A parsed JSON document takes many times the file's size.
 TEST_F(Limits, ADocumentOfEditsCounts) {
   std::string arrays = "[]";
   for (int i = 1; i < 400'000; ++i) arrays += ",[]";

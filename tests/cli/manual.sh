@@ -1,5 +1,5 @@
 #!/bin/sh
-# The man pages are formatted without a warning: manual.sh SHARE
+# Man pages must be formatted without warnings: manual.sh SHARE
 status=0
 for page in "$1"/man/man1/*.1.gz; do
   warnings=$(MANWIDTH=80 man -l --warnings "$page" 2>&1 >/dev/null)

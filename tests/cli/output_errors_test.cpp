@@ -1,5 +1,5 @@
-// Output that cannot be written: exit 1, one line, nothing half-written, and what stood under that
-// name before untouched.
+// Unwritable output: exit code 1, one line, no partial file, and an existing file of that name
+// stays unchanged.
 #include <fcntl.h>
 #include <sys/mount.h>
 #include <unistd.h>
@@ -15,7 +15,7 @@ namespace {
 class OutputErrors : public CommandTest {
  protected:
   static constexpr const char* kOld = "last night's good frame";
-  // A frame full of noise, so that no format makes it small.
+  // A noisy frame, so that no format can compress it well.
   const Words kNoisy = {"--look-from", "0,1,0", "--look-at", "0,0,0", "--max-depth", "2"};
 };
 
@@ -67,7 +67,7 @@ TEST_F(OutputErrors, AWriteProtectedFile) {
   }
 }
 
-// The process may write no more than this into a file, which stands for a full disk everywhere.
+// RLIMIT_FSIZE stands in for a full disk.
 TEST_F(OutputErrors, ADiskThatFillsUp) {
   scene();
   for (const char* name : {"a.exr", "a.png", "a.jpg"}) {
@@ -81,8 +81,8 @@ TEST_F(OutputErrors, ADiskThatFillsUp) {
   }
 }
 
-// One file that cannot be written takes no other with it, whether that shows while the frame
-// renders (an EXR's tiles) or at its end; each is named, and the report knows.
+// One unwritable file must not affect the others, whether it fails during the render (an EXR's
+// tiles) or at its end. Each is named, also in the report.
 TEST_F(OutputErrors, WhatCanBeWrittenIs) {
   for (const char* driver : {"bucket", "adaptive"}) {
     SCOPED_TRACE(driver);
@@ -96,7 +96,7 @@ TEST_F(OutputErrors, WhatCanBeWrittenIs) {
       words = words +
               Words{"--tree", path("t.json"), "--snapshots", path("s"), "--snapshot-at", "first"};
     }
-    // The heatmap and the report fit; the pictures do not.
+    // The heatmap and the report fit within the limit; the pictures do not.
     const RunResult result = run(words, {.file_size_limit = 20000});
     EXPECT_EQ(result.exit_code, 1) << result.describe();
     Words failed;
@@ -139,8 +139,8 @@ TEST_F(OutputErrors, AFullFileSystem) {
   ::umount(path("disk").c_str());
 }
 
-// Hours of work must not end in a typing error: the place is looked at before the scene is loaded,
-// which is seen from the order of the complaints.
+// A typing error must not cost hours of rendering. The order of the errors shows that the place is
+// checked before the scene is loaded.
 TEST_F(OutputErrors, TheReportsPlaceIsCheckedBeforeTheRender) {
   expect_failure(render_words({"--report", path("missing/r.json")}), 1,
                  {"missing/r.json", "does not exist"});
@@ -153,7 +153,7 @@ TEST_F(OutputErrors, TheReportsPlaceIsCheckedBeforeTheRender) {
   expect_failure(render_words({"--report", path("r.json")}), 1, {"r.json", "folder"});
 }
 
-// One file is one file, however it is spelt.
+// A file must be recognised under every spelling of its path.
 TEST_F(OutputErrors, NoOutputTakesAnInputsPlaceOrAnothersUnderAnyName) {
   namespace fs = std::filesystem;
   scene();
@@ -197,7 +197,7 @@ TEST_F(OutputErrors, NoOutputTakesAnInputsPlaceOrAnothersUnderAnyName) {
                  {"link.exr", "one of the pictures compared"});
   expect_failure({"heatmap", path("sky.exr"), "-o", path("here/link.exr")}, 2, {"picture itself"});
   expect_failure({"study", path("scene.glb"), "-o", path("here")}, 2, {"-o", "the scene"});
-  // What the scene refers to is known when it is read.
+  // Files that the scene refers to are known only once it is read.
   GltfBuilder textured = lamp_scene();
   textured.push("images", {{"uri", "sub/b.png"}});
   textured.push("textures", {{"source", 0}});
@@ -224,14 +224,14 @@ colorspaces:
 )");
   expect_failure(frame + Words{"-o", path("c.png"), "--report", path("here/table.cube")}, 2,
                  {"--report", "$OCIO reads it"}, {.environment = {{"OCIO", path("config.ocio")}}});
-  // What is its own file may have any name, and a device is nobody's.
+  // A separate file may have any name, and several outputs may share a device.
   render(frame + Words{"-o", path("a.exr"), "-o", path("sub/a.exr"), "--report", "/dev/null",
                        "--report", "/dev/null"});
   fs::remove(path("shots/000_first.exr"));
   render(frame + shots + Words{path("shots/final.exr"), "--snapshot-at", "first"});
 }
 
-// A log that a shell appends to, or another program: a file in its place would take what is in it.
+// A log that a shell or another program appends to: replacing the file would lose its contents.
 TEST_F(OutputErrors, AnOpenStreamIsWrittenToAndNotReplaced) {
   write("log", "what was there\n");
   for (const char* name :
@@ -271,7 +271,7 @@ TEST_F(OutputErrors, ResultsThatDoNotArriveAreErrors) {
   }
 }
 
-// A daemon or "2>&-" leaves descriptors free: no output may become one of the standard streams.
+// A daemon or "2>&-" leaves descriptors free; no output may become one of the standard streams.
 TEST_F(OutputErrors, ClosedStreamsDoNotLeadIntoThePicture) {
   const Words words = render_words({"--threads", "1", "--verbose"});
   render(words);
@@ -288,7 +288,7 @@ TEST_F(OutputErrors, ClosedStreamsDoNotLeadIntoThePicture) {
   expect_failure({"info", scene()}, 1, {"standard output"}, {.closed = {1}});
 }
 
-// A name from outside cannot make a line of its own, nor move the cursor.
+// A name from outside must not start a new line or move the cursor.
 TEST_F(OutputErrors, NamesWithControlCharactersStayOnTheirLine) {
   expect_failure(
       {"render", path("a\nemberline: error: b\x1b[2J\r\xc2\x9b.glb"), "-o", path("out.exr")}, 3,

@@ -1,5 +1,5 @@
-// --aov direct,indirect,…: layers by light path in the file, and what merge, resume and extend make
-// of them.
+// --aov direct,indirect,…: layers by light path in the file, and how merge, resume and extend treat
+// them.
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -14,7 +14,7 @@ const Words kLayers = {"direct",       "indirect",   "emission",
 
 class PathLayersOption : public CommandTest {
  protected:
-  // The lamp, a pane and a mirror before a grey sky.
+  // The lamp, a pane and a mirror in front of a grey sky.
   void SetUp() override {
     GltfBuilder gltf = lamp_scene();
     const int pane =
@@ -95,7 +95,7 @@ TEST_F(PathLayersOption, AddUpAndGoThroughCheckpoints) {
 TEST_F(PathLayersOption, AddUpInEveryFrame) {
   expect_sums(picture({"--spp", "32", "--driver", "adaptive", "--unbiased"}));
   expect_sums(picture({"--spp", "16", "--light-groups", "--denoise"}));
-  // Stopped, it shows neighbours' samples where there are none.
+  // A stopped frame fills pixels without samples from neighbours.
   render(frame(
       {"--driver", "bisection", "--size", "1600x1200", "--spp", "1", "--time-limit", "0.02"}));
   const ExrPicture stopped = read_exr(path("out.exr"));

@@ -1,5 +1,4 @@
-// Reads back what the command wrote, with the libraries that wrote nothing of it themselves: no
-// code of io/ stands between the file and the test.
+// Reads the command's output with independent libraries, without any code of io/.
 #pragma once
 
 #include <cstdint>
@@ -16,18 +15,18 @@ struct ExrPicture {
   Rect data, display;
   std::map<std::string, std::vector<float>> channels;  // rows of the data window from the top
   std::map<std::string, std::string> types;            // "float", "half", "uint"
-  std::map<std::string, std::string> attributes;       // the string ones
-  int tile_size = 0;                                   // 0: in rows
+  std::map<std::string, std::string> attributes;       // string attributes only
+  int tile_size = 0;                                   // 0: scan lines
 
   float at(const std::string& channel, int x, int y) const {
     return channels.at(channel)[size_t(y - data.y0) * size_t(data.width()) + size_t(x - data.x0)];
   }
 };
-// Throws std::exception for a file that OpenEXR cannot read whole.
+// Throws std::exception for a file that OpenEXR cannot read completely.
 ExrPicture read_exr(const std::string& path);
 
-// The pixels of `a` and `b` that lie in both data windows have the same bits, channel by channel
-// (those that depend on the clock apart). Returns what differs first, or "".
+// Compares the pixels in both data windows bit for bit, except channels that depend on the clock.
+// Returns the first difference, or "".
 std::string first_difference(const ExrPicture& a, const ExrPicture& b);
 
 }  // namespace emberline::test

@@ -1,5 +1,5 @@
-// --catcher and --holdout: what lies over a plate, by name; what is refused; what merge, resume and
-// extend make of it.
+// --catcher and --holdout: compositing over a plate, by object name; refused options; merge, resume
+// and extend.
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -11,7 +11,7 @@ namespace {
 
 class PlateOptions : public CommandTest {
  protected:
-  // A floor, a lamp, and below a node of its own a card over the floor.
+  // A floor, a lamp, and under a node of its own a card above the floor.
   void SetUp() override {
     GltfBuilder gltf = lamp_scene();
     const int card = gltf.push("materials", {{"name", "card"}, {"doubleSided", true}});
@@ -86,7 +86,7 @@ TEST_F(PlateOptions, GoThroughCheckpoints) {
                  3, {"--holdout: not given (now props)"});
 }
 
-// Rounds are weighed, and shadows are those of all samples.
+// Adaptive rounds are weighted, but shadows come from all samples.
 TEST_F(PlateOptions, OfEveryDriver) {
   const ExrPicture whole = picture({"--spp", "64"});
   for (const Words& driver :
@@ -103,7 +103,7 @@ TEST_F(PlateOptions, OfEveryDriver) {
   }
 }
 
-// By the name of a node above it, and by one with what names may have.
+// By the name of a parent node, and by a name with special characters.
 TEST_F(PlateOptions, NameNodes) {
   const ExrPicture plain = picture({"--spp", "4", "--aov", "id"});
   const ExrPicture held = picture({"--spp", "4", "--aov", "id", "--holdout", "props"});

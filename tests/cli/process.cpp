@@ -39,7 +39,7 @@ std::string contents(int descriptor) {
   return text;
 }
 
-// Takes all but the first so many processors away from this process, as taskset does.
+// Restricts this process to its first `count` processors, as taskset does.
 void keep_processors(int count) {
   cpu_set_t set;
   if (::sched_getaffinity(0, sizeof set, &set) != 0) ::_exit(126);
@@ -69,7 +69,8 @@ std::string RunResult::describe() const {
 
 Process::Process(const std::vector<std::string>& arguments, const RunOptions& options)
     : options_(options), started_(now()) {
-  // Opened before privileges are dropped: the build folder may be closed to others.
+  // Opened before privileges are dropped, because other users may not be able to read the build
+  // folder.
   const int binary = ::open(EMBERLINE_BINARY, O_RDONLY | O_CLOEXEC);
   out_ = ::memfd_create("stdout", MFD_CLOEXEC);
   int terminal = -1;
@@ -99,7 +100,7 @@ Process::Process(const std::vector<std::string>& arguments, const RunOptions& op
   if (terminal >= 0) ::close(terminal);
 }
 
-// Between fork and exec: what the settings ask for, then the program.
+// Runs between fork and exec: applies the options, then starts the program.
 void Process::run_child(const std::vector<std::string>& arguments, int binary) {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGXCPU, SIGPIPE, SIGXFSZ}) {
     std::signal(signal, SIG_DFL);
@@ -122,7 +123,7 @@ void Process::run_child(const std::vector<std::string>& arguments, int binary) {
   if (options_.process_limit > 0) {
     const rlimit limit = {options_.process_limit, options_.process_limit};
     ::setrlimit(RLIMIT_NPROC, &limit);
-    user = 100000 + uid_t(::getpid());  // the limit counts all that a user runs
+    user = 100000 + uid_t(::getpid());  // the limit counts all processes of a user
   }
   const bool other_user = options_.unprivileged || options_.process_limit > 0;
   if (other_user && ::getuid() == 0 && (::setgid(65534) != 0 || ::setuid(user) != 0)) {
@@ -150,7 +151,7 @@ void Process::send(int signal) {
   ::kill(pid_, signal);
 }
 
-// Fields 14 and 15 of proc(5)'s stat; the name before them may hold blanks.
+// Fields 14 and 15 of stat in proc(5). Skips the process name, which may contain blanks.
 double Process::cpu_seconds() const {
   std::ifstream file("/proc/" + std::to_string(pid_) + "/stat");
   std::string text;
@@ -163,7 +164,7 @@ double Process::cpu_seconds() const {
   return (user + system) / double(::sysconf(_SC_CLK_TCK));
 }
 
-// Looks whether it has ended; with flags 0, waits for that.
+// Whether the process has ended; with flags 0, waits until it has.
 bool Process::poll(int flags) {
   if (ended_) return true;
   int status = 0;

@@ -1,4 +1,4 @@
-// Runs the emberline binary as a person or a farm script does, and says all that came of it.
+// Runs the emberline binary as a user or a farm script does, and records the result.
 #pragma once
 
 #include <sys/types.h>
@@ -13,23 +13,23 @@
 namespace emberline::test {
 
 struct RunOptions {
-  std::string folder = {};                              // to run in; empty: the test's own
-  std::map<std::string, std::string> environment = {};  // added to, or overriding, the test's own
-  std::string stdout_path = {};                         // instead of capturing it
-  double timeout_s = 60 * kSlower;  // then it is killed and the run counts as hung
+  std::string folder = {};                              // working folder; empty: the test's own
+  std::map<std::string, std::string> environment = {};  // added to the test's own, or overriding it
+  std::string stdout_path = {};     // file for stdout, which is then not captured
+  double timeout_s = 60 * kSlower;  // then the process is killed and counts as hung
   uint64_t file_size_limit = 0;     // RLIMIT_FSIZE in bytes; 0: none
   uint64_t data_limit = 0;          // RLIMIT_DATA in bytes; 0: none
-  uint64_t process_limit = 0;       // RLIMIT_NPROC, as a user of its own; needs root; 0: none
-  int processors = 0;               // > 0: it may use the first so many of this process's
+  uint64_t process_limit = 0;       // RLIMIT_NPROC, as a separate user; needs root; 0: none
+  int processors = 0;               // > 0: restricts it to this many of the test's processors
   int terminal_columns = 0;         // > 0: stderr is a terminal of this width
-  std::vector<int> closed = {};     // descriptors of the standard streams that are closed
-  int ignored_signal = 0;           // one that is ignored from the start, as nohup does
-  bool stderr_reader_gone = false;  // stderr is a pipe that nobody reads
+  std::vector<int> closed = {};     // standard streams that are closed
+  int ignored_signal = 0;           // ignored from the start, as under nohup
+  bool stderr_reader_gone = false;  // stderr is a pipe without a reader
   bool unprivileged = false;        // as user 65534 when the tests run as root
 };
 
 struct RunResult {
-  int exit_code = -1;  // -1: it ended by a signal
+  int exit_code = -1;  // -1: ended by a signal
   int signal = 0;
   bool hung = false;
   std::string out, err;
@@ -37,11 +37,11 @@ struct RunResult {
   double stop_cpu_s = 0;  // processor time since the last signal, or the start
   uint64_t peak_rss_bytes = 0;
 
-  std::vector<std::string> error_lines() const;  // of stderr
+  std::vector<std::string> error_lines() const;  // the lines of stderr
   std::string describe() const;                  // for failure messages
 };
 
-// A running emberline. It is killed if the object dies before it.
+// A running emberline; the destructor kills it.
 class Process {
  public:
   explicit Process(const std::vector<std::string>& arguments, const RunOptions& options = {});
@@ -50,12 +50,12 @@ class Process {
   Process& operator=(const Process&) = delete;
 
   void send(int signal);
-  // What stderr holds so far.
+  // The contents of stderr so far.
   std::string error_so_far();
   // Waits until stderr contains `text`; false if the process ends or `seconds` pass before.
   bool wait_for_error(const std::string& text, double seconds);
-  // Waits until stderr contains `text`, and `cpu_s` of processor time have been spent since: so far
-  // it has got on, however busy the machine is. False if it ends before.
+  // Waits until stderr contains `text` and the process has since used `cpu_s` of processor time, a
+  // measure of progress that other load does not affect. Returns false if the process ends first.
   bool wait_until_busy(const std::string& text = "loaded in", double cpu_s = 0.5 * kSlower);
   RunResult wait();
 

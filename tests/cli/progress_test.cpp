@@ -1,4 +1,4 @@
-// What a person at a terminal sees, what a farm's log holds, and what --quiet leaves of both.
+// Progress on a terminal and in a farm's log, and what remains of both with --quiet.
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <regex>
@@ -33,9 +33,10 @@ TEST_F(Progress, PlainLinesInALog) {
   EXPECT_NE(result.err.find("rendered 2560000 samples"), std::string::npos) << result.err;
 }
 
-// How many samples a threshold takes is not known beforehand, but how many buckets are finished.
+// A threshold's number of samples is unknown beforehand, but the share of finished buckets is
+// known.
 TEST_F(Progress, BucketsUnderAThresholdTellTheTimeLeft) {
-  // Without --spp, which would be a budget.
+  // Without --spp, which would set a budget.
   const RunResult result =
       run({"render", scene(), "-o", path("out.exr"), "--size", "300x300", "--noise-threshold",
            "0.00001", "--max-spp", "64", "--bucket-size", "16"});
@@ -44,7 +45,7 @@ TEST_F(Progress, BucketsUnderAThresholdTellTheTimeLeft) {
       << result.err;
 }
 
-// The lines that a terminal shows one over the other, without what clears them.
+// The lines that overwrite each other on a terminal, without the escape codes that clear them.
 Words drawn_lines(const std::string& text) {
   Words lines;
   size_t at = 0;
@@ -68,12 +69,12 @@ TEST_F(Progress, ABarOnATerminal) {
       if (line.find(" %") == std::string::npos) continue;
       ++updates;
       bars += line.find('[') != std::string::npos;
-      // A line that wraps could not be drawn over.
+      // A line that wraps could not be overwritten.
       EXPECT_LT(line.size(), size_t(columns)) << line;
     }
     EXPECT_GE(updates, 1u) << result.err;
     EXPECT_TRUE(columns < 80 || bars == updates);
-    // The bar is cleared before what follows it, and the last line stands alone.
+    // The bar is cleared before the next message, and the last line stands alone.
     EXPECT_NE(result.err.find("\r\033[Krendered "), std::string::npos) << result.err;
   }
 }
@@ -91,7 +92,7 @@ TEST_F(Progress, QuietIsSilent) {
   const RunResult terminal = run(long_render({"--quiet"}), {.terminal_columns = 80});
   EXPECT_EQ(terminal.exit_code, 0);
   EXPECT_EQ(terminal.err, "");
-  // Errors are told all the same.
+  // Errors are still printed.
   expect_failure({"render", path("none.glb"), "-o", path("out.exr"), "--quiet"}, 3, {"none.glb"});
 }
 
@@ -103,7 +104,7 @@ TEST_F(Progress, VerboseSaysWhatIsBuiltAndWhy) {
     EXPECT_NE(verbose.find(feature.get<std::string>()), std::string::npos) << verbose;
     EXPECT_EQ(normal.find(feature.get<std::string>()), std::string::npos) << normal;
   }
-  // Which machine and version a log is of.
+  // The log must name the machine and the version.
   const auto machine = report["machine"]["instruction_sets"].get<std::string>();
   EXPECT_NE(verbose.find(report["machine"]["host"].get<std::string>() + ": " + machine),
             std::string::npos)
@@ -117,7 +118,7 @@ TEST_F(Progress, ALogNobodyReadsDoesNotEndTheRender) {
   const RunResult result = run(long_render(), {.stderr_reader_gone = true});
   EXPECT_EQ(result.exit_code, 0) << result.describe();
   EXPECT_EQ(files(), (Words{"out.exr", "scene.glb"}));
-  // While it loads, too.
+  // A reader may also disappear during loading.
   const RunResult loading =
       run(render_words({"--verbose", "-o", path("b.png")}), {.stderr_reader_gone = true});
   EXPECT_EQ(loading.exit_code, 0) << loading.describe();

@@ -1,4 +1,4 @@
-// --frames and --turntable: one frame after another, each as it would be alone.
+// --frames and --turntable: each frame is rendered as it would be alone.
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ class Range : public CommandTest {
     return Words{"render", scene(), "-o", path("a.##.exr"), "--size", "24x16", "--spp", "4"} + more;
   }
   Words turn(const Words& more = {}) { return range_words(Words{"--turntable", "4"} + more); }
-  // Frames of hours each.
+  // Each frame takes hours.
   Words endless(const Words& more = {}) {
     return Words{"render",
                  scene(),
@@ -65,7 +65,7 @@ TEST_F(Range, ATurnBeginsWithTheCameraAsItStands) {
   render(render_words({"--size", "24x16", "--spp", "4"}));
   EXPECT_EQ(first_difference(first, read_exr(path("out.exr"))), "");
   EXPECT_NE(first_difference(first, read_exr(path("a.02.exr"))), "");
-  // Beyond its ends it goes on turning.
+  // A turntable continues beyond its last frame.
   render(turn({"--frames", "-3,5,9"}));
   for (const char* again : {"a.-3.exr", "a.05.exr", "a.09.exr"}) {
     EXPECT_EQ(first_difference(first, read_exr(path(again))), "") << again;
@@ -80,7 +80,7 @@ TEST_F(Range, ASampleOfAFrameIsReplayed) {
   EXPECT_NE(run(turn(Words{"--frames", "3"} + replay)).out, alone.out);
 }
 
-// Lights, edits, checkpoints: what a frame is made of beside the scene.
+// A frame's other inputs and outputs: lights, edits, checkpoints.
 TEST_F(Range, EveryFrameHasAllItsFiles) {
   render(turn({"-o",
                path("a.#.png"),
@@ -134,12 +134,12 @@ TEST_F(Range, AnAnimationPosesEachFrame) {
         << frame;
   }
   EXPECT_NE(first_difference(read_exr(path("a.0.exr")), read_exr(path("a.9.exr"))), "");
-  // What an earlier pose has taken is given back, once the next one stands.
+  // An earlier pose's memory is released when the next one is built.
   const auto reserved = [&](const std::string& name) {
     return read_json(name)["memory"]["most_reserved_bytes"].get<double>();
   };
   EXPECT_LT(reserved("r.18.json"), 1.02 * reserved("r.3.json"));
-  // A turntable's scene stands still, unless it is asked for.
+  // A turntable's scene is at rest unless an animation is requested.
   const Words turned = words + Words{path("r.#.json"), "-o",  path("t.#.exr"), "--turntable", "12",
                                      "--frames",       "1,13"};
   const auto same = [&] {
@@ -151,7 +151,7 @@ TEST_F(Range, AnAnimationPosesEachFrame) {
   EXPECT_FALSE(same());
 }
 
-// 240 000 triangles and an image of a million pixels, once.
+// 240 000 triangles and an image of a million pixels must be loaded only once.
 TEST_F(Range, WhatDoesNotMoveIsLoadedAndBuiltOnce) {
   GltfBuilder gltf = lamp_scene();
   constexpr int kSide = 500;
@@ -174,7 +174,7 @@ TEST_F(Range, WhatDoesNotMoveIsLoadedAndBuiltOnce) {
     const nlohmann::json time = read_json(name)["time"];
     return time["load_s"].get<double>() + time["build_s"].get<double>();
   };
-  // A frame's parts are its whole. What else runs holds up one frame or the other, not all of them.
+  // A frame's times add up to the whole. Other load may delay some frames but not all.
   std::vector<double> loads, gaps;
   for (int frame = 1; frame <= 7; ++frame) {
     const std::string name = "r." + std::to_string(frame) + ".json";
@@ -243,14 +243,14 @@ TEST_F(Range, AFolderThatIsMissingIsSaidOnce) {
   EXPECT_EQ(lines({"--driver", "adaptive", "--snapshots", path("nodir/##")}), 1);
   EXPECT_EQ(lines({"--driver", "adaptive", "--tree", path("nodir/##.json")}), 1);
   EXPECT_FALSE(fs::exists(path("a.01.exr")));
-  // A folder of one frame alone fails that frame alone.
+  // An unwritable folder of one frame fails only that frame.
   fs::create_directory(path("f1"));
   const RunResult result = run(range_words({"--frames", "1-2", "-o", path("f#/c.exr")}));
   EXPECT_NE(result.err.find("frame 2: cannot write"), std::string::npos) << result.err;
   EXPECT_TRUE(fs::exists(path("f1/c.exr")));
 }
 
-// Whichever frame writes them, and whatever was there before.
+// Checks must hold for any frame that writes the file and for any existing file.
 TEST_F(Range, NamesOfAllFramesAreCheckedBeforeAnythingIsWritten) {
   GltfBuilder textured = lamp_scene();
   textured.push("images", {{"uri", "a.3.png"}});
@@ -296,14 +296,15 @@ TEST_F(Range, NamesOfAllFramesAreCheckedBeforeAnythingIsWritten) {
           {"--reference"});
   refused({"-o", path("other/a.#.exr"), "--heatmap", path("same/a.#.exr")}, {"written twice"});
   refused(outputs + Words{"--checkpoint", path("notes.#")}, {"notes.2", "not a checkpoint"});
-  // The same of one frame that is not in a range.
+  // The same for a frame outside a range.
   expect_failure(
       {"render", path("t.gltf"), "-o", path("out.exr"), "--progress-file", path("a.3.png")}, 2,
       {"--progress-file", "the scene reads"});
   for (const char* name : {"a.2.exr", "r.2.json", "a.2.exr.checkpoint", "notes.2"}) {
     EXPECT_EQ(fs::file_size(path(name)), 14u) << name;
   }
-  // Those that are no output's are written, and a progress file is replaced when the scene is read.
+  // Existing files that the scene does not read are replaced; the progress file only after the
+  // scene is read.
   write("p.json", "an older file");
   render(frame + outputs +
          Words{"--progress-file", path("p.json"), "--range-report", path("a.4.exr")});
@@ -323,17 +324,17 @@ TEST_F(Range, WhatIsThereIsSkipped) {
   EXPECT_EQ(fs::last_write_time(path("a.01.exr")), before);
   render(words);
   EXPECT_EQ(range()["skipped"], "1-4");
-  // A picture that cannot be read is rendered again.
+  // An unreadable picture is rendered again.
   write("a.02.exr", "v");
   render(words);
   EXPECT_EQ(range()["done"], "2");
-  // One frame is a range of one.
+  // A single frame is treated as a range of one.
   const Words one = render_words({"--skip-existing"});
   render(one);
   EXPECT_NE(render(one).err.find("skipped"), std::string::npos);
 }
 
-// By a full disk or a copy that was broken off.
+// A full disk or an interrupted copy truncates files.
 TEST_F(Range, WhatWasCutShortIsRenderedAgain) {
   const Words alone = render_words({"--driver", "adaptive", "--spp", "4", "--skip-existing"});
   const auto expect_again = [&](const Words& words, const std::string& name,
@@ -345,7 +346,7 @@ TEST_F(Range, WhatWasCutShortIsRenderedAgain) {
       fs::resize_file(path(name), cut);
       const RunResult result = render(words);
       EXPECT_EQ(result.err.find("skipped"), std::string::npos) << name << " cut to " << cut;
-      // Not to the byte: files hold times and dates.
+      // Sizes vary slightly, because files contain times and dates.
       EXPECT_NEAR(double(fs::file_size(path(name))), double(size), 64.0 + 0.05 * double(size))
           << name;
     }
@@ -383,7 +384,7 @@ TEST_F(Range, AnInterruptWritesTheFrameAndSaysWhatIsLeft) {
   EXPECT_EQ(range()["exit_code"], 130);
   EXPECT_EQ(files(), (Words{"a.1.exr", "a.1.jpg", "a.1.png", "range.json", "scene.glb"}));
 
-  // Its picture is not taken for a whole one, in any format.
+  // A stopped frame's picture must not count as complete, in any format.
   for (const char* format : {"exr", "png", "jpg"}) {
     const Words again = {"render",
                          scene(),
@@ -410,7 +411,7 @@ TEST_F(Range, EveryFrameHasItsTimeLimit) {
       run(endless({"--time-limit", "0.2", "--driver", "bisection", "--frames", "1-3"}));
   EXPECT_EQ(result.exit_code, 0) << result.describe();
   EXPECT_EQ(range()["done"], "1-3");
-  // With --resume it is not done, and the next goes on all the same.
+  // With --resume the frame is unfinished, but the range still continues.
   const RunResult resumable =
       run(endless({"--time-limit", "0.2", "--frames", "1-2", "--resume", "-o", path("b.#.exr")}));
   EXPECT_EQ(resumable.exit_code, 130) << resumable.describe();
@@ -419,7 +420,7 @@ TEST_F(Range, EveryFrameHasItsTimeLimit) {
   EXPECT_TRUE(fs::exists(path("a.2.exr.checkpoint")));
 }
 
-// What is finished is done once, and what was under way goes on, to the same bits.
+// Finished frames are not repeated, and the interrupted one is resumed to the same bits.
 TEST_F(Range, AKilledRangeGoesOn) {
   const Words words = {"render",      scene(), "-o",       path("a.#.exr"),  "--size",
                        "320x320",     "--spp", "64",       "--bucket-size",  "16",

@@ -1,5 +1,5 @@
-// `--display tev://HOST:PORT`: what a viewer gets is the file's picture, and nothing that a viewer
-// does holds up or changes the render.
+// `--display tev://HOST:PORT`: a viewer gets the file's picture, and cannot delay or change the
+// render.
 
 #include <algorithm>
 #include <chrono>
@@ -18,7 +18,7 @@ double seconds() {
 
 constexpr const char* kChannels[] = {"R", "G", "B", "A"};
 
-// Bit for bit the file's in its data window, black elsewhere.
+// Bit-identical to the file in its data window, black elsewhere.
 void expect_same_picture(const TevImage& image, const ExrPicture& file) {
   ASSERT_EQ((Rect{0, 0, image.width, image.height}), file.display);
   ASSERT_EQ(image.channels, Words(std::begin(kChannels), std::end(kChannels)));
@@ -43,7 +43,7 @@ class RemoteViewer : public CommandTest {
   }
   ExrPicture file() const { return read_exr(path("out.exr")); }
 
-  // Exit code 0, and a warning that names the viewer as the only line beside the usual ones.
+  // Expects exit code 0 and exactly one warning, which names the viewer.
   void expect_one_warning(const RunResult& result, const std::string& url,
                           const std::string& what) {
     EXPECT_EQ(result.exit_code, 0) << result.describe();
@@ -96,7 +96,7 @@ TEST_F(RemoteViewer, SeesAProgressiveFrameGrow) {
     SCOPED_TRACE(driver);
     constexpr size_t kTiles = 3 * 2;  // of a picture
     size_t pictures = 0;
-    // A busy machine gives the render less of its time: then it gets more of that.
+    // A busy machine leaves the render less processor time, so allow more time.
     for (double limit_s = 1.5; limit_s <= 6.0 && pictures < 4; limit_s *= 2.0) {
       TevServer server;
       render(frame(server.url(), {"--driver", driver, "--spp", "1000000", "--time-limit",
@@ -104,7 +104,7 @@ TEST_F(RemoteViewer, SeesAProgressiveFrameGrow) {
       EXPECT_EQ(server.wait(), "");
       const TevImage& image = server.image();
       pictures = image.updates.size() / kTiles;
-      // No more than one each tenth of a second, and the last.
+      // At most one update each tenth of a second, plus the last one.
       EXPECT_LE(image.updates.size(), kTiles * size_t(2.0 + 10.0 * limit_s * kSlower));
       expect_same_picture(image, file());
     }
@@ -122,7 +122,7 @@ TEST_F(RemoteViewer, StandsBesideTheDisplayOfThePng) {
             read_bytes_picture(path("plain.png")).values);
   EXPECT_EQ(first_difference(without, file()), "");
   expect_same_picture(server.image(), file());
-  // In the other order, too; a name that is wrong stays wrong.
+  // Also in the other order; an invalid name is still refused.
   expect_failure(
       {"render", scene(), "-o", "a.png", "--display", "nope", "--display", "tev://localhost"}, 2,
       {"unknown display", "nope", "sRGB"});
@@ -167,7 +167,7 @@ TEST_F(RemoteViewer, ThatDoesNotReadHoldsNothingUp) {
   for (const char* driver : {"bucket", "bisection", "adaptive"}) {
     SCOPED_TRACE(driver);
     const Words work = {"--size", "1024x1024", "--spp", "2", "--driver", driver};
-    // What else runs may come between the two that are compared, but not ten times.
+    // Other load may disturb the comparison, but not ten times.
     bool in_time = false;
     for (int tries = 0; tries < 10 && !in_time && !HasFailure(); ++tries) {
       const RunResult alone = render(frame("sRGB", work));
@@ -178,7 +178,7 @@ TEST_F(RemoteViewer, ThatDoesNotReadHoldsNothingUp) {
       EXPECT_EQ(first_difference(file(), without), "");
       const nlohmann::json time = read_json("r.json")["time"];
       EXPECT_GE(time["write_s"].get<double>(), 1.0) << "the wait is no rendering";
-      // The second that it is given to come to, and what two runs on a busy machine may differ by.
+      // Allows the second that the viewer is given to recover, and the variation between runs.
       in_time = result.seconds < 1.5 * alone.seconds + 2.0 * kSlower;
     }
     EXPECT_TRUE(in_time);
@@ -188,7 +188,7 @@ TEST_F(RemoteViewer, ThatDoesNotReadHoldsNothingUp) {
 TEST_F(RemoteViewer, ThatDoesNotReadDoesNotDelayAStop) {
   for (const char* driver : {"bucket", "bisection"}) {
     SCOPED_TRACE(driver);
-    // What else the machine does delays it, too, and its disk, but not ten times.
+    // Other load and the disk can delay it, but not ten times.
     double stop_s = 1e9, write_s = 1e9;
     for (int tries = 0; tries < 10 && (stop_s >= 2.0 * kSlower || write_s >= kSlower); ++tries) {
       TevServer server({.reads = false});
@@ -203,8 +203,8 @@ TEST_F(RemoteViewer, ThatDoesNotReadDoesNotDelayAStop) {
       write_s = std::min(write_s, read_json("r.json")["time"]["write_s"].get<double>());
     }
     EXPECT_LT(stop_s, 2.0 * kSlower);
-    // Less than the second that a viewer has when nobody waits. A larger frame takes that long to
-    // be compressed on a slow machine.
+    // Less than the second that a viewer gets when nothing else waits. The frame is small, because
+    // compressing a larger one takes that long on a slow machine.
     EXPECT_LT(write_s, 1.0 * kSlower);
   }
 }

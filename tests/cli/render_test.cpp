@@ -1,5 +1,5 @@
-// What `emberline render` writes: files, channels, header; and that pixels do not depend on how
-// the work is shared out (law 2), seen from outside.
+// The output of `emberline render`: files, channels, header; pixels do not depend on how the work
+// is divided (law 2).
 #include <unistd.h>
 
 #include <algorithm>
@@ -32,7 +32,7 @@ TEST_F(Render, SeveralFilesOfOneFrame) {
   EXPECT_EQ(png.channels, 3);
   EXPECT_EQ(jpg.width, 20);
   EXPECT_EQ(read_bytes(path("a.jpg")), read_bytes(path("B.JPEG")));
-  // The PNG is the EXR through the sRGB curve (IEC 61966-2-1), to a step of 8 bits.
+  // The PNG matches the EXR through the sRGB curve (IEC 61966-2-1) to within one 8-bit step.
   for (int y = 0; y < 12; ++y) {
     for (int x = 0; x < 20; ++x) {
       const double v = std::min(1.0, double(exr.at("G", x, y)));
@@ -92,7 +92,7 @@ TEST_F(Render, TheHeaderSaysHowTheFrameWasMade) {
   const std::string& sets = attributes.at("emberline:instruction_sets");
   EXPECT_NE(sets.find(", Embree "), std::string::npos) << sets;
   EXPECT_EQ(sets.find("unknown"), std::string::npos) << sets;
-  // The command can be pasted into a shell.
+  // The command must be usable in a shell.
   const std::string& command = attributes.at("emberline:command");
   EXPECT_TRUE(command.starts_with("emberline render ")) << command;
   EXPECT_NE(command.find("it'\\''s a report.json'"), std::string::npos) << command;
@@ -131,13 +131,13 @@ TEST_F(Render, ThreadsAndBucketsDoNotShow) {
     EXPECT_EQ(picture.data, reference.data);
     EXPECT_EQ(first_difference(reference, picture), "") << schedule[0] << ' ' << schedule[1];
   }
-  // And the comparison can fail.
+  // The comparison must be able to fail.
   render(render_words(frame + Words{"--seed", "1"}));
   EXPECT_NE(first_difference(reference, read_exr(path("out.exr"))), "");
 }
 
-// A film of the whole frame is not handed on pixel by pixel, whichever way its tiles go: straight
-// into the file, through the scratch file for the denoiser, or from checkpoints.
+// A whole-frame film is written in tiles, not pixel by pixel, whether directly, through the
+// denoiser's scratch file or from checkpoints.
 TEST_F(Render, AFrameOfOneFilmComesInTilesOfSixteenPixelsOrMore) {
   for (const char* driver : {"bisection", "adaptive"}) {
     const Words frame = {"--size", "50x34", "--spp", "4", "--driver", driver, "--resumable"};
@@ -181,7 +181,7 @@ TEST_F(Render, AFrameOfOneFilmComesInTilesOfSixteenPixelsOrMore) {
   EXPECT_EQ(read_exr(path("out.exr")).tile_size, 5);
 }
 
-// The bits of "(0x1.8p-3 0x... 0x...)" behind "radiance".
+// Parses the exact values in "(0x1.8p-3 0x... 0x...)" after "radiance".
 std::vector<float> replayed_radiance(const std::string& text) {
   const size_t at = text.find('(', text.find("\nradiance "));
   std::vector<float> values;
@@ -267,12 +267,12 @@ TEST_F(Render, ARubbishOcioConfigIsNamed) {
     expect_failure(render_words({"-o", path("a.png")}), 3, {config, "OCIO"},
                    {.environment = {{"OCIO", config}}});
   }
-  // Nothing needs it when only linear pixels are written; empty counts as unset.
+  // OCIO is not needed when only linear pixels are written; an empty value counts as unset.
   render(render_words(), {.environment = {{"OCIO", "rubbish.ocio"}}});
   render(render_words({"-o", path("a.png")}), {.environment = {{"OCIO", ""}}});
 }
 
-// taskset -c 0: without --threads one for each processor that is left.
+// As with `taskset -c 0`: the default is one thread per usable processor.
 TEST_F(Render, ThreadsAreAsManyAsTheProcessorsThatItMayUse) {
   const Words report = {"--report", path("r.json")};
   render(render_words(report), {.processors = 1});
@@ -283,24 +283,24 @@ TEST_F(Render, ThreadsAreAsManyAsTheProcessorsThatItMayUse) {
   EXPECT_EQ(read_json("r.json")["settings"]["threads"], 2);
 }
 
-// TBB would end the process from within a thread that starts another in vain.
+// TBB would abort if it could not start a thread.
 TEST_F(Render, FewerThreadsThanTheSystemStartsAreUsed) {
   if (::getuid() != 0) GTEST_SKIP() << "limits count all that a user runs; root can become another";
   scene();
   std::filesystem::permissions(folder_.path(), std::filesystem::perms::all);
-  // Libraries start threads of their own, as many as there are cores.
+  // Libraries also start one thread per core.
   const uint64_t limit = 40 + 4 * std::max(1u, std::thread::hardware_concurrency());
   for (const char* command : {"render", "study"}) {
     SCOPED_TRACE(command);
     expect_failure({command, scene(), "-o", path("out.exr"), "--threads", "4096"}, 1,
                    {"--threads 4096", "no more than", "lower --threads"}, {.process_limit = limit});
   }
-  // Each run is another user, who may not write over the others' files.
+  // Each run is another user, who may not overwrite the others' files.
   const auto words = [this](const std::string& output) {
     return Words{"render", scene(), "-o", path(output), "--size", "16x16", "--spp", "1"};
   };
   render(words("a.exr") + Words{"--threads", "4"}, {.process_limit = limit});
-  // A limit that leaves one worker: what is not asked for is fewer where it must be.
+  // The limit leaves one worker. A default number of threads is reduced to it.
   const std::string err =
       run(words("b.exr") + Words{"--threads", "4096"}, {.process_limit = limit}).err;
   const std::string before = "no more than ";

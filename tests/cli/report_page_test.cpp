@@ -1,5 +1,5 @@
-// --report FILE.html: a page that is well formed whatever its texts are, says what the JSON says,
-// and comes for stopped renders too.
+// --report FILE.html: a well-formed page for any text, with the JSON report's values, also for
+// stopped renders.
 
 #include <csignal>
 #include <nlohmann/json.hpp>
@@ -49,7 +49,7 @@ TEST_F(ReportPage, SaysWhatTheJsonSaysForEveryDriver) {
     for (const auto& [name, version] : json["versions"].items()) expect_text(read, version);
     expect_text(read, json["settings"]["command"]);
     EXPECT_GE(read.count("img"), 2u);  // the picture and the samples
-    // Counts differ in an adaptive frame alone, and it alone has an estimate.
+    // Only adaptive frames have varying counts and an estimate.
     const bool adaptive = json["samples"]["min"] != json["samples"]["max"];
     EXPECT_EQ(read.count("svg"), adaptive ? 2u : 0u);
   }
@@ -61,7 +61,7 @@ TEST_F(ReportPage, MapsOfTheChannelsThatThereAre) {
   EXPECT_EQ(page("b.html").count("img"), page("a.html").count("img") + 3);
 }
 
-// Estimates and true errors over time, where both are known.
+// Estimates and true errors over time, if both are known.
 TEST_F(ReportPage, ErrorAgainstTime) {
   render(render_words({"--size", "48x32", "--spp", "64", "-o", path("reference.exr")}));
   render(render_words({"--size", "48x32", "--spp", "16", "--driver", "adaptive", "--seed", "3",
@@ -98,7 +98,7 @@ TEST_F(ReportPage, OddNamesAreShownAsTheyAre) {
   }
 }
 
-// The command on the page, given to a shell, renders the same picture again.
+// The command shown on the page, run by a shell, renders the same picture.
 TEST_F(ReportPage, TheCommandRepeatsTheRender) {
   for (const std::string odd : {"it's a \"scene\" & $HOME `x` \\.glb", "line\nand \xff.glb"}) {
     SCOPED_TRACE(odd);
@@ -133,7 +133,7 @@ TEST_F(ReportPage, AStoppedRenderHasOne) {
   expect_text(page("limit.html"), "stopped by the time limit");
 }
 
-// What the page keeps of a frame does not grow with it.
+// The page's memory must not grow with the frame.
 TEST_F(ReportPage, OfALargeFrameTakesNoMoreMemory) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer's own memory is many times ours";
   render(render_words({"--size", "6000x4000", "--integrator", "albedo", "--quiet", "--report",

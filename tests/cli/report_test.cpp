@@ -1,4 +1,4 @@
-// report.json: every key of the design with its type, and sums that agree with the picture.
+// report.json: every documented key with its type, and totals that match the picture.
 #include <fcntl.h>
 #include <sys/stat.h>
 
@@ -56,7 +56,7 @@ TEST_F(Report, HasEveryKeyOfTheDesign) {
       {"/optics/solids_forgotten", Type::number_unsigned},
       {"/optics/light_samples_blocked_by_glass", Type::null},  // no such light
       {"/error/estimator", Type::string},
-      {"/error/estimate", Type::null},  // uniform sampling makes none
+      {"/error/estimate", Type::null},  // uniform sampling has none
       {"/warnings", Type::array},
       {"/features", Type::array},
       {"/gltf/used", Type::array},
@@ -111,7 +111,7 @@ TEST_F(Report, SamplesAndRaysAddUp) {
   EXPECT_EQ(json["numerics"]["non_finite_samples"], 0);
 }
 
-// Nothing the command does is left out, snapshots and a reference to be read included.
+// The times cover everything the command does, including snapshots and reading a reference.
 TEST_F(Report, TimesAddUp) {
   render(render_words({"--size", "256x256", "-o", path("reference.exr")}));
   const Words more = {"--size", "256x256", "--spp", "8", "-o", path("a.png")};
@@ -129,7 +129,7 @@ TEST_F(Report, TimesAddUp) {
     }
     const double wall = time["wall_s"];
     EXPECT_GE(wall, sum - 1e-9);
-    // Another process may take the processor for some milliseconds between two of the clocks.
+    // Another process may take the processor for some milliseconds between two clock readings.
     EXPECT_LE(wall - sum, std::max(0.02 * wall, 0.01 * kSlower)) << time;
     EXPECT_LE(wall, result_.seconds);
     EXPECT_LE(wall + time["start_s"].get<double>(), result_.seconds + 0.011);  // a kernel's tick
@@ -137,12 +137,12 @@ TEST_F(Report, TimesAddUp) {
   }
 }
 
-// The report's counts are those of the picture, however the frame ended.
+// The report's counts match the picture, however the frame ends.
 TEST_F(Report, CountsAreThePicturesForEveryDriver) {
   struct Ending {
     const char* name;
     Words words;
-    int stop_signal;  // 0: none is sent
+    int stop_signal;  // 0: none
   };
   const std::vector<Ending> endings = {
       {"whole", {"--size", "40x24", "--spp", "12"}, 0},
@@ -178,8 +178,8 @@ TEST_F(Report, CountsAreThePicturesForEveryDriver) {
   }
 }
 
-// A pass's estimate is that of the picture at its own end. The first that there can be one of is
-// the pilot's, from which the next pass is planned; the last is the frame's.
+// A pass's estimate describes the picture at its end. The pilot pass has the first one, from which
+// the next pass is planned; the last one is the frame's.
 TEST_F(Report, EstimatesBelongToTheirPasses) {
   const nlohmann::json json =
       report({"--driver", "adaptive", "--size", "96x96", "--spp", "256", "--seed", "2"});
@@ -189,7 +189,7 @@ TEST_F(Report, EstimatesBelongToTheirPasses) {
   EXPECT_TRUE(passes[0]["error_estimate"].is_null()) << passes;  // one sample a pixel
   for (size_t i = 1; i < passes.size(); ++i) {
     ASSERT_TRUE(passes[i]["error_estimate"].is_number()) << passes;
-    // A last round of few samples may change it by less than its noise.
+    // A last round with few samples may change the estimate by less than its noise.
     if (i > 1) {
       EXPECT_LT(passes[i]["error_estimate"], 1.01 * double(passes[i - 1]["error_estimate"]));
     }
@@ -209,21 +209,22 @@ TEST_F(Report, WarningsAreKeptQuietOrNot) {
   EXPECT_NE(loud["warnings"][0].get<std::string>().find("EXT_made_up"), std::string::npos);
 }
 
-// The render's own processor time lies within the whole; the first sample comes after load and
-// build and before the last one.
+// The render's processor time is part of the total; the first sample comes after load and build and
+// before most of the render.
 TEST_F(Report, FirstSampleAndProcessorTimeOfTheRender) {
   const nlohmann::json json = report({"--size", "512x512", "--spp", "16", "--threads", "2"});
   const auto& time = json["time"];
   const auto seconds = [&time](const char* key) { return time[key].get<double>(); };
-  // The kernel stamps a process's start to 10 ms; two sums of its times are taken to 1 ms.
+  // The kernel rounds a process's start to 10 ms, and sums of its times to 1 ms.
   constexpr double kTick = 0.011;
   EXPECT_GT(seconds("render_cpu_s"), 0.0);
   EXPECT_LE(seconds("render_cpu_s"), seconds("cpu_s"));
-  // Two workers, and the display's thread that wakes now and then.
+  // Two workers, and the display's thread, which wakes occasionally.
   EXPECT_LE(seconds("render_cpu_s"), 2.1 * seconds("render_s") + kTick);
   EXPECT_GE(seconds("first_sample_s"), seconds("load_s") + seconds("build_s") - kTick);
   EXPECT_LE(seconds("first_sample_s"), result_.seconds + kTick);
-  // 262144 x 16 samples: the first 2048 of each of two workers leave most of the work to come.
+  // Of 262144 x 16 samples, the first report comes after 2048 by each worker, so most of the work
+  // is still to come.
   EXPECT_LE(seconds("first_sample_cpu_s"),
             seconds("cpu_s") - 0.9 * seconds("render_cpu_s") + kTick);
 }
@@ -232,10 +233,10 @@ TEST_F(Report, MemoryIsThisProcessesOwn) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer's own memory is many times ours";
   const nlohmann::json json = report({});
   const double reported = json["memory"]["peak_rss_bytes"];
-  // The kernel's figure for the process includes what the test program had before exec.
+  // The kernel's figure for the process includes the test program's memory before exec.
   EXPECT_GT(reported, 1e6);
   EXPECT_LE(reported, 1.02 * double(result_.peak_rss_bytes));
-  // A parent of 1 GB does not show in it.
+  // The memory of a 1 GB parent must not be counted.
   std::vector<char> ballast(size_t(1) << 30, 1);
   const nlohmann::json again = report({});
   EXPECT_LT(again["memory"]["peak_rss_bytes"].get<double>(), double(ballast.size()));
@@ -267,7 +268,7 @@ TEST_F(Report, SettingsAndListsOfTheFile) {
   EXPECT_EQ(json["gltf"]["used"], nlohmann::json({"KHR_materials_emissive_strength"}));
   ASSERT_EQ(json["gltf"]["ignored"].size(), 1u) << json["gltf"];
   EXPECT_NE(json["gltf"]["ignored"][0].get<std::string>().find("EXT_made_up"), std::string::npos);
-  // Warned of once.
+  // The warning appears once.
   size_t warnings = 0;
   for (const std::string& line : result_.error_lines()) {
     warnings += line.find("EXT_made_up") != std::string::npos;
@@ -291,7 +292,7 @@ TEST_F(Report, MayGoToAPipe) {
   EXPECT_TRUE(std::filesystem::is_fifo(path("pipe")));
 }
 
-// A frame far larger than the film that is held of it: each bucket is written and let go.
+// The frame is far larger than its film in memory: each bucket is written and freed.
 TEST_F(Report, ALargeFrameStreams) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer's own memory is many times ours";
   const nlohmann::json json = report({"--size", "4096x4096", "--integrator", "albedo", "--quiet"});

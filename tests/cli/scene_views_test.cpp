@@ -1,4 +1,4 @@
-// What a user gets from a scene that lacks something, and the switches that change what is seen.
+// Scenes that lack something, and options that change the view.
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -22,7 +22,7 @@ double mean(const std::vector<float>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / double(values.size());
 }
 
-// The pixels that see anything of the scene.
+// The bounding box of the pixels that see the scene.
 Rect coverage(const ExrPicture& picture) {
   Rect box{1 << 20, 1 << 20, -1, -1};
   for (int y = picture.data.y0; y < picture.data.y1; ++y) {
@@ -40,10 +40,11 @@ TEST_F(Views, WithoutLightTheSurroundingsAreWhite) {
   const ExrPicture seen = picture(render_words({"--spp", "16"}));
   EXPECT_NE(result_.err.find("warning"), std::string::npos) << result_.err;
   EXPECT_NE(result_.err.find("light"), std::string::npos) << result_.err;
-  // Above the floor the camera sees the environment itself: radiance 1.
+  // Above the floor the camera sees the environment itself, with radiance 1.
   EXPECT_EQ(seen.at("R", 8, 0), 1.0f);
   EXPECT_EQ(seen.at("A", 8, 0), 1.0f);
-  // A convex matte floor under a constant sky: albedo, up to its own (Fresnel) gloss and noise.
+  // A convex matte floor under a constant sky reflects its albedo, up to its Fresnel reflection and
+  // noise.
   EXPECT_NEAR(seen.at("G", 8, 11), 0.5, 0.15);
   EXPECT_GT(mean(seen.channels.at("G")), 0.3);
 
@@ -71,7 +72,7 @@ TEST_F(Views, WithoutACameraTheSceneIsFramed) {
   for (const float scale : {1e-3f, 1.0f, 1e5f}) {
     for (const char* size : {"64x64", "96x40", "30x90"}) {
       GltfBuilder gltf;
-      // A cube's three visible pairs of sides, far from the origin; seen from behind too.
+      // Three pairs of a cube's faces, far from the origin.
       gltf.push("materials", {{"doubleSided", true}});
       const float o = 3 * scale, s = scale;
       add_quad(gltf, {o, o, o}, {s, 0, 0}, {0, s, 0}, 0);
@@ -86,7 +87,7 @@ TEST_F(Views, WithoutACameraTheSceneIsFramed) {
       EXPECT_NE(result_.err.find("no camera"), std::string::npos) << result_.err;
       const Rect box = coverage(seen), frame = seen.display;
       SCOPED_TRACE(std::string(size) + " scale " + std::to_string(scale));
-      // Whole, in the middle to a twelfth of the frame, and not small.
+      // Complete, centred to within a twelfth of the frame, and not small.
       EXPECT_GT(box.x0, 0);
       EXPECT_GT(box.y0, 0);
       EXPECT_LT(box.x1, frame.x1);
@@ -136,7 +137,7 @@ TEST_F(Views, CamerasAreChosenByTheirNodesToo) {
   const auto fits = [&] { return result_.err.find("fits several: "); };
   const ExrPicture wide = picture(render_words({"--camera", "Wide"}));
   EXPECT_EQ(fits(), std::string::npos) << result_.err;
-  // It has a hint about the frame's shape, as perspective cameras have.
+  // It also gets a hint about the frame's shape, as perspective cameras do.
   EXPECT_NE(
       result_.err.find("camera 'Camera' was made for 2 : 1, the frame has 1 : 1; --size 32x16"),
       std::string::npos)
@@ -150,7 +151,7 @@ TEST_F(Views, CamerasAreChosenByTheirNodesToo) {
                        "(node 'Tele'), 3 'Camera' (node 'main'); 1 is taken"),
       std::string::npos)
       << result_.err;
-  // A camera's own name comes before that of another's node.
+  // A camera's own name takes precedence over the name of another camera's node.
   picture(render_words({"--camera", "main"}));
   EXPECT_NE(result_.err.find("fits several: 0 'main', 3 'Camera' (node 'main'); 0 is taken"),
             std::string::npos)
@@ -180,7 +181,7 @@ TEST_F(Views, ABrokenCameraIsRefusedWhereItIsChosen) {
   const RunResult info = run({"info", path("scene.glb")});
   EXPECT_EQ(info.exit_code, 0) << info.describe();
   EXPECT_NE(info.out.find("camera 'flat' unusable"), std::string::npos) << info.out;
-  // The first is the file's view, unless another is asked for.
+  // The first camera is the file's view, unless another is requested.
   gltf.root["cameras"].erase(0);
   for (auto& node : gltf.root["nodes"]) node.erase("camera");
   gltf.root["nodes"].back()["camera"] = 0;
@@ -205,14 +206,14 @@ TEST_F(Views, ALensIsFocusedOnWhatIsLookedAt) {
       first_difference(
           seen, picture(render_words(view + Words{"--f-stop", "0.05", "--focus-distance", "1"}))),
       "");
-  // A stop without end is a pinhole, to what rounding makes of it; and a focus is none without.
+  // An f-stop of infinity is a pinhole up to rounding; a focus distance alone has no effect.
   EXPECT_EQ(first_difference(sharp, picture(render_words(view + Words{"--focus-distance", "1"}))),
             "");
   write("shot.json", R"({"emberline_edits": 1, "camera": {"look_from": [0, 1, 3],
       "look_at": [0, 0.5, 0], "fov_y": 40, "f_stop": 0.05}})");
   const Words edits = {"--spp", "16", "--edits", path("shot.json")};
   EXPECT_EQ(first_difference(seen, picture(render_words(edits))), "");
-  // The command line's lens on the view of the edits.
+  // The command line's lens applies to the view from the edits.
   EXPECT_EQ(first_difference(picture(render_words(view + Words{"--f-stop", "1"})),
                              picture(render_words(edits + Words{"--f-stop", "1"}))),
             "");
@@ -222,7 +223,8 @@ TEST_F(Views, ALensIsFocusedOnWhatIsLookedAt) {
 }
 
 TEST_F(Views, AnOrthographicCameraKeepsSizes) {
-  // A square of side 1 seen 4 units high and wide: exactly a quarter of the frame, however far.
+  // A square of side 1 in a view of 4 x 4 units covers exactly a quarter of the frame's width and
+  // height at any distance.
   for (const float z : {-1.0f, -50.0f}) {
     GltfBuilder gltf;
     add_quad(gltf, {-0.5f, -0.5f, z}, {1, 0, 0}, {0, 1, 0}, -1);
@@ -242,8 +244,8 @@ TEST_F(Views, AnOrthographicCameraKeepsSizes) {
   }
 }
 
-// An octahedron with the normals of a ball, far from its own origin and flattened in many ways, in
-// a light that comes from 60 degrees: half of it from all of the picture.
+// An octahedron with a ball's normals, far from its own origin and flattened in many ways. The
+// light comes from 60 degrees, so that every pixel must have a radiance of one half.
 class FlatThings : public Views {
  protected:
   FlatThings() {
@@ -321,7 +323,7 @@ TEST_F(FlatThings, AreSeenInMotion) {
   expect_half({"--time", "0.5"});
   expect_half({"--time", "0", "--fps", "1", "--shutter", "0,1"});
   expect_half({"--time", "0.5", "--aov", "velocity"});
-  // It is flat for a half of this shutter, and then grows: all that is certain is that it is seen.
+  // During half of this shutter it is flat, then it grows: only its visibility is certain.
   gltf_.write_glb(path("scene.glb"));
   const ExrPicture grows =
       picture(render_words({"--spp", "16", "--time", "0.5", "--fps", "1", "--shutter", "0,1"}));
@@ -340,7 +342,7 @@ TEST_F(Views, AnOrthographicCameraCanBeSeenFromElsewhere) {
                          "--transparent", "--camera",    "flat",     "--look-at",
                          "1,0,0",         "--look-from", "1,0,20"};
   EXPECT_EQ(coverage(picture(render_words(shifted))), (Rect{4, 12, 12, 20}));
-  // An angle asks for a perspective: at the distance of 23, of 2 atan(2 / 23), it shows the same.
+  // An angle requests a perspective camera: at distance 23, 2 atan(2 / 23) shows the same.
   const Words angle = {"--fov-y", "9.93920"};
   EXPECT_EQ(coverage(picture(render_words(shifted + angle))), (Rect{4, 12, 12, 20}));
   write("shot.json", R"({"emberline_edits": 1, "camera": {"look_from": [1, 0, 20],
@@ -351,7 +353,7 @@ TEST_F(Views, AnOrthographicCameraCanBeSeenFromElsewhere) {
 }
 
 TEST_F(Views, TheCommandLinesOwnCamera) {
-  // From straight above, which leaves "up" to be chosen: the floor fills the frame.
+  // Seen from straight above, where any "up" must work, the floor fills the frame.
   const ExrPicture above =
       picture(render_words({"--look-from", "0,1,0", "--look-at", "0,0,0", "--fov-y", "60"}));
   EXPECT_EQ(coverage(above), (Rect{0, 0, 16, 16}));

@@ -1,4 +1,4 @@
-// --settings and --save-settings: how a frame is rendered, as a file.
+// --settings and --save-settings: a frame's settings as a file.
 #include <sys/stat.h>
 
 #include <nlohmann/json.hpp>
@@ -75,7 +75,7 @@ TEST_F(SettingsFile, IsNeitherOverwrittenNorReadFromAPipe) {
   expect_failure(
       render_words({"--settings", path("look.json"), "--save-settings", path("look.json")}), 2,
       {"--save-settings", "look.json"});
-  // Of a run that is refused there is no file, and that of before is whole.
+  // A refused run writes no file and leaves an existing one unchanged.
   write("old.json", "old");
   for (const Words& wrong : {Words{"-o", path("no/a.png")}, Words{"--camera", "none"}}) {
     expect_failure(render_words(wrong + Words{"--save-settings", path("old.json")}),

@@ -1,4 +1,4 @@
-// --snapshots: what a progressive render showed on its way.
+// --snapshots: intermediate pictures of a progressive render.
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -20,7 +20,7 @@ class Snapshots : public CommandTest {
     for (const auto& entry : std::filesystem::directory_iterator(path("shots"))) {
       names.push_back(entry.path().filename().string());
     }
-    std::erase(names, "emberline-snapshots.json");  // the list of what is ours
+    std::erase(names, "emberline-snapshots.json");  // the list of the files that Emberline wrote
     std::ranges::sort(names);
     return names;
   }
@@ -38,7 +38,7 @@ TEST_F(Snapshots, TheUsualMomentsInOrder) {
   double completion = 0, elapsed = 0;
   for (size_t i = 0; i < list.size(); ++i) {
     EXPECT_EQ(list[i]["file"], shots()[i]);
-    // A pause at least every hundredth of the frame.
+    // The render pauses at least every hundredth of the frame.
     EXPECT_GE(list[i]["completion"].get<double>(), percents[i] / 100);
     EXPECT_LE(list[i]["completion"].get<double>(), percents[i] / 100 + 0.0101);
     EXPECT_GE(list[i]["completion"].get<double>(), completion);
@@ -64,7 +64,7 @@ TEST_F(Snapshots, TheAnimationHasAFrameForEach) {
   EXPECT_EQ(frames.size(), 3u);
 }
 
-// Times, samples and fractions, in whatever order they are given; the last is the frame itself.
+// Times, samples and fractions, in any order; the last is the finished frame.
 TEST_F(Snapshots, MomentsOfEveryKind) {
   render(progressive({"--spp", "8", "--snapshot-at", "8spp,2.5%,0.000001s,first",
                       "--snapshot-format", "exr", "--bucket-size", "1"}));
@@ -82,8 +82,8 @@ TEST_F(Snapshots, MomentsOfEveryKind) {
   }
 }
 
-// Passes double, the last of these is the latter half of the frame; snapshots amid them come with
-// the next part of the work.
+// Passes double, so the last one is half of the frame. Snapshots within a pass come with the next
+// part of the work.
 TEST_F(Snapshots, ComeInTimeHoweverLongThePass) {
   render(progressive({"--spp", "128", "--snapshot-at", "20spp,33spp,100spp"}));
   const nlohmann::json list = read_json("r.json")["snapshots"];
@@ -96,8 +96,8 @@ TEST_F(Snapshots, ComeInTimeHoweverLongThePass) {
   }
 }
 
-// Without being asked for, pauses would come at most twice: each pass takes twice as long as the
-// one before, and the last time is three times the first. A busy machine may be late for some.
+// Pauses between passes could serve at most two of these times: each pass takes twice as long as
+// the one before, and the last time is three times the first. A busy machine may be late for some.
 TEST_F(Snapshots, ComeAtTheirTimes) {
   const auto time = [](size_t i) { return (0.2 + 0.05 * double(i)) * kSlower; };
   std::string times;
@@ -123,7 +123,7 @@ TEST_F(Snapshots, AreMeasuredAgainstTheReference) {
   ASSERT_EQ(list.size(), 4u);
   EXPECT_GT(list[0]["rmse"].get<double>(), 0.0);
   EXPECT_GT(list[0]["mse"].get<double>(), list[2]["mse"].get<double>());
-  // Law 2: the same samples.
+  // Law 2: equal samples give zero error.
   for (const char* metric : {"rmse", "mse", "relmse"}) {
     EXPECT_EQ(list[3][metric].get<double>(), 0.0) << metric;
   }
@@ -145,7 +145,7 @@ TEST_F(Snapshots, WhatCannotBeIsSaidBeforeTheSceneIsLoaded) {
     expect_failure(words({option, std::string(option) == "--snapshot-format" ? "exr" : "x"}), 2,
                    {option, "requires --snapshots"});
   }
-  // Nor does a folder stay that was made for a render that cannot be.
+  // A folder made for a render that is refused must not stay behind.
   expect_failure(words({"--snapshots", path("shots")}), 3, {"none.glb"});
 }
 

@@ -1,4 +1,4 @@
-// Ctrl-C and the like: what there is is written, and soon.
+// Stop signals: the unfinished frame is written, and soon.
 #include <algorithm>
 #include <csignal>
 #include <nlohmann/json.hpp>
@@ -10,17 +10,17 @@
 namespace emberline::test {
 namespace {
 
-// Soon: in processor time, which what else the machine does leaves alone. One that does not stop at
-// all has hours to go, and is killed as hung.
+// "Soon" is measured in processor time, which other load does not affect. A run that does not stop
+// would take hours, and is killed as hung.
 class Stop : public CommandTest {
  protected:
-  // Hours of work.
+  // Takes hours.
   Words endless(const Words& more = {}) {
     return Words{"render", scene(), "-o",        path("out.exr"), "--size",      "1024x1024",
                  "--spp",  "4096",  "--verbose", "--report",      path("r.json")} +
            more;
   }
-  // "emberline:complete" and "emberline:samples" of the header, which has blanks behind them.
+  // "emberline:complete" and "emberline:samples" of the header, where blanks follow the value.
   static std::pair<std::string, uint64_t> state_of(const ExrPicture& picture) {
     const std::string& complete = picture.attributes.at("emberline:complete");
     return {complete.substr(0, complete.find(' ')),
@@ -28,8 +28,8 @@ class Stop : public CommandTest {
   }
 };
 
-// The rendering is done, its picture is not: what is not denoised yet is written as it is, and the
-// checkpoint has all samples.
+// Rendering is complete but denoising is not: the rest is written raw, and the checkpoint has all
+// samples.
 TEST_F(Stop, AmidTheDenoisingPass) {
   const Words frame = {"render",    scene(),     "-o",      path("out.exr"), "--size",
                        "640x480",   "--spp",     "16",      "--max-depth",   "1",
@@ -57,7 +57,7 @@ TEST_F(Stop, AmidTheDenoisingPass) {
 TEST_F(Stop, WhatThereIsIsWrittenWithItsTrueCounts) {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGXCPU}) {
     SCOPED_TRACE(signal);
-    // Small buckets, so that some are finished soon: 64 samples of 16 x 16 pixels.
+    // Small buckets, so that some are finished soon: 64 samples for each of 16 x 16 pixels.
     Process process(endless({"--bucket-size", "16", "--spp", "64", "--size", "2048x2048", "-o",
                              path("out.png")}),
                     {.folder = folder_.path()});
@@ -84,7 +84,7 @@ TEST_F(Stop, WhatThereIsIsWrittenWithItsTrueCounts) {
   }
 }
 
-// A finished bucket of a stopped frame has the bits it has in the whole one.
+// A finished bucket of a stopped frame has the same bits as in the whole frame.
 TEST_F(Stop, FinishedPixelsAreTheWholeFramesOwn) {
   const Words frame = {"--bucket-size", "8", "--spp", "32", "--size", "2048x2048"};
   Process process(endless(frame), {.folder = folder_.path()});
@@ -92,7 +92,7 @@ TEST_F(Stop, FinishedPixelsAreTheWholeFramesOwn) {
   process.send(SIGINT);
   ASSERT_EQ(process.wait().exit_code, 130);
   const ExrPicture stopped = read_exr(path("out.exr"));
-  // Hilbert's curve starts in the first corner.
+  // The Hilbert curve starts in the first corner.
   ASSERT_EQ(stopped.at("samples", 0, 0), 32.0f);
   ASSERT_EQ(stopped.at("samples", 2047, 0), 0.0f);
   EXPECT_EQ(stopped.at("R", 2047, 0), 0.0f);
@@ -100,7 +100,8 @@ TEST_F(Stop, FinishedPixelsAreTheWholeFramesOwn) {
   EXPECT_EQ(first_difference(read_exr(path("out.exr")), stopped), "");
 }
 
-// A limit is no accident: exit 0, with what there is; and every pixel says why it got no more.
+// A time limit is not an error: exit code 0 with a partial frame, and every pixel has a stop
+// reason.
 TEST_F(Stop, AtTheTimeLimit) {
   const double cores = std::thread::hardware_concurrency();
   for (const char* driver : {"bucket", "bisection"}) {
@@ -124,13 +125,13 @@ TEST_F(Stop, AtTheTimeLimit) {
     }
     const double sum = std::accumulate(samples.begin(), samples.end(), 0.0);
     EXPECT_EQ(json["samples"]["total"], uint64_t(sum));
-    // Buckets that never came are holes; a progressive frame is what the limit allows.
+    // Missing buckets are holes; a progressive frame is complete at any time limit.
     const bool holes = std::string(driver) == "bucket";
     EXPECT_EQ(state_of(picture), std::pair(std::string(holes ? "false" : "true"), uint64_t(sum)));
   }
 }
 
-// A progressive frame is complete whenever it is stopped; bucket's are not.
+// Unlike `bucket`, a progressive driver leaves a complete frame whenever it is stopped.
 TEST_F(Stop, AProgressiveFrameHasNoHoles) {
   Process process(endless({"--driver", "bisection"}), {.folder = folder_.path()});
   ASSERT_TRUE(process.wait_until_busy());
@@ -139,8 +140,8 @@ TEST_F(Stop, AProgressiveFrameHasNoHoles) {
   EXPECT_EQ(result.exit_code, 130) << result.describe();
   EXPECT_LT(result.stop_cpu_s, 2.0 * kSlower);
   EXPECT_EQ(read_json("r.json")["stop_cause"], "user");
-  // A scene without a sky: alpha is 1 wherever a ray meets floor or lamp, and the picture's middle
-  // is floor.
+  // The scene has no sky: alpha is 1 where a ray hits floor or lamp, and the picture's middle is
+  // floor.
   const ExrPicture picture = read_exr(path("out.exr"));
   for (int x = 0; x < 1024; ++x) ASSERT_GT(picture.at("A", x, 700), 0.0f) << x;
 }
@@ -181,7 +182,8 @@ TEST_F(Stop, ASecondSignalEndsAtOnceAndLeavesNothing) {
   EXPECT_EQ(read_bytes(path("out.exr")).size(), 23u);
 }
 
-// A farm kills without asking; the next run of the frame tidies up, but not after a living one.
+// A farm may kill without warning. The next run of the frame removes leftovers, but not those of a
+// living run.
 TEST_F(Stop, WhatKilledRunsLeftIsRemovedByTheNext) {
   Process living(endless({"-o", path("out.png")}), {.folder = folder_.path()});
   ASSERT_TRUE(living.wait_until_busy()) << living.error_so_far();
@@ -203,7 +205,7 @@ TEST_F(Stop, WhatKilledRunsLeftIsRemovedByTheNext) {
   EXPECT_EQ(read_exr(path("out.exr")).data.width(), 1024);
 }
 
-// The kernel repeats it each second until the hard limit kills.
+// The kernel repeats SIGXCPU every second until the hard limit kills.
 TEST_F(Stop, ProcessorTimeThatIsSpentTwiceIsNoImpatience) {
   Process process(endless(), {.folder = folder_.path()});
   ASSERT_TRUE(process.wait_until_busy());
@@ -231,7 +233,7 @@ TEST_F(Stop, AHugeFrameStopsAsFast) {
   process.send(SIGINT);
   const RunResult result = process.wait();
   EXPECT_EQ(result.exit_code, 130) << result.describe();
-  // 65536 tiles to fill; 19 s when each was compressed for itself.
+  // 65536 tiles must be filled quickly; each must not be compressed separately.
   EXPECT_LT(result.stop_cpu_s, 5.0 * kSlower);
   EXPECT_FALSE(result.hung);
 }

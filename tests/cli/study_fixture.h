@@ -1,4 +1,4 @@
-// What the tests of `study` share: runs of a small one, and the table that it leaves.
+// Fixture of the tests of `study`: runs of a small study, and its table.
 #pragma once
 
 #include <map>
@@ -10,7 +10,7 @@ namespace emberline::test {
 
 using Row = std::map<std::string, std::string>;
 
-// One line of RFC 4180.
+// Splits one line of CSV (RFC 4180).
 inline std::vector<std::string> cells(const std::string& line) {
   std::vector<std::string> list = {""};
   bool quoted = false;
@@ -52,7 +52,7 @@ class Study : public CommandTest {
     }
     return list;
   }
-  // Without the times, which no two runs share.
+  // The rows without times, which differ between runs.
   std::vector<Row> contents(const std::string& folder) const {
     std::vector<Row> list = rows(folder);
     for (Row& row : list) {

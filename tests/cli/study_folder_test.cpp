@@ -1,4 +1,4 @@
-// The folder of `emberline study`: whose files in it are, what it goes on with and what it refuses.
+// The folder of `emberline study`: which files belong to it, what it resumes and what it refuses.
 #include <fcntl.h>
 #include <sys/file.h>
 #include <unistd.h>
@@ -14,7 +14,7 @@ TEST_F(Study, AFolderHoldsOneStudy) {
   const Words bucket = {"--drivers", "bucket"};
   study(study_words("s", bucket));
   const std::vector<Row> before = contents("s");
-  // More seeds and other drivers go on with it.
+  // More seeds and other drivers extend the study.
   study(study_words("s", {"--drivers", "bucket,bisection", "--seeds", "3"}));
   const std::vector<Row> after = contents("s");
   EXPECT_EQ(after.size(), 18u);
@@ -27,7 +27,7 @@ TEST_F(Study, AFolderHoldsOneStudy) {
   EXPECT_EQ(rows("s").size(), 4u);
 }
 
-// --restart replaces what the study made, and nothing else.
+// --restart replaces only files that the study made.
 TEST_F(Study, RestartTouchesNothingOfOthers) {
   const Words bucket = {"--drivers", "bucket"}, other = {"--spp", "1,2", "--restart"};
   study(study_words("s", bucket));
@@ -45,7 +45,7 @@ TEST_F(Study, RestartTouchesNothingOfOthers) {
 
 TEST_F(Study, AFolderOfSomeoneElseIsNotUsed) {
   scene();
-  // By name alone, also with a name of ours.
+  // Refused even if a file has one of our names.
   for (const char* name : {"settings.json", "runs/a.json", ".hidden", "study.csv"}) {
     const std::string folder = std::string("of_") + std::filesystem::path(name).stem().string();
     write(folder + "/" + name, "{\"key\": \"theirs\"}");
@@ -56,12 +56,12 @@ TEST_F(Study, AFolderOfSomeoneElseIsNotUsed) {
     expect_failure({"study", "--convergence", "--seeds", "3", "-o", path(folder)}, 2,
                    {path(folder), "emberline-study.json"});
   }
-  // Beside a study: a file under a name that another one would write.
+  // Next to a study: a file with the name of a future output.
   study(study_words("s", {"--drivers", "bucket"}));
   write("s/pictures/bisection-sobol.exr", "irreplaceable");
   expect_failure(study_words("s", {"--drivers", "bisection"}), 2,
                  {path("s/pictures/bisection-sobol.exr"), "move it away"});
-  // Where links would lead out of the folder.
+  // Links that lead out of the folder.
   std::filesystem::create_directories(path("elsewhere"));
   std::filesystem::create_directories(path("linked"));
   std::filesystem::copy(path("s/emberline-study.json"), path("linked/emberline-study.json"));
@@ -77,7 +77,7 @@ TEST_F(Study, AFolderOfSomeoneElseIsNotUsed) {
   expect_failure(study_words("dangling"), 1, {path("dangling"), "cannot make that folder"});
 }
 
-// As another run does while it writes into it.
+// Locks the folder as another run does while it writes.
 TEST_F(Study, AFolderInUseIsLeftAlone) {
   const Words bucket = {"--drivers", "bucket"};
   study(study_words("s", bucket));
@@ -95,7 +95,7 @@ TEST_F(Study, AFolderInUseIsLeftAlone) {
   study(study_words("s", bucket));
 }
 
-// A folder that came from someone else, with a list that names what is not in it.
+// A folder from another user, whose list names files outside it.
 TEST_F(Study, AForgedListRemovesNothing) {
   study(study_words("s", {"--drivers", "bucket"}));
   write("precious.txt", "irreplaceable");
@@ -119,7 +119,7 @@ TEST_F(Study, AForgedListRemovesNothing) {
   }
   EXPECT_TRUE(std::filesystem::is_symlink(path("s/runs/link.json")));
   EXPECT_TRUE(exists("s/runs"));
-  // And one that is no list is said to be none.
+  // An invalid list is reported as such.
   for (const auto& [text, says] :
        {std::pair{"{\"emberline_folder\": 1, \"files\": [3]}", "#/files/0: "},
         {"{\"emberline_folder\": 2, \"files\": []}", "#/emberline_folder: "},
@@ -149,7 +149,7 @@ TEST_F(Study, DamagedFilesAreNamedByPlace) {
   write("s/runs/bucket-sobol_0.json", run.dump());
   write("s/runs/bucket-sobol_1.json", std::string(100000, '['));
   write("s/pace.json", "{\"key\": 1e400}");
-  // Read for the page: as a picture of this frame, and no more.
+  // The page reads only as many bytes as a picture of this frame can have.
   std::filesystem::resize_file(path("s/pictures/bucket-sobol.png"), uintmax_t(1) << 40);
   const RunResult again = study(bucket);
   for (const char* says :

@@ -1,5 +1,5 @@
-// `emberline study`: what it writes, that it goes on where it was, and what it refuses. The sums
-// themselves are tested in tests/unit.
+// `emberline study`: its files, resuming, and refused options. tests/unit tests the statistics
+// themselves.
 #include <unistd.h>
 
 #include <csignal>
@@ -21,7 +21,7 @@ TEST_F(Study, EveryDriverAndEstimatorWithAllItsFiles) {
   for (const Row& row : list) {
     SCOPED_TRACE(row.at("method") + " seed " + row.at("seed") + " budget " + row.at("budget"));
     EXPECT_EQ(row.at("status"), "done");
-    // Rounds of fixed sizes may leave part of a budget.
+    // Rounds of a fixed size may leave part of a budget unused.
     EXPECT_GE(std::stod(row.at("mean_samples")), 0.8 * std::stod(row.at("budget")));
     EXPECT_EQ(std::stod(row.at("samples")), 256 * std::stod(row.at("mean_samples")));
     EXPECT_GT(std::stod(row.at("relmse")), 0);
@@ -52,7 +52,7 @@ TEST_F(Study, EveryDriverAndEstimatorWithAllItsFiles) {
   EXPECT_NE(read_text(path("s/study.html")).find("bisection"), std::string::npos);
 }
 
-// Of each round's picture, and of the finished frame.
+// Estimates exist for each round's picture and for the finished frame.
 TEST_F(Study, ClaimedErrorsStandBesideTheTrueOnes) {
   study(study_words("s", {"--drivers", "adaptive", "--spp", "4,64", "--size", "48x32"}));
   const nlohmann::json json = read_json("s/study.json");
@@ -65,7 +65,7 @@ TEST_F(Study, ClaimedErrorsStandBesideTheTrueOnes) {
     for (const nlohmann::json& claim : claims) {
       EXPECT_GT(claim["mean_samples"].get<double>(), samples);
       samples = claim["mean_samples"];
-      // So small a picture with few samples is estimated to a factor of two at best.
+      // For such a small picture with few samples, the estimate is within a factor of two at best.
       const double ratio = claim["estimate"].get<double>() / claim["true_rms"].get<double>();
       EXPECT_GT(ratio, 0.5) << claim;
       EXPECT_LT(ratio, 2) << claim;
@@ -76,8 +76,8 @@ TEST_F(Study, ClaimedErrorsStandBesideTheTrueOnes) {
   }
 }
 
-// The raw methods have the figures that they have alone; of the denoised ones the filter's are
-// told.
+// Raw methods have the same figures as in a study without denoised ones; denoised methods also
+// report the filter's cost.
 TEST_F(Study, DenoisedPicturesBesideTheRaw) {
   const Words words = {"--drivers", "bucket,adaptive", "--spp", "16,64", "--size", "32x32"};
   const RunResult result =
@@ -114,7 +114,7 @@ TEST_F(Study, DenoisedPicturesBesideTheRaw) {
   EXPECT_NE(read_text(path("s/study.html")).find("Denoising"), std::string::npos);
 }
 
-// Law 2: equal samples, equal bits; so equal errors to the last digit.
+// Law 2: equal samples give equal bits, and so equal errors to the last digit.
 TEST_F(Study, UniformDriversHaveEqualErrorsAtEqualSamples) {
   study(study_words("s", {"--drivers", "bucket,bisection", "--spp", "1,2,4,8"}));
   const std::vector<Row> list = contents("s");
@@ -126,7 +126,7 @@ TEST_F(Study, UniformDriversHaveEqualErrorsAtEqualSamples) {
   }
 }
 
-// Amid a pass, with the part of at most 4096 samples that spends the budget.
+// Within a pass, after the part of at most 4096 samples that exhausts the budget.
 TEST_F(Study, CheckpointsComeWhereTheirBudgetIsSpent) {
   study(study_words("s", {"--drivers", "bisection", "--size", "64x64", "--spp", "20,25,50,64",
                           "--seeds", "1", "--reference-spp", "64"}));
@@ -137,7 +137,7 @@ TEST_F(Study, CheckpointsComeWhereTheirBudgetIsSpent) {
   }
 }
 
-// Against a picture that is given: the figures are those of `emberline compare`.
+// With a given reference, the figures match `emberline compare`.
 TEST_F(Study, AGivenReferenceIsTakenForTheTruth) {
   render(render_words({"--spp", "256", "-o", path("ref.exr"), "--seed", "99"}));
   study(study_words("s", {"--reference", path("ref.exr"), "--drivers", "bucket,adaptive"}));
@@ -168,7 +168,7 @@ TEST_F(Study, BudgetsInSeconds) {
     if (row.at("status") == "failed") continue;
     SCOPED_TRACE(row.at("method") + " at " + row.at("budget"));
     EXPECT_GE(std::stod(row.at("mean_samples")), 1.0);
-    // A uniform frame that can be looked at on its way is stopped no sooner than it should.
+    // A uniform progressive frame is never stopped before its budget.
     if (row.at("method") == "bisection/sobol") {
       EXPECT_GE(std::stod(row.at("wall_s")), std::stod(row.at("budget")));
     }
@@ -193,7 +193,7 @@ TEST_F(Study, AFailedMethodIsShownAsFailed) {
                  {"no method is possible", "stratified"});
 }
 
-// Killed in mid-study, so that not even a signal handler runs.
+// SIGKILL during the study, so that no signal handler runs.
 TEST_F(Study, GoesOnAfterItWasKilledToTheSameBits) {
   const Words more = {"--spp", "1,4,64", "--size", "24x16", "--seeds", "4"};
   study(study_words("whole", more));
@@ -204,7 +204,7 @@ TEST_F(Study, GoesOnAfterItWasKilledToTheSameBits) {
     process.wait();
   }
   EXPECT_FALSE(exists("killed/study.csv"));
-  // A run whose file is damaged is made again.
+  // A run with a damaged file is repeated.
   size_t kept = 0;
   for (const auto& entry : std::filesystem::directory_iterator(path("killed/runs"))) {
     if (kept++ == 0) write_text(entry.path().string(), "{\"seed\": 0");
@@ -237,11 +237,11 @@ TEST_F(Study, TheReferenceIsKeptAndADamagedOneMadeAnew) {
   EXPECT_NE(study(study_words("a", cache)).err.find("rendering the reference"), std::string::npos);
   EXPECT_EQ(study(study_words("b", cache)).err.find("rendering the reference"), std::string::npos);
   EXPECT_EQ(contents("a"), contents("b"));
-  // Another frame is another reference.
+  // Another frame needs another reference.
   EXPECT_NE(
       study(study_words("c", cache + Words{"--max-depth", "1"})).err.find("rendering the ref"),
       std::string::npos);
-  // One byte in the middle of one half's pixels, and a note that says something else.
+  // Flips a byte in the middle of the pixels of one half, and one in the notes.
   for (const char* suffix : {".exr", ".json"}) {
     for (const auto& entry : std::filesystem::directory_iterator(path("cache"))) {
       if (entry.path().extension() != suffix) continue;
@@ -317,8 +317,8 @@ TEST_F(Study, ConvergenceOfSamplersAlone) {
   const nlohmann::json json = read_json("s/convergence.json");
   ASSERT_EQ(json["curves"].size(), 10u);
   for (const nlohmann::json& curve : json["curves"]) {
-    // 300 pixels know each of the nine variances to about 8 to 15 %, and the slope over a range of
-    // 256 to .04 or so.
+    // 300 pixels determine each of the nine variances to 8 to 15 %, and the slope over a factor of
+    // 256 to about 0.04.
     EXPECT_NEAR(curve["order"].get<double>(), curve["expected_order"].get<double>(), 0.2) << curve;
   }
   std::istringstream csv(read_text(path("s/convergence.csv")));

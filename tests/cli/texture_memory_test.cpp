@@ -1,4 +1,4 @@
-// --texture-memory: textures that lie in a file instead of in memory, and the same picture.
+// --texture-memory: textures in a file instead of memory give the same picture.
 #include <algorithm>
 #include <csignal>
 #include <cstdint>
@@ -15,10 +15,10 @@ namespace {
 
 class TextureMemory : public CommandTest {
  protected:
-  static constexpr int kSide = 250;                              // cuts tiles off
+  static constexpr int kSide = 250;                              // no multiple of the tile size
   static constexpr uint64_t kMap = uint64_t(3) * kSide * kSide;  // bytes
 
-  // A floor and a lamp that wear three maps of noise between them; one of them a normal map.
+  // A floor and a lamp with three noise maps between them, one a normal map.
   std::string textured() {
     GltfBuilder gltf = lamp_scene();
     uint32_t state = 1;
@@ -60,7 +60,7 @@ TEST_F(TextureMemory, ThePictureHasTheSameBits) {
   }
 }
 
-// Two maps are there before the third is too much: they go to the file with it.
+// Two maps are in memory before the third exceeds the limit; all three then go to the file.
 TEST_F(TextureMemory, IsALimitOfAllTexturesTogether) {
   const auto in_file = [&](uint64_t limit) {
     picture({"--texture-memory", std::to_string(limit)});
@@ -70,7 +70,7 @@ TEST_F(TextureMemory, IsALimitOfAllTexturesTogether) {
   EXPECT_EQ(in_file(3 * kMap - 1), 3 * kMap);
 }
 
-// What is in the file does not count for --memory-limit.
+// Textures in the file do not count for --memory-limit.
 TEST_F(TextureMemory, LeavesTheMemoryLimitToOthers) {
   const auto reserved = [&](const Words& more) {
     picture(Words{"--threads", "1"} + more);
@@ -83,17 +83,17 @@ TEST_F(TextureMemory, AFolderThatTakesNoFileIsSaid) {
   const Words words = {"render", textured(), "-o", path("no.exr"), "--texture-memory", "1K"};
   expect_failure(words, 1, {"cannot hold textures", path("none"), "TMPDIR"},
                  {.environment = {{"TMPDIR", path("none")}}});
-  // Full: no file may grow beyond so much.
+  // Simulates a full disk by limiting the size of files.
   expect_failure(words, 1, {"cannot hold textures", "File too large"},
                  {.environment = {{"TMPDIR", folder_.path()}}, .file_size_limit = kMap / 2});
-  // Of two that waited for the file it holds one: the third map tries again with what is left.
+  // The file holds only one of two maps that were moved to it; the third map retries with the rest.
   const Words some = {"render", textured(),         "-o",  path("no.exr"), "--threads",
                       "1",      "--texture-memory", "300K"};
   expect_failure(some, 1, {"cannot hold textures", "File too large"},
                  {.environment = {{"TMPDIR", folder_.path()}}, .file_size_limit = kMap * 3 / 2});
 }
 
-// Where they all fit nobody asks for the folder.
+// If all textures fit, the folder is not used.
 TEST_F(TextureMemory, WhatFitsNeedsNoFolder) {
   render({"render", textured(), "-o", path("a.exr"), "--size", "8x8", "--spp", "1",
           "--texture-memory", "1G"},

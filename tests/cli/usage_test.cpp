@@ -1,4 +1,5 @@
-// Wrong command lines: exit 2, one line that names the option and what is valid; no file touched.
+// Wrong command lines: exit code 2, one line that names the option and what is valid; no file
+// changed.
 #include <set>
 #include <sstream>
 
@@ -12,15 +13,15 @@ class Usage : public CommandTest {};
 struct WrongValue {
   const char* option;
   Words values;
-  Words says;       // beside the option's name
-  Words with = {};  // what else must stand there for the value to be looked at
+  Words says;       // expected beside the option's name
+  Words with = {};  // further options that the value needs to be checked
 };
 
 // One row per option of `render` that takes a value, so that a new option without a row fails
 // EveryOptionHasARow below.
 const std::vector<WrongValue>& wrong_values() {
-  // What is no number at all is tried in full on one whole and one real option, which share their
-  // reading with the others.
+  // Text that is not a number is tested in full on one whole and one real option; the others share
+  // their parser.
   static const Words kNotANumber = {"", "abc", "nan", "inf", "4x", "0x10", "1e999", " 4", "+-4"};
   static const auto numbers = [](const Words& more) { return Words{"nan"} + more; };
   static const Words kAdaptive = {"--driver", "adaptive"};
@@ -202,7 +203,7 @@ const std::vector<WrongValue>& wrong_values() {
       {"--sample-range", {"4-4", "5-4", "0-16777217", "4", "-1-4", ""}, {"A-B"}},
       {"--sample-range", {"0-4"}, {"--spp"}},
       {"--sample-range", {"0-4"}, {"--seed"}, kAdaptive},
-      // Free text: any name of a file may be given; what comes of it is told elsewhere.
+      // Free text: any file name is accepted here and checked later.
       {"--env", {}, {}},
       {"--edits", {}, {}},
       {"--settings", {}, {}},
@@ -217,7 +218,7 @@ const std::vector<WrongValue>& wrong_values() {
   return rows;
 }
 
-// The name a message uses for it.
+// The name that messages use.
 std::string spoken(const std::string& option) {
   return option == "--output" || option == "--difference" ? "-o" : option;
 }
@@ -231,12 +232,12 @@ std::vector<HelpedOption> options_in(const std::string& help) {
   std::vector<HelpedOption> options;
   std::istringstream lines(help);
   for (std::string line; std::getline(lines, line);) {
-    // "  -o,--output FILE ...": names stand behind two spaces, long ones alone behind ten in newer
-    // CLI11; help texts further in.
+    // "  -o,--output FILE ...": names follow two spaces, or ten for long ones alone in newer CLI11;
+    // help texts are indented further.
     const size_t name = line.find_first_not_of(' ');
     if (name > 10 || line[name] != '-') continue;
     const size_t at = line.find("--"), end = std::min(line.size(), line.find_first_of(" ,", at));
-    // "--quiet Excludes: --verbose" takes none.
+    // "--quiet Excludes: --verbose" takes no value.
     const std::string next = line.substr(end, line.find(' ', end + 1) - end);
     const bool has_value = next.size() > 1 && next.back() != ':';
     options.push_back({line.substr(at, end - at), has_value});
@@ -268,7 +269,7 @@ TEST_F(Usage, EveryOptionHasARow) {
   }
 }
 
-// As scripts give it: --env "$UNSET". Every option of every command.
+// Scripts pass --env "$UNSET". Checks every option of every command.
 TEST_F(Usage, EmptyValuesAreNotTakenForNone) {
   write("a.exr", "");
   const Words commands[] = {render_words(),
@@ -356,7 +357,7 @@ TEST_F(Usage, HelpAndVersion) {
     EXPECT_EQ(result.err, "");
     EXPECT_NE(result.out.find("emberline"), std::string::npos) << result.out;
   }
-  // The tables behind the names are in the help.
+  // The help must list the tables behind the names.
   const std::string help = run({"render", "--help"}).out;
   for (const char* name : {"sobol", "independent", "hilbert", "spiral", "mitchell", "path",
                            "ambient_occlusion", "variance", "bucket"}) {

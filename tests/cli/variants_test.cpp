@@ -1,4 +1,4 @@
-// --variant: the materials of a variant of the file.
+// --variant: the materials of one of the file's variants.
 #include "cli/command_test.h"
 
 #include <nlohmann/json.hpp>

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Whether Blender's own Cryptomatte node picks the right mattes from our files.
+"""Checks that Blender's own Cryptomatte node picks the right mattes from our files.
 
     tests/compositing/blender_matte.py [--emberline build/release/bin/emberline] [--blender blender] [--keep DIR]
 
-Renders scenes/teapot.glb with mattes, as one part and as a part a layer, has Blender's compositor pick
-three names of each kind, and compares what it shows with the sum of the coverages that the file itself has for the name's id.
-Exit code 77, as ctest has it, where there is no Blender. About half a minute.
+Renders scenes/teapot.glb with mattes, as a single-part file and with one part per layer. Blender's compositor picks
+three names of each kind, and its mattes are compared with the sum of the file's coverages for the name's id. The exit
+code is 77, which ctest takes for skipped, without Blender. Takes about half a minute.
 """
 import argparse
 import json
@@ -20,7 +20,7 @@ ROOT = Path(__file__).resolve().parents[2]
 SIZE = (160, 90)
 PICKS = {"CryptoObject": ["teapot", "lemon 2", "table"], "CryptoMaterial": ["china", "lemon"], "CryptoAsset": ["wall"]}
 
-# What runs in Blender: FILE, OUT, and the picks as JSON behind "--". All mattes are written as one float EXR each.
+# Runs in Blender, with FILE, OUT, and the picks as JSON after "--". Writes each matte as an EXR with one float channel.
 IN_BLENDER = """
 import bpy, json, sys
 file, out, picks, size = sys.argv[-4], sys.argv[-3], json.loads(sys.argv[-2]), json.loads(sys.argv[-1])
@@ -54,7 +54,7 @@ bpy.ops.render.render(scene=scene.name)
 
 
 def planes_of(path):
-    """Channels of an EXR in rows, in float and not compressed: its File Layout needs no library then."""
+    """Channels of an uncompressed float EXR with scan lines, read without a library."""
     data = path.read_bytes()
     at, header = 8, {}
     while data[at]:
@@ -83,7 +83,7 @@ def planes_of(path):
 
 
 def plain(path, to):
-    """A copy of our file that planes_of() reads; of several parts their channels together."""
+    """A copy of our file for planes_of(), which joins the channels of all parts."""
     info = subprocess.run(["oiiotool", "--info", str(path)], check=True, capture_output=True, text=True).stdout
     layers = [f"{layer}0{rank}" for layer in PICKS for rank in range(3)]
     planes = {}

@@ -1,4 +1,4 @@
-// Values that are well formed but that nothing can be made of.
+// Well-formed but unusable values.
 #include "failure/bad_input.h"
 
 #include <limits>
@@ -17,7 +17,8 @@ using test::TempFolder;
 class Absurd : public testing::Test {
  protected:
   Absurd() { gltf_.add_triangle(); }
-  // With room for the program but not for what the counts ask; a bad_alloc would say "memory".
+  // The limit leaves room for the program, but not for an allocation by an unchecked count, whose
+  // bad_alloc would say "memory".
   void expect_error(const std::vector<std::string>& parts) {
     const MemoryLimit limit(uint64_t(4) << 30);
     expect_input_error(gltf_, parts);
@@ -84,7 +85,7 @@ TEST_F(Absurd, SparseCounts) {
   expect_error({"#/accessors/0/sparse/indices/componentType: "});
 }
 
-// A hundred kilobytes of JSON must not become a hundred million triangles or instances.
+// 100 KB of JSON must not become a hundred million triangles or instances.
 TEST_F(Absurd, SharedDataDoesNotMultiply) {
   const int p = gltf_.add_accessor<float>("VEC3", {0, 0, 0, 1, 0, 0, 0, 1, 0});
   std::vector<uint8_t> indices(30000);
@@ -127,7 +128,7 @@ TEST_F(Absurd, NothingToRender) {
     if (value.is_null()) gltf.root[place.parent_pointer()].erase(place.back());
     EXPECT_TRUE(expect_warning(gltf, {words}).instances.empty()) << pointer;
   }
-  // Joints may scale to nothing, too.
+  // Joints may also have a scale of zero.
   GltfBuilder skinned = gltf_;
   const int joint = skinned.push("nodes", {{"scale", {0, 0, 0}}});
   skinned.add_to_scene(joint);
@@ -157,7 +158,7 @@ TEST_F(Absurd, PointsAndLinesAreNamedAndCounted) {
   gltf_.primitive(1)["mode"] = 0;
   gltf_.add_mesh_node(1);
   expect_error({"nothing to render: 12,000 points and 23,998 lines, which have no surface"});
-  // Beside a surface they are a line of the report.
+  // Together with a surface, they are only reported as ignored.
   gltf_.add_triangle();
   const SceneDescription scene = load_gltf(gltf_.write_glb(folder_ / "a.glb"), {});
   EXPECT_EQ(scene.coverage.ignored,
@@ -173,14 +174,14 @@ TEST_F(Absurd, OnlyBadTriangles) {
                                                         0, 0, 0, 1, 1, 1, 2, 2, 2})}}}};
   expect_error({"no geometry to render", "1 triangles without area",
                 "1 triangles with a NaN or infinite vertex"});
-  // Beside a good mesh that is scaled to nothing for now, they do not stop an animation.
+  // They do not end an animation if the scene also has a good mesh whose scale is zero now.
   const int good = gltf_.add_triangle();
   gltf_.root["nodes"][size_t(good)]["scale"] = {0, 0, 0};
   expect_warning(gltf_, {"1 objects scaled to nothing"});
 }
 
 TEST_F(Absurd, HierarchiesOfAnyDepth) {
-  // 100 000 levels, the mesh at the bottom; each moves by one.
+  // 100 000 levels with the mesh at the bottom; each translates by one.
   const int depth = 100000;
   json nodes = json::array();
   for (int i = 0; i < depth; ++i) {
@@ -196,14 +197,14 @@ TEST_F(Absurd, HierarchiesOfAnyDepth) {
   const SceneDescription scene = load_gltf(gltf_.write_glb(folder_ / "a.glb"), {});
   ASSERT_EQ(scene.instances.size(), 1u);
   EXPECT_EQ(scene.instances[0].to_world[3][0], double(depth));
-  // Closed into a ring it is an error, found without walking it forever.
+  // A cycle is an error, and finding it must end.
   gltf_.root["nodes"][size_t(depth) - 1]["children"] = {0};
   expect_error({"#/nodes/", "cycle"});
 }
 
 TEST_F(Absurd, GarbageForImages) {
   std::vector<std::vector<uint8_t>> garbage = {{}, {0}, std::vector<uint8_t>(1000, 0xab)};
-  // Right beginnings, wrong continuations.
+  // Valid file signatures followed by garbage.
   for (const std::string& magic :
        {std::string("\x89PNG\r\n\x1a\n"), std::string("\xff\xd8\xff\xe0"),
         std::string("RIFF\x20\0\0\0WEBPVP8 ", 16), std::string("\x76\x2f\x31\x01\x02\0\0\0", 8),

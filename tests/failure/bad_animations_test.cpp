@@ -1,5 +1,4 @@
-// Animations that are none: refused where they are asked for, a warning or nothing where they are
-// not.
+// Invalid animations: an error if the render uses them; otherwise a warning or nothing.
 #include <cmath>
 #include <ctime>
 #include <limits>
@@ -29,7 +28,7 @@ class BadAnimation : public testing::Test {
         {{"POSITION", gltf_.add_accessor<float>("VEC3", {0, 1, 0, 0, 1, 0, 0, 1, 0})}}};
   }
 
-  // Channel 0 lifts the triangle; `spoil` makes something of it.
+  // Channel 0 moves the triangle; `spoil` then damages the animation.
   template <class Spoil>
   GltfBuilder spoilt(const Spoil& spoil) const {
     GltfBuilder gltf = gltf_;
@@ -38,7 +37,7 @@ class BadAnimation : public testing::Test {
     spoil(animation);
     return gltf;
   }
-  // What the JSON says is seen in any case, what the key frames say where they are read.
+  // Faults in the JSON are always found; faults in the key frames only when these are read.
   template <class Spoil>
   void by_its_json(const std::vector<std::string>& parts, const Spoil& spoil) const {
     expect_warning(spoilt(spoil), parts);
@@ -87,7 +86,7 @@ TEST_F(BadAnimation, Values) {
   });
   expect_warning(longer, {"#/animations/0/samplers/1/output: 2 rotations", "are normalised"},
                  {.time = 0.0});
-  // Of a spline the tangents are no rotations.
+  // The tangents of a spline need not be rotations.
   quiet_load(
       spoilt([](AnimationBuilder& a) {
         a.move(0, "rotation", {0}, "VEC4", {0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0}, "CUBICSPLINE");
@@ -180,7 +179,7 @@ TEST_F(BadAnimation, Targets) {
               [&](AnimationBuilder& a) { a.point<uint8_t>(visible, {0}, "BOOL", {1}); });
 }
 
-// The bytes of an animation are not there: that is nobody's fault who does not ask for it.
+// An animation whose bytes are missing is only an error if it is used.
 TEST_F(BadAnimation, WithoutItsBytes) {
   by_its_json({"#/accessors/", "1000 elements of 12 bytes", "do not fit into the buffer view"},
               [](AnimationBuilder& a) { a.output(0)["count"] = 1000; });
@@ -194,7 +193,7 @@ TEST_F(BadAnimation, CountsThatNothingBearsOut) {
   });
 }
 
-// A million keys that three thousand channels share are read once.
+// A million keys shared by three thousand channels are read once.
 TEST_F(BadAnimation, ManyKeysThatManyShareAreReadOnce) {
   constexpr size_t kKeys = 1000000, kChannels = 3000;
   GltfBuilder gltf = gltf_;
@@ -211,7 +210,7 @@ TEST_F(BadAnimation, ManyKeysThatManyShareAreReadOnce) {
   const std::clock_t start = std::clock();
   EXPECT_FALSE(quiet_load(gltf, {.time = 1234.5}).instances.empty());
   EXPECT_LT(double(std::clock() - start) / CLOCKS_PER_SEC, 20.0);
-  // And are counted before they are.
+  // Keys count for the memory budget before they are read.
   const TempFolder folder;
   const std::string path = gltf.write_glb(folder / "a.glb");
   const auto load_within = [&](uint64_t bytes, const GltfOptions& options) {

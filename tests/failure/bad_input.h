@@ -1,4 +1,4 @@
-// Expectations of files that cannot be used.
+// Expectations for unusable files.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 
 namespace emberline::test {
 
-// Address space is capped while it lives, so that an allocation by an unchecked count shows.
+// Limits the address space during its lifetime, so that an allocation by an unchecked count fails.
 class MemoryLimit {
  public:
   explicit MemoryLimit(uint64_t bytes) {
@@ -38,8 +38,8 @@ class MemoryLimit {
   bool active_ = false;
 };
 
-// Loading must throw InputError with one line that begins with the file's name and contains every
-// one of `parts`.
+// Loading must throw InputError with one line that begins with the file's name and contains each of
+// `parts`.
 inline void expect_input_error(const std::string& path, const std::vector<std::string>& parts,
                                const GltfOptions& options = {}) {
   try {
@@ -63,7 +63,7 @@ inline void expect_input_error(const GltfBuilder& gltf, const std::vector<std::s
   expect_input_error(gltf.write_glb(folder / "a.glb"), parts, options);
 }
 
-// Loading must warn once, naming the file, with every one of `parts`, and give the scene.
+// Loading must return the scene and warn exactly once, naming the file, with each of `parts`.
 inline SceneDescription expect_warning(const std::string& path,
                                        const std::vector<std::string>& parts,
                                        const GltfOptions& options = {}) {
@@ -95,7 +95,7 @@ inline SceneDescription expect_warning(const GltfBuilder& gltf,
   return expect_warning(gltf.write_glb(folder / "a.glb"), parts, options);
 }
 
-// What loading says within such a budget; "no error" if nothing.
+// The error of loading with a memory budget; "no error" if there is none.
 inline std::string refusal(const GltfBuilder& gltf, uint64_t budget) {
   const TempFolder folder;
   const std::string path = gltf.write_glb(folder / "a.glb");

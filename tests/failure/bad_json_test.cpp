@@ -1,5 +1,5 @@
-// Members that are missing, of the wrong type or out of range: the error, or the warning where the
-// picture does not need them, names each by its pointer.
+// Members that are missing, of the wrong type or out of range: the error names each by its pointer,
+// and so does the warning if the picture does not need it.
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
@@ -16,8 +16,8 @@ using test::expect_warning;
 using test::GltfBuilder;
 using test::TempFolder;
 
-// A scene with one of everything, so that any member can be spoiled. `in_use`: the picture needs it
-// all, and the extensions are required.
+// A scene with one of everything, so that any member can be spoiled. `in_use`: the picture needs
+// all of it, and the extensions are required.
 GltfBuilder rich_scene(bool in_use = false) {
   GltfBuilder gltf;
   gltf.add_triangle();
@@ -44,7 +44,7 @@ GltfBuilder rich_scene(bool in_use = false) {
   return gltf;
 }
 
-// Whether the picture needs what is spoiled.
+// When the picture needs the spoiled member.
 enum class Needed { kAlways, kInUse, kNever };
 struct Spoiled {
   const char* pointer;
@@ -91,7 +91,7 @@ std::vector<Spoiled> spoiled_values() {
       {"/meshes/0/primitives/0/mode", 7},
       {"/meshes/0/primitives/0/mode", 1.5},
       {"/meshes/0/primitives/0/targets", json::object()},
-      {"/meshes/0/primitives/0/targets/0/POSITION", 44, kNever},  // of weight 0
+      {"/meshes/0/primitives/0/targets/0/POSITION", 44, kNever},  // its weight is 0
       {"/meshes/0/primitives/0/extensions/KHR_draco_mesh_compression", 1, kInUse},
       {"/accessors/0/count", 0},
       {"/accessors/0/count", -5},
@@ -165,7 +165,7 @@ TEST(BadJson, WrongTypesAndRanges) {
       const std::string text = spoiled.pointer;
       document[json::json_pointer(text)] = spoiled.value;
       test::write_text(folder / "a.gltf", document.dump());
-      // The place is the member itself, what stands in it, or what encloses it.
+      // The message may name the member itself, its contents or its parent.
       const std::string place = "a.gltf#" + text.substr(0, std::max(text.rfind('/'), size_t(1)));
       SCOPED_TRACE(text + " = " + spoiled.value.dump() + (in_use ? ", in use" : ""));
       if (spoiled.needed == Needed::kAlways || (in_use && spoiled.needed == Needed::kInUse)) {
@@ -266,8 +266,8 @@ TEST(BadJson, TextThatIsNoJson) {
   }
 }
 
-// A file in the wild may have one; a reader that takes the first and one that takes the last see
-// two different scenes.
+// Such files exist. A reader that takes the first member and one that takes the last would see
+// different scenes.
 TEST(BadJson, AMemberThatStandsTwiceIsWarnedOf) {
   const TempFolder folder;
   std::string text = rich_scene().document("data.bin").dump();

@@ -1,11 +1,10 @@
-"""Small files that ask for much: every one must end within seconds and keep to its memory limit.
+"""Small files that would need excessive resources: each must end within seconds and keep to its memory limit.
 
 bombs.py EMBERLINE [--only NAME] [--keep DIR] [--list]
 
-Each case is written by a function of a seeded generator, rendered with --memory-limit in a process of
-its own, and must end by itself with exit code 0, 2 or 3 (and then one line), within kSeconds of
-processor time, and with a peak of resident memory no more than the limit and a tenth above that of a
-plain scene with an image, whose decoders take some hundred megabytes to load.
+A seeded generator writes each case, which is rendered with --memory-limit in its own process. It must end by itself with
+exit code 0, 2 or 3 (and then one line), within K_SECONDS of processor time. Its peak of resident memory may exceed that
+of a plain scene with an image, whose decoders take about a hundred megabytes to load, by at most 1.1 times the limit.
 """
 import argparse
 import base64
@@ -20,14 +19,14 @@ import time
 import zlib
 
 K_LIMIT = 256 << 20
-K_SECONDS = 5.0  # of one core; both the loading threads' count
-K_WALL = 60.0  # for machines with much else to do
+K_SECONDS = 5.0  # of one core; the time of both loading threads counts
+K_WALL = 60.0  # for busy machines
 
 BOMBS = []
 
 
 def bomb(*variants):
-    """Registers a function for each of the argument tuples."""
+    """Registers a function once for each tuple of arguments."""
 
     def register(make):
         for args in variants or [()]:
@@ -39,7 +38,7 @@ def bomb(*variants):
 
 
 class Gltf:
-    """A scene with a triangle that is there for good, a light and a camera; cases add to it."""
+    """A scene with a triangle, a light and a camera; cases add to it."""
 
     def __init__(self):
         self.binary = bytearray()
@@ -84,7 +83,7 @@ class Gltf:
         return len(self.root["nodes"]) - 1
 
     def splice(self, placeholder, text):
-        """Text in the place of the string `placeholder`: much faster than objects, and not bound to be JSON."""
+        """Replaces the string `placeholder` by text: much faster than objects, and the text need not be valid JSON."""
         self.splices[json.dumps(placeholder)] = text
 
     def write(self, path):
@@ -209,7 +208,7 @@ def primitives(rng, count):
 
 @bomb((10000,), (50000,))
 def meshes_without_their_uv(rng, count):
-    """Each is warned of by its name."""
+    """The warning for each mesh contains its name."""
     g = Gltf()
     g.root["images"] = [{"uri": "data:image/png;base64," + PNG}]
     g.root["textures"] = [{"source": 0}]
@@ -227,7 +226,7 @@ def png_chunk(kind, data):
     return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
 
-# One white pixel.
+# A single white pixel.
 PNG = base64.b64encode(b"\x89PNG\r\n\x1a\n" + png_chunk(b"IHDR", struct.pack(">IIBBBBB", 1, 1, 8, 2, 0, 0, 0))
                        + png_chunk(b"IDAT", zlib.compress(b"\0\xff\xff\xff")) + png_chunk(b"IEND", b"")).decode()
 
@@ -331,7 +330,7 @@ def long_name_of_many(rng, length):
 
 @bomb(("meshes",), ("nodes",), ("lights",))
 def long_name_of_its_uses(rng, kind):
-    """A megabyte that each of many primitives, instances or lamps would be called."""
+    """A name of one megabyte, shared by many primitives, instances or lights."""
     g = Gltf()
     name, count = "n" * (1 << 20), 1000
     if kind == "meshes":
@@ -354,7 +353,7 @@ def long_name_of_its_uses(rng, kind):
 
 @bomb((10, 1000), (10, 100000), (1000, 100000), (100000, 20000))
 def shared_accessor(rng, triangles, uses):
-    """Primitives that all name one set of vertices."""
+    """Primitives that all use the same vertices."""
     g = Gltf()
     points = g.floats("VEC3", [rng.uniform(-1, 1) for _ in range(9 * triangles)])
     g.root["meshes"][0]["primitives"].append("@@")
@@ -419,7 +418,7 @@ def zeros_in_every_primitive(rng, uses):
 
 @bomb((1,), (4,), (40,))
 def overlapping_elements(rng, stride):
-    """Elements that begin a few bytes after one another cannot: the stride is at least an element."""
+    """Overlapping elements are impossible: the stride is at least the size of an element."""
     g = Gltf()
     view = g.view(bytes(rng.randrange(256) for _ in range(400000)))
     g.root["bufferViews"][view]["byteStride"] = stride
@@ -430,7 +429,7 @@ def overlapping_elements(rng, stride):
 
 @bomb((1000,), (100000,))
 def overlapping_views(rng, uses):
-    """One piece of the buffer seen through many views, each with its accessor and primitive."""
+    """One piece of the buffer used by many views, each with its own accessor and primitive."""
     g = Gltf()
     view = g.view(struct.pack("<3000f", *[rng.uniform(-1, 1) for _ in range(3000)]))
     at = g.root["bufferViews"][view]["byteOffset"]
@@ -497,7 +496,7 @@ def instanced_triangle(rng, count):
 
 @bomb((1000,), (100000,), (10000000,), (4000000000,))
 def gpu_instances(rng, count):
-    """EXT_mesh_gpu_instancing of an accessor without data."""
+    """EXT_mesh_gpu_instancing with an accessor without data."""
     g = Gltf()
     g.root["extensionsUsed"].append("EXT_mesh_gpu_instancing")
     g.node(mesh=0, extensions={"EXT_mesh_gpu_instancing": {"attributes": {
@@ -588,7 +587,7 @@ def varint(n):
 
 @bomb(*[(method, faces, size) for method in (0, 1) for faces in (1000, 10000000, 4000000000) for size in (64, 100000)])
 def draco_counts(rng, method, faces, size):
-    """A header that announces much, and noise behind it."""
+    """A header with large counts, followed by noise."""
     g = Gltf()
     counts = varint(faces) + varint(faces) if method == 0 else b"\0" + varint(faces) + varint(faces)
     data = b"DRACO" + bytes([2, 2, 1, method, 0, 0]) + counts + bytes(rng.randrange(256) for _ in range(size))
@@ -686,7 +685,7 @@ def image_size(rng, width, height, depth):
 
 @bomb((100,), (3000,))
 def images_of_one_view(rng, count):
-    """Each worn, and none small."""
+    """All images are large and used by a material."""
     g = Gltf()
     view = g.view(png(512, 512, 8, 6))
     g.root["images"] = ["@i"]
@@ -717,7 +716,7 @@ def texture_transforms(rng, count):
 
 
 def run(program, folder, path, arguments=()):
-    """Exit code, message, processor seconds, peak bytes."""
+    """Returns exit code, message, processor seconds, peak bytes."""
     size = [] if "--size" in arguments else ["--size", "8x8"]
     command = [program, "render", path, "-o", "out.exr", "--spp", "1", "--max-depth", "2", "--threads", "2",
                "--memory-limit", str(K_LIMIT)] + size + list(arguments)

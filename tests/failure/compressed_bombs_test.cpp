@@ -1,4 +1,4 @@
-// Compressed views that unfold to far more than they take: refused by the memory budget before
+// Compressed views that decode to much more than their size: the memory budget refuses them before
 // anything is decoded.
 #include "failure/bad_input.h"
 
@@ -11,8 +11,7 @@ namespace {
 using nlohmann::json;
 using test::GltfBuilder;
 
-// A grid that costs a bit or two a vertex, with attributes that are the same everywhere and so cost
-// nothing at all.
+// A grid that takes one or two bits a vertex, with constant attributes that take no space at all.
 std::vector<uint8_t> draco_bomb(int side, int attributes) {
   draco::Mesh mesh;
   const auto count = uint32_t(side * side);
@@ -65,7 +64,7 @@ TEST(CompressedBombs, DracoAttributesThatCostNothing) {
   gltf.add_mesh_node(gltf.add_mesh({{"attributes", {{"POSITION", positions}}},
                                     {"indices", indices},
                                     {"extensions", {{"KHR_draco_mesh_compression", draco}}}}));
-  // 4,096 vertices x 20 attributes x 64 numbers, twice: 42 MB. The mesh alone takes 2.
+  // 4,096 vertices x 20 attributes x 64 numbers, twice: 42 MB. The mesh alone takes 2 MB.
   ASSERT_LT(stream.size(), 20000u);
   const std::string message = test::refusal(gltf, uint64_t(16) << 20);
   EXPECT_NE(message.find("KHR_draco_mesh_compression"), std::string::npos) << message;

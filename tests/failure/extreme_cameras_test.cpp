@@ -1,5 +1,5 @@
-// Cameras, lamps and instances beyond what float holds: refused by name, and what is not refused
-// can be traced. Embree ends the process over rays that it cannot take.
+// Cameras, lights and instances beyond the range of float: refused by name, or safe to trace.
+// Embree aborts on rays that it cannot handle.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -19,7 +19,7 @@ Mat44d scaling(double s) {
   return m;
 }
 
-// A ball, and two placed from a mesh that is `shrunk` by its instances.
+// A ball, and two instances of a mesh that they scale by `shrunk`.
 std::unique_ptr<Scene> scene_of(double size, double shrunk) {
   SceneBuilderForTests b;
   const int material = b.add_material(lambert(Rgb(0.5f)));
@@ -31,7 +31,7 @@ std::unique_ptr<Scene> scene_of(double size, double shrunk) {
   return b.build();
 }
 
-// Traces rays from all over the frame. False if the camera was refused.
+// Traces rays across the frame. Returns false if the camera was refused.
 bool look(const Scene& scene, const CameraDescription& view, std::mt19937& random) {
   std::optional<Camera> camera;
   try {
@@ -67,7 +67,7 @@ bool look(const Scene& scene, const CameraDescription& view, std::mt19937& rando
 TEST(ExtremeCameras, AreRefusedOrTraced) {
   std::mt19937 random(1);
   const auto unit = [&] { return std::uniform_real_distribution<double>(-1, 1)(random); };
-  // Of any magnitude, every third time an ordinary one.
+  // Any magnitude; an ordinary one in a third of the cases.
   const auto any = [&] {
     const double exponent = random() % 3 == 0 ? 2 * unit()
                             : random() % 2    ? 25 * unit()

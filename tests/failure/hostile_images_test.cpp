@@ -1,5 +1,5 @@
-// Images whose pixels are honest and whose metadata is not, images that announce more than they
-// hold, and files of formats that nobody asked for.
+// Images with valid pixels but hostile metadata, images that announce more than they hold, and
+// files of unsupported formats.
 #include <OpenEXR/OpenEXRConfig.h>
 #include <gtest/gtest.h>
 #include <sys/mman.h>
@@ -40,8 +40,8 @@ std::string decode_message(const ByteList& encoded) {
 #define EXPECT_SAYS(message, part) EXPECT_NE((message).find(part), std::string::npos) << (message)
 
 // OpenImageIO 2.4 parses colour profiles with tables that threads share without a lock (its issue
-// 3756) and believes their offsets (its pull request 4557): a scene with a dozen such textures died
-// in a third of its runs.
+// 3756), and trusts their offsets (its pull request 4557). Both crash the process, so profiles must
+// be removed first.
 TEST(HostileImages, MetadataIsNotReadOnAnyThread) {
   const std::vector<ByteList> images = test::images_with_hostile_metadata();
   ASSERT_EQ(images.size(), 60u);
@@ -81,8 +81,8 @@ TEST(HostileImages, DecodersSeeNoMetadata) {
   }
 }
 
-// What changes samples stays: Adobe's segment says whether three components are YCbCr or RGB, tRNS
-// makes colours transparent.
+// Metadata that affects the samples must stay: Adobe's segment says whether three components are
+// YCbCr or RGB, and tRNS makes colours transparent.
 TEST(HostileImages, WhatDecidesSamplesIsKept) {
   const ByteList adobe = test::jpeg_segment(
       0xee, test::bytes_of("Adobe") + ByteList{0, 100, 0, 0, 0, 0, 0});  // transform 0: RGB
@@ -111,7 +111,7 @@ TEST(HostileImages, ACutJpegIsRefusedOrNamed) {
   const ByteList jpeg =
       test::encode_image<uint8_t>("jpg", ImageSpec(64, 64, 3, TypeDesc::UINT8), noise);
   const ByteList behind = jpeg + ByteList(1000, 0xff);
-  EXPECT_EQ(decode_message(behind), "no error");  // what stands behind an image is no part of it
+  EXPECT_EQ(decode_message(behind), "no error");  // bytes after the image are ignored
   int taken = 0;
   for (size_t size = 2; size < jpeg.size(); size += 37) {
     const ByteList cut(jpeg.begin(), jpeg.begin() + long(size));
@@ -120,7 +120,7 @@ TEST(HostileImages, ACutJpegIsRefusedOrNamed) {
       EXPECT_TRUE(decode_image(cut, "place", true).cut_short);
       ++taken;
     } catch (const InputError&) {
-      EXPECT_LT(size, jpeg.size() / 2);  // not even a header
+      EXPECT_LT(size, jpeg.size() / 2);  // too short even for a header
     }
   }
   EXPECT_GT(taken, 10);
@@ -129,7 +129,7 @@ TEST(HostileImages, ACutJpegIsRefusedOrNamed) {
   EXPECT_SAYS(decode_message(cut), "cut short; lenient");
 }
 
-// "#?RADIANCE", a size, and nothing: gigabytes were taken for it.
+// A header that announces a large picture without data must not cause a large allocation.
 TEST(HostileImages, HeadersAreHeldAgainstTheBytesBehindThem) {
   const TempFolder folder;
   const std::string head = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n";
@@ -150,7 +150,7 @@ TEST(HostileImages, HeadersAreHeldAgainstTheBytesBehindThem) {
   EXPECT_EQ(decode_message(test::small_png()), "no error");
 }
 
-// The budget is asked before a byte of the image is decoded.
+// The budget is checked before any byte of the image is decoded.
 TEST(HostileImages, SizesAreHeldAgainstTheBudget) {
   const auto budget = std::make_shared<MemoryBudget>(uint64_t(1) << 20);
   LoadProgress progress({}, {}, {.memory = budget, .timeout_s = {}, .scene = {}});
@@ -181,7 +181,7 @@ TEST(HostileImages, OnlyKnownFormatsAreOpened) {
   EXPECT_SAYS(decode_message(tiff), "the image is TIFF, not PNG");
 }
 
-// OpenImageIO reads options out of such names.
+// OpenImageIO parses options from such names.
 TEST(HostileImages, NamesAreOnlyNames) {
   const TempFolder folder;
   for (const char* name : {"a?subimage=3.exr", "a&b.exr", "a b\n.exr"}) {
@@ -198,8 +198,8 @@ TEST(HostileImages, DeepExrIsRefused) {
   EXPECT_SAYS(decode_message(exr), "deep EXR is not supported");
 }
 
-// OpenEXR believed the type and we the size, so that what a value hid behind its true end was read
-// as another one: here a text of 1.9 GB. Found by tests/fuzz.
+// OpenEXR trusts a value's type and we its size, so a value's excess bytes would be read as another
+// value: here a text of 1.9 GB.
 TEST(HostileImages, ExrValuesHaveTheSizeOfTheirType) {
   const ByteList exr =
       test::encode_image<float>("exr", ImageSpec(1, 1, 3, TypeDesc::FLOAT), {1, 2, 3});
@@ -211,7 +211,7 @@ TEST(HostileImages, ExrValuesHaveTheSizeOfTheirType) {
   const auto value = [&](const std::string& type, const ByteList& bytes) {
     return name("a " + type) + name(type) + word(uint32_t(bytes.size())) + bytes;
   };
-  // The header ends with a table of one offset, of the row that ends the file.
+  // The header is followed by a table with one offset, that of the last row.
   const auto with = [&](const ByteList& attributes) {
     ByteList out = exr;
     out.insert(out.begin() + 8, attributes.begin(), attributes.end());
@@ -245,8 +245,8 @@ TEST(HostileImages, ExrValuesHaveTheSizeOfTheirType) {
   EXPECT_EQ(decode_message(with(right)), "no error");
 }
 
-// A row's offset of -1 was read just before the buffer (OpenImageIO's IOMemReader). Found by
-// tests/fuzz. OpenEXR 3.4 makes a table that holds -1 anew, and finds the row.
+// OpenImageIO's IOMemReader reads just before the buffer if a row's offset is -1. OpenEXR 3.4
+// rebuilds a table that holds -1, and finds the row.
 TEST(HostileImages, ExrOffsetsLeadNowhereElse) {
   const TempFolder folder;
   ImageSpec spec(4, 1, 3, TypeDesc::FLOAT);
@@ -255,7 +255,7 @@ TEST(HostileImages, ExrOffsetsLeadNowhereElse) {
   const std::vector<float> honest(12, 1.0f);
   ByteList exr = test::encode_image<float>("exr", spec, honest);
   constexpr size_t kRow = 8 + 12 * sizeof(float), kOffset = 8;
-  // Behind a page that nobody may read.
+  // The file is placed behind a page without read access.
   const size_t page = size_t(::sysconf(_SC_PAGESIZE));
   ASSERT_LT(exr.size(), page);
   auto* const pages = static_cast<uint8_t*>(
@@ -283,7 +283,7 @@ TEST(HostileImages, ExrOffsetsLeadNowhereElse) {
   ::munmap(pages, 2 * page);
 }
 
-// A tile is decoded whole: of 8 x 8 pixels gigabytes.
+// A tile is decoded whole, so a tiny image with huge tiles would take gigabytes.
 TEST(HostileImages, TilesAreHeldAgainstTheBudgetAndTheImage) {
   const TempFolder folder;
   const auto budget = std::make_shared<MemoryBudget>(uint64_t(32) << 20);
@@ -322,7 +322,7 @@ TEST(HostileImages, TilesAreHeldAgainstTheBudgetAndTheImage) {
   }
 }
 
-// Rows are decoded as they were coded, with all their channels.
+// Rows are decoded in the blocks in which they are compressed, with all channels.
 TEST(HostileImages, RowsThatAreCodedTogetherAreHeldAgainstTheBudget) {
   const TempFolder folder;
   const std::string path = folder / "wide.exr";
@@ -338,7 +338,7 @@ TEST(HostileImages, RowsThatAreCodedTogetherAreHeldAgainstTheBudget) {
   EXPECT_SAYS(read({.memory = budget, .timeout_s = {}, .scene = {}}), "memory-limit raises");
 }
 
-// Components that come one after the other leave no choice but to keep all coefficients.
+// A JPEG whose components come one after another must keep all coefficients.
 TEST(HostileImages, CoefficientsOfAJpegAreCounted) {
   const auto bytes_per_pixel = [](uint8_t frame, uint8_t in_a_scan) {
     ByteList jpeg = {0xff, 0xd8, 0xff, frame, 0, 17, 8, 3, 32, 3, 32, 3};  // 800 x 800
@@ -356,8 +356,9 @@ TEST(HostileImages, CoefficientsOfAJpegAreCounted) {
   EXPECT_EQ(bytes_per_pixel(0xc2, 3), 6);
 }
 
-// OpenImageIO's reader, which was used once, takes lines of a header by 127 bytes: after one of
-// just so many it met the line's end, took it for an empty line, and the next for the size.
+// OpenImageIO's reader reads header lines in pieces of 127 bytes: after a line of that length it
+// finds the line's end, takes it for an empty line, and takes the next line for the size. Ours must
+// not.
 TEST(HostileImages, AnHdrHasOneSize) {
   const TempFolder folder;
   const std::string path = folder / "a.hdr";
@@ -392,9 +393,9 @@ TEST(HostileImages, RowsOfAnHdrAreHeldToTheirWidth) {
   EXPECT_SAYS(message_of([&] { read_float_image(folder / "xyz.hdr"); }), "not of RGBE pixels");
 }
 
-// What takes time with each, and what a file needs of them.
+// Structures whose processing time multiplies, and the number of each that a file needs.
 TEST(HostileImages, WhatIsGoneOverAgainAndAgainIsBounded) {
-  // Values of an EXR's header are looked up one by one.
+  // Values of an EXR's header are searched linearly.
   ByteList exr = test::encode_image<float>("exr", ImageSpec(1, 1, 3, TypeDesc::FLOAT), {1, 2, 3});
   ByteList values;
   for (int i = 0; i < 5000; ++i) {
@@ -403,7 +404,7 @@ TEST(HostileImages, WhatIsGoneOverAgainAndAgainIsBounded) {
   }
   exr.insert(exr.begin() + 8, values.begin(), values.end());
   EXPECT_SAYS(decode_message(exr), "more than 4000 values");
-  // All pixels of a progressive JPEG with each scan.
+  // Each scan of a progressive JPEG visits all pixels.
   ImageSpec spec(16, 16, 3, TypeDesc::UINT8);
   spec.attribute("jpeg:progressive", 1);
   ByteList jpeg = test::encode_image<uint8_t>("jpg", spec, std::vector<uint8_t>(16 * 16 * 3, 99));
@@ -421,7 +422,7 @@ TEST(HostileImages, WhatIsGoneOverAgainAndAgainIsBounded) {
     jpeg[at + 1] = 0;
   }
   EXPECT_SAYS(decode_message(jpeg), "more than 20 scans");
-  // A WebP of one colour is as short for any size.
+  // A WebP with a single colour is equally short for any size.
   ImageSpec lossless(4, 4, 3, TypeDesc::UINT8);
   lossless.attribute("compression", "lossless");
   ByteList webp = test::encode_image<uint8_t>("webp", lossless, ByteList(4 * 4 * 3, 7));
@@ -433,7 +434,7 @@ TEST(HostileImages, WhatIsGoneOverAgainAndAgainIsBounded) {
   EXPECT_SAYS(decode_message(webp), "16384 x 16384 pixels are announced");
 }
 
-// A profile, EXIF and the rest are taken out of a TIFF's directory.
+// Colour profile, EXIF and other metadata are removed from a TIFF's directory.
 TEST(HostileImages, TiffKeepsItsPixels) {
   const TempFolder folder;
   ImageSpec spec(2, 1, 3, TypeDesc::UINT16);

@@ -1,4 +1,4 @@
-// KTX 2 files cut short, with flipped bits, and with sizes that nothing bears out.
+// KTX 2 files that are truncated, have flipped bits, or announce sizes beyond their data.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -12,7 +12,7 @@ namespace {
 
 using Ktx2File = std::vector<uint8_t>;
 
-// Nothing but InputError may come out of it, and that of one line.
+// The only exception allowed is an InputError with one line.
 std::string decode_limited(std::span<const uint8_t> bytes, uint64_t limit) {
   const auto budget = std::make_shared<MemoryBudget>(limit);
   const LoadProgress progress({}, {}, {budget, std::nullopt, "scene"});
@@ -29,20 +29,20 @@ std::string decode_limited(std::span<const uint8_t> bytes, uint64_t limit) {
 
 constexpr uint64_t kEnough = uint64_t(4) << 20;
 
-// Levels lie from the smallest to the largest, so that no byte is to spare.
+// Levels are stored from the smallest to the largest, so every byte is needed.
 TEST(HostileKtx2, EveryPrefixIsRefused) {
   for (const std::string name : test::kKtx2Files) {
     const Ktx2File whole = test::ktx2_file(name);
     ASSERT_EQ(decode_limited(whole, kEnough), "") << name;
     for (size_t size = 0; size < whole.size(); ++size) {
-      // In memory of its own: AddressSanitizer sees what is read behind its end.
+      // A copy of its own, so that AddressSanitizer detects reads past the end.
       const Ktx2File bytes(whole.begin(), whole.begin() + std::ptrdiff_t(size));
       ASSERT_NE(decode_limited(bytes, kEnough), "") << name << ", " << size << " bytes";
     }
   }
 }
 
-// Half of them in the first kilobyte: headers, palettes, Huffman tables.
+// Half of the flips hit the first kilobyte: headers, palettes, Huffman tables.
 TEST(HostileKtx2, FlippedBitsAreRefusedOrDecoded) {
   for (const std::string name : test::kKtx2Files) {
     const Ktx2File whole = test::ktx2_file(name);
@@ -71,7 +71,7 @@ TEST(HostileKtx2, SizesAreHeldAgainstTheBytesAndTheBudget) {
   test::set_word(etc1s, 24, 4096);
   EXPECT_NE(decode_limited(etc1s, kEnough).find("memory"), std::string::npos);
 
-  // A frame of Zstandard that wants a window of 64 MiB: byte 5 of its header, 16 above 2^10.
+  // A Zstandard frame that requests a window of 64 MiB: byte 5 of its header, 16 above 2^10.
   Ktx2File uastc = test::ktx2_file("uastc_gradient");
   const size_t level = test::word_at(uastc, 80);
   ASSERT_EQ(test::word_at(uastc, level), 0xfd2fb528u);
@@ -85,7 +85,7 @@ TEST(HostileKtx2, SizesAreHeldAgainstTheBytesAndTheBudget) {
 TEST(HostileKtx2, OffsetsNearTheEndOfAllNumbersLeadNowhere) {
   for (const size_t offset : {48, 52, 56, 60, 64, 68, 72, 76, 80, 84, 88, 92, 96, 100}) {
     for (const std::string name : {"etc1s_odd", "uastc_nozstd"}) {
-      if (name == "uastc_nozstd" && (offset == 64 || offset == 68)) continue;  // of nothing
+      if (name == "uastc_nozstd" && (offset == 64 || offset == 68)) continue;  // unused offsets
       for (const uint32_t value : {0xffffffffu, 0xfffffff0u, 0x80000000u}) {
         Ktx2File bytes = test::ktx2_file(name);
         test::set_word(bytes, offset, value);

@@ -1,5 +1,5 @@
-// The kinds of malformed files that other loaders' test collections hold (tinygltf's
-// BoundsChecking, Assimp's glTF2, the Khronos validator's), re-made.
+// Remade from the malformed files in other loaders' test collections (tinygltf's BoundsChecking,
+// Assimp's glTF2, the Khronos validator's).
 #include "failure/bad_input.h"
 
 #include <limits>
@@ -57,14 +57,14 @@ TEST_F(Malformed, EmptyVersionAndOddImageUri) {
 }
 
 TEST_F(Malformed, AGlbWhoseBinChunkIsEmpty) {
-  // Nothing needs the chunk when the bytes come from elsewhere: it loads.
+  // No buffer needs the chunk, because the bytes come from elsewhere: it loads.
   const json document = gltf_.document("data:;base64," + test::base64(gltf_.bin));
   std::vector<uint8_t> bytes = GltfBuilder::glb(document.dump(), {});
   bytes.insert(bytes.end(), {0, 0, 0, 0, 'B', 'I', 'N', 0});
   for (int i = 0; i < 4; ++i) bytes[8 + size_t(i)] = uint8_t(bytes.size() >> (8 * i));
   test::write_bytes(folder_ / "a.glb", bytes);
   EXPECT_EQ(load_gltf(folder_ / "a.glb", {}).meshes.size(), 1u);
-  // A buffer that should be in it is not.
+  // A buffer needs the chunk, which is empty.
   bytes = GltfBuilder::glb(gltf_.document("").dump(), {});
   bytes.insert(bytes.end(), {0, 0, 0, 0, 'B', 'I', 'N', 0});
   for (int i = 0; i < 4; ++i) bytes[8 + size_t(i)] = uint8_t(bytes.size() >> (8 * i));
@@ -130,7 +130,7 @@ TEST_F(Malformed, GlbLengthThatIsTooLargeOrTooSmall) {
   test::write_bytes(folder_ / "a.glb", bytes);
   expect_input_error(folder_ / "a.glb", {"truncated GLB"});
   bytes = gltf_.glb();
-  bytes.push_back(0);  // rubbish behind the end: ignored with a warning
+  bytes.push_back(0);  // trailing bytes are ignored with a warning
   test::write_bytes(folder_ / "b.glb", bytes);
   EXPECT_EQ(load_gltf(folder_ / "b.glb", {}).meshes.size(), 1u);
 }
@@ -210,7 +210,7 @@ TEST_F(Malformed, BufferNotFound) {
 }
 
 TEST_F(Malformed, InvalidImageData) {
-  // A JPEG whose marker segments make no sense.
+  // A JPEG with invalid marker segments.
   const std::vector<uint8_t> jpeg = {0xff, 0xd8, 0xff, 0xe0, 0x00, 0x01, 0x00, 0x00, 0xff, 0xd9};
   test::write_bytes(folder_ / "bad.jpg", jpeg);
   gltf_.push("images", {{"uri", "bad.jpg"}});

@@ -1,4 +1,4 @@
-// Files cut short and files with flipped bytes: an InputError or a scene, never anything else.
+// Truncated files and files with flipped bytes: the only results are an InputError or a scene.
 #include <nlohmann/json.hpp>
 #include <random>
 
@@ -14,7 +14,7 @@ using test::dense_gltf;
 using test::GltfBuilder;
 using test::TempFolder;
 
-// True when it loads. Anything but InputError escapes and fails the test.
+// True if the file loads. An exception other than InputError escapes and fails the test.
 bool survives(const std::string& path, bool lenient) {
   try {
     EXPECT_EQ(test::find_flaw(load_gltf(path, {lenient})), "");
@@ -45,7 +45,7 @@ TEST_F(Mutated, EveryPrefixOfAGlb) {
   }
 }
 
-// Cut short, but with a header that admits it: the framing is whole, what it frames is not.
+// Truncated, but with the header's length corrected: the container is valid, its contents are not.
 TEST_F(Mutated, EveryPrefixOfAGlbWithAnHonestHeader) {
   const std::vector<uint8_t> whole = dense_gltf().glb();
   for (size_t size = 20; size < whole.size(); ++size) {
@@ -56,7 +56,7 @@ TEST_F(Mutated, EveryPrefixOfAGlbWithAnHonestHeader) {
   }
 }
 
-// Replay one failure with its round: the generator is seeded by it.
+// The generator is seeded with the round, so that a failure can be replayed.
 void mutate(std::vector<uint8_t>& bytes, uint32_t round) {
   std::mt19937 random(round);
   const uint32_t changes = 1 + random() % 4;
@@ -108,7 +108,7 @@ TEST_F(Mutated, SeededMutationsOfAGltf) {
   }
 }
 
-// Every number in the JSON replaced by others, one at a time.
+// Replaces each number in the JSON by others, one at a time.
 void collect_numbers(const nlohmann::json& value, const std::string& pointer,
                      std::vector<std::string>& found) {
   if (value.is_number()) found.push_back(pointer);

@@ -1,5 +1,5 @@
-// Faults in what the picture does not need, or in optional extensions: a warning with file and JSON
-// pointer, and the picture. The same fault where it is needed: one line, and no picture.
+// Faults in parts that the picture does not need, or in optional extensions: a warning with file
+// and JSON pointer, and the picture. The same fault in a needed part: one line and no picture.
 #include <cstring>
 #include <ctime>
 #include <nlohmann/json.hpp>
@@ -31,7 +31,7 @@ class NeedlessFault : public testing::Test {
     expect_input_error(gltf_, parts, options);
   }
   json& node(int i = 0) { return gltf_.root["nodes"][size_t(i)]; }
-  // A node that no scene has.
+  // A node outside every scene.
   int add_outside(const json& object) { return gltf_.push("nodes", object); }
   void require_extension(const char* name) { gltf_.root["extensionsRequired"] = {name}; }
 
@@ -40,7 +40,6 @@ class NeedlessFault : public testing::Test {
 };
 
 // ---- the graph
-// -----------------------------------------------------------------------------------
 
 TEST_F(NeedlessFault, ASecondSceneAndItsNodes) {
   gltf_.push("scenes", {{"nodes", {77}}});
@@ -60,7 +59,7 @@ TEST_F(NeedlessFault, CyclesOutsideTheScene) {
   add_outside({{"children", {2}}});
   add_outside({{"children", {1}}});
   warned({"#/nodes/", "a cycle of nodes"});
-  // Listing all nodes ends, too.
+  // Listing all nodes must also end.
   const SceneDescription scene = warned({"a cycle of nodes"}, {.nodes = true});
   ASSERT_EQ(scene.nodes.size(), 3u);
   EXPECT_EQ(scene.nodes[1].root, 1);
@@ -76,7 +75,7 @@ TEST_F(NeedlessFault, ParentsOutsideTheScene) {
   node()["children"] = {child};
   add_outside({{"children", {child}}});
   warned({"#/nodes/2/children/0: node 1 already has another parent, node 0"});
-  // Two parents of which the scene has neither: nobody knows where a joint is.
+  // Two parents outside the scene leave the joint's transform undefined.
   node().erase("children");
   add_outside({{"children", {child}}});
   gltf_.push("skins", {{"joints", {child}}});
@@ -93,7 +92,7 @@ TEST_F(NeedlessFault, TransformsOutsideTheScene) {
   refused({"#/nodes/1: the node's world transform"});
 }
 
-// Of an unplaced chain in which each node lists its child twice, the ways to the end are 2^n.
+// In an unplaced chain where each node lists its child twice, there are 2^n paths to the end.
 TEST_F(NeedlessFault, ChildrenListedTwiceAreFollowedOnce) {
   for (int i = 0; i < 200; ++i) add_outside({{"children", {i + 2, i + 2}}});
   add_outside(json::object());
@@ -107,7 +106,6 @@ TEST_F(NeedlessFault, WhereNothingIsLeftTheyAreNamed) {
 }
 
 // ---- meshes, skins, materials
-// --------------------------------------------------------------------
 
 TEST_F(NeedlessFault, MeshesAndSkinsThatNobodyWears) {
   gltf_.push("meshes", {{"primitives", {{{"attributes", {{"POSITION", 0}}}, {"indices", 9}}}}});
@@ -146,7 +144,7 @@ TEST_F(NeedlessFault, AccessorsViewsAndBuffers) {
              {{"bufferView", 2}, {"componentType", 5121}, {"count", 3}, {"type", "SCALAR"}});
   gltf_.push("accessors",
              {{"bufferView", 0}, {"componentType", 5126}, {"count", 900}, {"type", "VEC3"}});
-  // What is broken because the buffer is, is not warned of again.
+  // Faults that follow from a broken buffer are not reported again.
   const SceneDescription scene = warned({"#/buffers/1/uri: file not found", "it is not used"});
   EXPECT_EQ(scene.coverage.ignored.size(), 2u);
   warned({"#/accessors/3: 900 elements"});
@@ -185,7 +183,6 @@ TEST_F(NeedlessFault, AMissingImageIsNeutralWhereThatIsAsked) {
 }
 
 // ---- cameras, lights, animations
-// -----------------------------------------------------------------
 
 TEST_F(NeedlessFault, CamerasCarryTheirFault) {
   const json lens = {{"yfov", 0.8}, {"znear", 0.1}};
@@ -196,7 +193,7 @@ TEST_F(NeedlessFault, CamerasCarryTheirFault) {
     gltf_.add_to_scene(gltf_.push("nodes", {{"camera", camera}, {"name", "here"}}));
   }
   const SceneDescription scene = load_gltf(gltf_.write_glb(folder_ / "a.glb"), {});
-  ASSERT_EQ(scene.cameras.size(), 4u);  // so that they are counted as in the file
+  ASSERT_EQ(scene.cameras.size(), 4u);  // so that indices match the file
   EXPECT_FALSE(scene.cameras[0].fault);
   const char* const faults[] = {"a.glb#/cameras/1/perspective/yfov: expected an angle",
                                 "a.glb#/cameras/2/type: unknown type \"pinhole\"",
@@ -232,7 +229,6 @@ TEST_F(NeedlessFault, Animations) {
 }
 
 // ---- optional extensions
-// -------------------------------------------------------------------------
 
 TEST_F(NeedlessFault, VariantsOfMaterialsThatAreNotThere) {
   gltf_.push("materials", {{"name", "own"}});
@@ -264,7 +260,7 @@ TEST_F(NeedlessFault, VariantsOfMaterialsThatAreNotThere) {
   refused({"#/materials/1/alphaMode: unknown"}, {.variants = true});
 }
 
-// The default of each number that is out of its range, and the rest of the extension.
+// Numbers out of range get their defaults; the rest of the extension is kept.
 TEST_F(NeedlessFault, NumbersOutOfRangeInOptionalExtensions) {
   gltf_.push("materials", json::object());
   gltf_.primitive()["material"] = 0;
@@ -319,7 +315,7 @@ TEST_F(NeedlessFault, NumbersOutOfRangeInOptionalExtensions) {
                   0.7853982f);
 }
 
-// Members that no picture needs, and null, which is no value.
+// Members that no picture needs; null counts as absent.
 TEST_F(NeedlessFault, NullStandsForAMemberThatIsNotThere) {
   gltf_.push("cameras", {{"type", "perspective"},
                          {"perspective", {{"yfov", 0.5}, {"znear", 0.1}, {"aspectRatio", 2}}}});
@@ -354,7 +350,7 @@ TEST_F(NeedlessFault, NullStandsForAMemberThatIsNotThere) {
   const SceneDescription scene =
       warned({"#/cameras/1/orthographic: the required member \"zfar\" is missing"});
   EXPECT_FALSE(scene.cameras.at(1).fault);
-  // What the camera needs it does not do without.
+  // A member that the camera needs may not be null.
   gltf_.root["cameras"][1]["orthographic"]["ymag"] = nullptr;
   EXPECT_TRUE(load_gltf(gltf_.write_glb(folder_ / "a.glb"), {}).cameras.at(1).fault);
   gltf_.root["nodes"] = nullptr;
@@ -418,7 +414,7 @@ TEST_F(NeedlessFault, ExtensionsThatAreAnEmptyList) {
   EXPECT_EQ(load_gltf(gltf_.write_glb(folder_ / "a.glb"), {}).instances.size(), 1u);
 }
 
-// The square, and its triangles without compression.
+// The square, and its uncompressed triangles as a fallback.
 GltfBuilder draco_with_fallback() {
   GltfBuilder gltf = test::draco_square(draco::MESH_EDGEBREAKER_ENCODING);
   gltf.root.erase("extensionsRequired");
@@ -452,7 +448,7 @@ TEST(NeedlessFaultOfDraco, TheUncompressedDataTakesItsPlace) {
   extension()["bufferView"] = 99;
   scene = expect_warning(gltf, {place + "/bufferView: index 99"});
   EXPECT_EQ(scene.meshes.at(0).positions.at(0).z, 5.0f);
-  // Required, or without anything to take its place.
+  // The extension is required, or there is no fallback.
   gltf.root["extensionsRequired"] = {"KHR_draco_mesh_compression"};
   expect_input_error(gltf, {place + "/bufferView: index 99"});
   gltf.root = good;
@@ -473,7 +469,7 @@ TEST(NeedlessFaultOfMeshopt, APlaceholderNeedsNeitherBytesNorAMark) {
     const SceneDescription scene = load_gltf(gltf.write_glb(folder / "a.glb"), {});
     EXPECT_EQ(scene.meshes.at(0).positions.size(), 3u);
     EXPECT_TRUE(scene.coverage.ignored.empty());
-    // Somebody who is not compressed lies in it.
+    // An uncompressed view uses the placeholder.
     gltf.push("bufferViews", {{"buffer", 1}, {"byteLength", 12}});
     expect_warning(gltf, {"#/buffers/1: the buffer has neither a uri nor a GLB binary chunk"});
     gltf.push("accessors",
@@ -488,7 +484,7 @@ TEST(NeedlessFaultOfMeshopt, TheFallbackBufferTakesItsPlace) {
   gltf.root.erase("extensionsRequired");
   const std::string place = "#/bufferViews/0/extensions/EXT_meshopt_compression";
   gltf.bin[0] = 0;
-  expect_input_error(gltf, {place + ": ", "corrupt"});  // there is none
+  expect_input_error(gltf, {place + ": ", "corrupt"});  // there is no fallback
   std::vector<uint8_t> bytes(36);
   const float positions[9] = {0, 0, 7, 1, 0, 7, 0, 1, 7};
   std::memcpy(bytes.data(), positions, sizeof(positions));
@@ -503,9 +499,8 @@ TEST(NeedlessFaultOfMeshopt, TheFallbackBufferTakesItsPlace) {
 }
 
 // ---- how many
-// ------------------------------------------------------------------------------------
 
-// A line for each kind, however many there are.
+// One line for each kind of fault, however many there are.
 TEST_F(NeedlessFault, AreCounted) {
   constexpr int kCount = 100000;
   json& cameras = gltf_.root["cameras"];
@@ -517,7 +512,7 @@ TEST_F(NeedlessFault, AreCounted) {
   const SceneDescription scene =
       warned({"#/cameras/0/type: expected a string, found 0; it is not used (and 99999 more"});
   EXPECT_LT(double(std::clock() - start) / CLOCKS_PER_SEC, 10.0 * test::kSlower);
-  EXPECT_EQ(scene.coverage.ignored.size(), 4u);  // and that there are animations
+  EXPECT_EQ(scene.coverage.ignored.size(), 4u);  // one of them says that there are animations
   EXPECT_NE(test::refusal(gltf_, uint64_t(64) << 20).find("memory-limit raises"),
             std::string::npos);
 }

@@ -1,4 +1,4 @@
-"""Every test that README.md's table of promises names is there.
+"""Checks that every test in README.md's table of promises exists.
 
 promises.py TESTS     TESTS: the folder of all tests
 """

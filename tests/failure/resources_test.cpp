@@ -1,5 +1,5 @@
-// Which files a scene can make the program read: those in its own folder and below. And how much of
-// them.
+// Which files a scene can make the program read (those in its own folder and below), and how much
+// of them.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -22,7 +22,7 @@ using test::TempFolder;
 
 class Resources : public ::testing::Test {
  protected:
-  // A triangle whose buffer is at `uri`, beside or outside "scenes/", where it stands.
+  // A scene in "scenes/" with a triangle whose buffer is at `uri`.
   std::string scene(const std::string& uri) {
     GltfBuilder gltf;
     gltf.add_triangle();
@@ -48,7 +48,7 @@ TEST_F(Resources, OutsideTheFolderAreRefused) {
   expect_input_error(scene("file:///etc/passwd"), {"#/buffers/0/uri", "not relative"});
 }
 
-// Writers that do not escape what they should, and those of other systems.
+// Names from writers that do not escape properly, and from other operating systems.
 TEST_F(Resources, NamesAreFoundAsTheyStand) {
   fs::create_directories(folder_ / "scenes/sub dir");
   const std::pair<const char*, const char*> names[] = {{"example 10%.bin", "example 10%.bin"},
@@ -69,7 +69,7 @@ TEST_F(Resources, NamesAreFoundAsTheyStand) {
     EXPECT_EQ(scene_files(path).back(), fs::path(target)) << uri;
     fs::remove(target);
   }
-  // The escaped name comes first, the literal one before that with "/".
+  // The escaped name is tried first, then the literal one, then the one with "/".
   const auto vertices = [&](const std::string& path) {
     return load_gltf(path, {}).meshes.at(0).positions.at(1).x;
   };
@@ -85,7 +85,7 @@ TEST_F(Resources, NamesAreFoundAsTheyStand) {
   };
   expect_first("c%20d.bin", "c d.bin", "c%20d.bin");
   expect_first("sub dir\\c.bin", "sub dir\\c.bin", "sub dir/c.bin");
-  // Nothing of it leads out.
+  // No spelling may lead out of the folder.
   for (const char* uri : {"..\\outside.bin", "%2e%2e\\outside.bin", "..%5Coutside.bin",
                           "sub dir\\..\\..\\outside.bin"}) {
     expect_input_error(scene(uri), {"#/buffers/0/uri", "leads out of the scene's folder"});
@@ -122,8 +122,7 @@ TEST_F(Resources, ARootWidensThem) {
   expect_input_error(path, {"leads out of"}, {.resource_root = folder_ / "scene"});
 }
 
-// Of a buffer of three gigabytes the triangle's bytes are read, and nothing else of it costs
-// anything.
+// Of a 3 GB buffer only the triangle's bytes are read, and the rest costs nothing.
 TEST_F(Resources, BuffersAreReadAsFarAsTheyAreUsed) {
   const std::string path = scene("large.bin");
   fs::rename(folder_ / "outside.bin", folder_ / "scenes/large.bin");
@@ -138,7 +137,7 @@ TEST_F(Resources, BuffersAreReadAsFarAsTheyAreUsed) {
   const test::ProcessMemory before = test::ProcessMemory::now();
   EXPECT_EQ(load_gltf(path, {}, progress).meshes.size(), 1u);
   EXPECT_LT(budget->peak(), uint64_t(1) << 20);
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // they keep books of it all
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // sanitizers track all of it
   EXPECT_LT((test::ProcessMemory::now() - before).resident, double(16 << 20));
 #endif
 }

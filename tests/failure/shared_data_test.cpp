@@ -1,5 +1,5 @@
-// Small files in which many things name the same data: what they cost grows with the file's size,
-// not with its square.
+// Small files in which many objects share data: their cost must grow linearly with the file's size,
+// not quadratically.
 #include <nlohmann/json.hpp>
 
 #include "failure/bad_input.h"
@@ -14,7 +14,7 @@ using test::GltfBuilder;
 using test::MemoryLimit;
 using test::TempFolder;
 
-// Seconds of processor time that loading takes, with room for the program but not for a copy of the
+// Seconds of processor time to load, with enough memory for the program but not for a copy of the
 // data for each use.
 double load_seconds(const GltfBuilder& gltf) {
   const TempFolder folder;
@@ -25,8 +25,8 @@ double load_seconds(const GltfBuilder& gltf) {
   return test::processor_seconds() - start;
 }
 
-// The square of what each test repeats is worth a minute and more of processor time, or more memory
-// than there is. Sanitizers take some of the ten seconds.
+// Quadratic behaviour would take a minute or more of processor time, or exhaust the memory.
+// Sanitizers need part of the ten seconds.
 constexpr double kMost = 10.0;
 
 TEST(SharedData, NodesInOneSkin) {
@@ -90,7 +90,7 @@ TEST(SharedData, NamesOfExtensionsThatNobodyKnows) {
   set_log_level(LogLevel::kNormal);
 }
 
-// A megabyte that each of hundreds of objects would be called.
+// A name of one megabyte shared by hundreds of objects.
 TEST(SharedData, NamesThatManyObjectsCopyCount) {
   const std::string name(size_t(1) << 20, 'n');
   constexpr int kCount = 200;
@@ -122,7 +122,7 @@ TEST(SharedData, NamesThatManyObjectsCopyCount) {
   }
 }
 
-// More than half of what they take is there before the first instance is.
+// Gathering the placements takes more than half of their memory before the first instance exists.
 TEST(SharedData, PlacementsCountWhileTheyAreGathered) {
   constexpr int kCount = 10000;
   GltfBuilder gltf;
@@ -133,7 +133,7 @@ TEST(SharedData, PlacementsCountWhileTheyAreGathered) {
     json& node = gltf.root["nodes"][size_t(gltf.add_mesh_node(mesh))];
     node["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {{"TRANSLATION", places}};
   }
-  // 200,000 of 144 bytes.
+  // 200,000 placements of 144 bytes.
   const std::string message = test::refusal(gltf, uint64_t(20) << 20);
   EXPECT_NE(message.find("#/nodes/1"), std::string::npos) << message;
   EXPECT_EQ(test::refusal(gltf, uint64_t(128) << 20), "no error");

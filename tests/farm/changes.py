@@ -1,10 +1,12 @@
-"""A checkpoint is gone on with by the frame that it is of, and by no other: of what differs, all is named.
+"""A checkpoint can be resumed only by the frame that it belongs to; a refusal names every difference.
 
-What decides the bits is changed between a stopped run and the next, which must refuse (exit 3, one line that names each
-difference, nothing written); or what does not, and the next must be done with the right bits. And every estimator's own
-checkpoint, saved at many moments, is taken by the run after it. One case by hand, by its name or a part of it:
+Between a stopped run and the next, a setting or file changes. If it affects the bits, the next run must refuse (exit 3,
+one line that names each difference, nothing written); otherwise it must finish with the right bits. And every
+estimator's checkpoints, saved at many moments, must be accepted by the next run. To run one case, give its name or a
+part of it:
 
-  changes.py build/release/bin/emberline scenes --only 'other seed'"""
+  changes.py build/release/bin/emberline scenes --only 'other seed'
+"""
 
 import json
 import re
@@ -19,7 +21,7 @@ from records import parsed_file
 SIZE = ["--size", "48x36"]
 FRAME = ["--bucket-size", "6", "--threads", "2", "--quiet", *CHANNELS]
 RESUME = ["--resume", "--checkpoint", "c", "--checkpoint-interval", "0.1", "--report", "report.json"]
-# Further settings of the first run; of the second; what the refusal names, nothing where it is none.
+# More settings of the first run; of the second run; what the refusal names (nothing if it is accepted).
 SETTINGS = (
     ("other spp", "--spp 256", "--spp 255", ["--spp: 256 (now 255)"]),
     ("no spp", "--spp 256", "", ["--spp: 256 (now"]),
@@ -69,7 +71,7 @@ SETTINGS = (
 
 
 def replaced(first, second):
-    """Both in one list, where an option may stand once: the second's stand for the first's."""
+    """Joins both lists. Of an option that may occur only once, the second list's value counts."""
     words, options = [*first, *second], {}
     for word in words:
         if re.match(r"--?[a-z]", word):
@@ -84,7 +86,8 @@ def replaced(first, second):
 
 
 def stop(farm, case, folder, settings, scene, seconds=0.05):
-    """A run that is stopped in mid-frame, on a busy machine again until something is done. Whether there is a checkpoint."""
+    """Runs until it is stopped in mid-frame, with more time if nothing was saved. Returns whether there is a
+    checkpoint."""
     command = [*SIZE, *FRAME, *settings, *RESUME]
     run = farm.run(folder, replaced(command, ["--time-limit", f"{seconds}"]), scene=scene)
     if run.code == EXIT_STOPPED and not parsed_file((folder / "c").read_bytes())[1]:
@@ -122,7 +125,7 @@ def png(width, height, color):
 
 
 def write_scene(folder, name="scene.gltf"):
-    """A glowing, textured rectangle, with a buffer and an image in files of their own."""
+    """Writes an emissive, textured rectangle with external buffer and image."""
     points = [(-2, -2, -3), (2, -2, -3), (2, 2, -3), (-2, 2, -3)]
     data = b"".join(struct.pack("<3f", *p) for p in points)
     data += b"".join(struct.pack("<2f", *p) for p in ((0, 0), (1, 0), (1, 1), (0, 1)))
@@ -146,7 +149,7 @@ def write_scene(folder, name="scene.gltf"):
 
 
 def files(farm):
-    """The scene and the files that it names, changed; moved; the environment changed."""
+    """Changes to the scene and its files, a moved scene, a changed environment."""
 
     def scene_edited(folder):
         text = (folder / "scene.gltf").read_text()
@@ -208,7 +211,7 @@ def files(farm):
 
 
 def environment_of_edits(farm):
-    """A file that the file of --edits names."""
+    """Changes an environment that the --edits file names."""
     case = "environment of edits"
     if not farm.wanted(case):
         return
@@ -227,7 +230,7 @@ def environment_of_edits(farm):
 
 
 def many_light_groups(farm):
-    """A checkpoint holds each group's light, however many there are."""
+    """A checkpoint holds the light of each of many groups."""
     for driver in ("bisection", "adaptive", "bucket"):
         case = f"many light groups of {driver}"
         if not farm.wanted(case):
@@ -257,8 +260,8 @@ def names_of(program, option):
 
 
 def own_checkpoints(farm):
-    """Every estimator with a budget and with a threshold, stopped every few hundredths of a second: no run may refuse
-    what the one before it has saved."""
+    """Stops every estimator, with a budget and with a threshold, every few hundredths of a second: no run may refuse
+    the checkpoint of the one before it."""
     budgets = ("--spp 48", "--noise-threshold 0.03 --max-spp 96", "--spp 32 --noise-threshold 0.03 --streams 2")
     for estimator in names_of(farm.program, "--estimator"):
         for budget in budgets:
@@ -268,7 +271,7 @@ def own_checkpoints(farm):
             chosen = [*SIZE, *FRAME, "--driver", "adaptive", "--estimator", estimator, *budget.split()]
             folder = farm.folder(case)
             run = farm.run(folder, chosen)
-            if run.code:  # an estimator that does not go with the sampler
+            if run.code:  # this estimator does not work with the sampler
                 continue
             expected = pixels(folder / "out.exr")
             shutil.rmtree(folder)

@@ -1,13 +1,14 @@
-"""A checkpoint that is cut short or has a wrong bit is refused, or the frame has the right bits nevertheless; the program
-never crashes, hangs, or shows another picture.
+"""A truncated or corrupted checkpoint is refused, or the frame still has the right bits; the program never crashes,
+hangs or shows another picture.
 
-Of each driver's checkpoint, of a frame so tiny that the file has some kilobytes: cut to many lengths, and with single
-bits turned over at random places. Refused means: exit 3, one line that names the file, nothing written, the file as it
-was. The lengths are every one of the file's start and of what stands before each record, and so is the byte before and
-behind each part; else every --stride-th. All lengths: --stride 1. One case by hand, as a failure prints it:
+Uses each driver's checkpoint of a frame so small that the file has a few kilobytes. It is cut to many lengths, and
+single bits are flipped at random places. Refused means: exit 3, one line that names the file, nothing written, the file
+unchanged. The lengths include each one within the file's header and each record's header, one byte before and after
+each section, and otherwise every --stride-th (all: --stride 1). To repeat one case, as a failure prints it:
 
   damage.py build/release/bin/emberline scenes --driver bucket --length 700
-  damage.py build/release/bin/emberline scenes --driver bucket --bit 5601"""
+  damage.py build/release/bin/emberline scenes --driver bucket --bit 5601
+"""
 
 import random
 
@@ -17,11 +18,11 @@ from farm import CHANNELS, DRIVERS, EXIT_INPUT, SANITIZED, Farm, contents, pixel
 FRAME = ["--size", "16x12", "--bucket-size", "8", "--spp", "4", "--threads", "1", "--quiet", *CHANNELS]
 CHECKPOINT = "the.checkpoint"
 RESUME = ["--resume", "--checkpoint", CHECKPOINT]
-SECONDS = 600 if SANITIZED else 60  # by the clock: machines are busy
+SECONDS = 600 if SANITIZED else 60  # wall-clock time: machines may be busy
 
 
 class Checkpoints:
-    """Of one driver: a frame that is stopped in mid-frame, so that there is something to go on with."""
+    """One driver's checkpoint of an unfinished frame, so that there is work to resume."""
 
     def __init__(self, farm, driver):
         self.farm, self.driver = farm, driver
@@ -50,7 +51,7 @@ class Checkpoints:
 
 
 def lengths(data, stride):
-    """Those to which a file is cut."""
+    """The lengths to which a file is cut."""
     head, found = records.parsed_file(data)
     head_end = records.FILE_START + len(head)
     chosen = {*range(records.FILE_START + 2), *range(0, len(data), stride), head_end - 1, head_end}

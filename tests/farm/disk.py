@@ -1,11 +1,12 @@
-"""A disk that fails while a checkpoint is written costs the checkpoint and not the frame: one line of warning, exit 0,
-the right bits. What was saved before is good to go on with. Two runs of one job never share a checkpoint.
+"""A disk that fails while a checkpoint is written costs the checkpoint but not the frame: one warning, exit 0, the
+right bits. What was saved before can be resumed. Two runs of one job never share a checkpoint.
 
-The checkpoint is in a folder of its own, which is made to fail: a small file system that is full (where mounting is
-allowed), calls that fail (broken_disk.c before the C library, where there is a compiler), a folder that is gone, moved or
-write-protected. One case by hand, by its name or a part of it:
+The checkpoint has its own folder, which is made to fail: a small full file system (if mounting is allowed), failing
+calls (broken_disk.c in front of the C library, if there is a compiler), or a folder that is removed, moved or
+write-protected. To run one case, give its name or a part of it:
 
-  disk.py build/release/bin/emberline scenes --only 'full bisection'"""
+  disk.py build/release/bin/emberline scenes --only 'full bisection'
+"""
 
 import errno
 import os
@@ -17,7 +18,7 @@ from farm import (CHANNELS, DRIVERS, EXIT_DONE, EXIT_RENDER_FAILED, EXIT_USAGE, 
                   pixels, report_of, signal)
 
 FRAME = ["--size", "96x72", "--bucket-size", "16", "--threads", "2", *CHANNELS]
-SECONDS = 0.7  # that each of two threads works at a frame, however fast or busy the machine is: seven intervals
+SECONDS = 0.7  # of work for each of two threads, on any machine: seven intervals
 REPORT = ["--report", "report.json"]
 
 
@@ -35,14 +36,14 @@ def warnings(run):
 
 
 def check_warned(farm, run, folder, expected, case, file, stray=()):
-    """Done, with one warning that names the file."""
+    """The frame is done, with one warning that names the file."""
     farm.check_done(run, folder, expected, case, {"report.json", *stray})
     said = warnings(run)
     farm.check(len(said) == 1 and file in said[0], case, f"should warn once, of {file}: {run}")
 
 
 def check_goes_on(farm, driver, folder, file, expected, case):
-    """What the failing run has left is as good as nothing, or better."""
+    """A run can resume what the failing run left, or starts from nothing."""
     run = farm.run(folder, [*settings_of(farm, driver), *resume(file)])
     farm.check_done(run, folder, expected, case + ", gone on", {"report.json"})
 
@@ -61,7 +62,7 @@ def failing_calls(farm, drivers):
         else:
             kinds = ("pwrite", "fsync", "rename", "half,pwrite", "pwrite,fsync,rename")
         for calls in kinds:
-            # The file is begun by a few calls. Those of a kind alone come a few times a second.
+            # A few calls begin the file. Calls of these kinds then come only a few times a second.
             few = calls in ("fsync", "fdatasync", "rename")
             for error, after in ((errno.EIO, 2 if few else 4), (errno.ENOSPC, 3 if few else 7)):
                 case = f"{calls} fails of {driver}, {errno.errorcode[error]} after {after}"
@@ -77,7 +78,7 @@ def failing_calls(farm, drivers):
                 check_warned(farm, run, folder, expected, case, "kept/c")
                 if error != errno.EIO:
                     continue
-                # The same, killed before its end: what the broken disk has kept is gone on with.
+                # The same, but killed before its end: what the broken disk kept can be resumed.
                 folder = farm.folder(case)
                 (folder / "kept").mkdir()
                 process = farm.start(folder, [*settings_of(farm, driver), *resume("kept/c")], environment=broken)
@@ -89,7 +90,7 @@ def failing_calls(farm, drivers):
 
 
 def failing_products(farm, library):
-    """Where the checkpoint is what a run is for, a failing disk fails the run, and spoils nothing that was there."""
+    """If the checkpoint is the run's result, a failing disk fails the run and leaves existing files unchanged."""
     def broken(path, calls, after):
         return {"LD_PRELOAD": str(library), "BROKEN_PATH": path, "BROKEN_CALLS": calls, "BROKEN_AFTER": str(after),
                 "ASAN_OPTIONS": os.environ.get("ASAN_OPTIONS", "") + ":verify_asan_link_order=0"}
@@ -100,7 +101,7 @@ def failing_products(farm, library):
         if farm.wanted(case):
             folder = farm.folder(case)
             run = farm.run(folder, [*settings, "--part", "1/2"], environment=broken(".part-1-of-2", calls, after))
-            # A save that fails on the way is a warning; there is none if the frame ends before the first.
+            # A failed save during the frame is a warning; there is none if the frame ends before the first save.
             farm.check(run.code == EXIT_RENDER_FAILED and len(warnings(run)) <= 1 and
                        "has this part" not in run.err, case, f"should fail: {run}")
             shutil.rmtree(folder)
@@ -128,7 +129,7 @@ def failing_products(farm, library):
 
 
 def lost_picture(farm, driver):
-    """The picture cannot be written at the end: the frame is in the checkpoint."""
+    """The picture cannot be written at the end: the frame must be in the checkpoint."""
     case = f"lost picture of {driver}"
     if not farm.wanted(case):
         return
@@ -148,7 +149,7 @@ def lost_picture(farm, driver):
 
 
 def full_disk(farm, driver):
-    """A file system of 64 KiB: the checkpoint is begun, and soon has no room."""
+    """A file system of 64 KiB: the checkpoint is begun, but soon there is no space."""
     case = f"full disk of {driver}"
     if not farm.wanted(case):
         return
@@ -175,7 +176,7 @@ def full_disk(farm, driver):
 
 
 def lost_folder(farm, driver, what, lose, back):
-    """The folder goes in mid-frame. `back`: makes it as it was."""
+    """The folder disappears in mid-frame; `back` restores it."""
     case = f"{what} of {driver}"
     if not farm.wanted(case):
         return
@@ -192,19 +193,19 @@ def lost_folder(farm, driver, what, lose, back):
     stray = {name for name in contents(folder) if name.startswith("moved/")}
     farm.check_done(run, folder, expected, case, {"report.json", *stray})
     said = warnings(run)
-    # An open file can be appended to wherever it is.
+    # An open file can be appended to even after it was moved or removed.
     least = 0 if driver == "bucket" else 1
     farm.check(least <= len(said) <= 1, case, f"should warn {least} times: {run}")
 
 
 def lost_folders(farm, driver):
     def remove(kept):
-        while kept.exists():  # a new file may come into it meanwhile
+        while kept.exists():  # new files may appear meanwhile
             shutil.rmtree(kept, ignore_errors=True)
 
     lost_folder(farm, driver, "removed folder", remove, lambda kept: None)
     lost_folder(farm, driver, "moved folder", lambda kept: kept.rename(kept.with_name("moved")), lambda kept: None)
-    # A folder of the same name is there again, and has a file of the same name.
+    # Another folder appears under the old name, with a file of the same name.
     def replace(kept):
         kept.rename(kept.with_name("moved"))
         kept.mkdir()
@@ -241,8 +242,8 @@ def lost_folders(farm, driver):
 
 
 def twice_at_once(farm, driver):
-    """The second refuses; the first is not disturbed. Also where both begin in the same moment: one of them at most goes
-    on with the checkpoint's name."""
+    """The second run refuses, and the first is not disturbed. If both begin at the same moment, at most one keeps the
+    checkpoint's name."""
     case = f"twice at once of {driver}"
     if not farm.wanted(case):
         return
@@ -252,14 +253,14 @@ def twice_at_once(farm, driver):
     first = farm.start(folder, command)
     first.wait_until((folder / "c").exists)
     first.work(2 * 0.2 * SECONDS)
-    first.signal(signal.SIGSTOP)  # however slow the machine is, it does not end meanwhile
+    first.signal(signal.SIGSTOP)  # so that it cannot end meanwhile on a slow machine
     farm.check(first.running(), case, "the first was too fast")
     for _ in range(3):
         second = farm.run(folder, [*command, "--quiet"])
         farm.check(second.code == EXIT_RENDER_FAILED and len(second.err.splitlines()) == 1 and
                    second.err.startswith("emberline: error: ") and "c: another run has it" in second.err, case,
                    f"the second should refuse: {second}")
-    # Without --resume it would begin the file anew.
+    # Without --resume it would start the file afresh.
     second = farm.run(folder, [*settings_of(farm, driver), "--checkpoint", "c", "--quiet"])
     farm.check(second.code == EXIT_RENDER_FAILED and "another run has it" in second.err, case,
                f"the second should refuse without --resume, too: {second}")
@@ -287,7 +288,7 @@ def same_moment(farm, driver):
 
 
 def unusable_paths(farm):
-    """Names that no checkpoint can have: one line, exit 1 or 2, nothing written."""
+    """Names that cannot be used for a checkpoint: one line, exit 1 or 2, nothing written."""
     small = ["--size", "16x12", "--spp", "1", "--threads", "1", "--quiet"]
     for resumed in (["--resume"], []):
         for what, path in (("a folder", "folder"), ("a folder with a slash", "folder/"), ("no folder", "absent/c"),
@@ -317,7 +318,7 @@ def unusable_paths(farm):
             env = ["--env", "env.hdr"] if "environment" in what else []
             run = farm.run(folder, [*small, *REPORT, *env, *resumed, "--checkpoint", path], scene="scene.glb",
                            timeout=10)
-            if what == "nothing" and run.code == EXIT_DONE:  # as if it were not given
+            if what == "nothing" and run.code == EXIT_DONE:  # treated as not given
                 continue
             farm.check_refused(run, folder, before, case, {EXIT_RENDER_FAILED, EXIT_USAGE})
 

@@ -1,6 +1,6 @@
-"""A finished frame goes on (`emberline extend`): of uniform frames to the bits of one that had all its samples at once,
-killed, stopped and begun again on the way; of adaptive ones to a lower threshold. Until the new picture is whole the old
-one stays.
+"""A finished frame can be extended (`emberline extend`): uniform frames to the bits of a frame that had all samples
+from the start, even if killed, stopped and resumed on the way; adaptive ones to a lower threshold. The old picture
+stays until the new one is complete.
 
     extend.py build/release/bin/emberline scenes --only 'bucket kills'
 """
@@ -46,14 +46,14 @@ def at_once(farm):
         farm.check_done(run, folder, expected, case, FILES)
         if name != "bisection":
             continue
-        # One film that is stopped at once has what it had.
+        # A whole-frame film that is stopped at once keeps its samples.
         run = extend(farm, folder, "--spp", "5000", "--quiet", "--time-limit", "0.01", "--report", "report.json").wait()
         samples = report_of(folder)["samples"]
         farm.check(samples["min"] >= 20, case, f"a pixel has lost samples: {samples}")
 
 
 def interrupted(farm):
-    """Killed and stopped again and again: the picture is the old one until it is the new one."""
+    """Killed and stopped repeatedly: the old picture stays until it is replaced by the new one."""
     for name in ("bucket", "bisection"):
         case = f"{name} kills"
         if not farm.wanted(case):
@@ -72,7 +72,7 @@ def interrupted(farm):
             if run.code == EXIT_DONE:
                 break
             landed += 1
-            # Before the handlers are there, the signal's own.
+            # A signal that arrives before the handlers are installed kills the process.
             farm.check(run.code in (-signal.SIGKILL, -signal.SIGTERM, EXIT_STOPPED), case, f"another end: {run}")
             farm.check(pixels(folder / "out.exr") == old, case, "the old picture is gone before the new one is there")
         farm.check(landed >= 3, case, f"only {landed} of 6 signals found it at work")
@@ -149,8 +149,9 @@ def refused(farm):
 
 
 def damaged(farm):
-    """Of a frame in tiles the tiles that are lost are rendered anew, as --resume does; one film is refused, by name. In
-    the packed bytes, whose checksum tells; in a state whose checksum is right; and at the end, cut short."""
+    """In a frame with tiles, damaged tiles are rendered again, as by --resume; a frame with a single film is refused by
+    name. Damages packed bytes, which the checksum reveals; a state with a valid checksum; and the end, by
+    truncation."""
     zstd = records.zstd_of(farm.program)
     for name, way in WAYS.items():
         settings = [*FRAME, *CHANNELS, *way]

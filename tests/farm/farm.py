@@ -1,5 +1,5 @@
-"""What the tests of tests/farm share: running the program, the pixels of its pictures, what a folder
-holds, the failures and how to replay them."""
+"""Shared by the tests of tests/farm: runs the program, hashes pictures and folders, and prints failures with their
+replay."""
 
 import argparse
 import hashlib
@@ -18,21 +18,21 @@ import time
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "invariance"))
 from frame_bits import chunks  # noqa: E402
 
-# Every channel whose bits are the same each time ("time" is not).
+# Every channel with reproducible bits ("time" has none).
 CHANNELS = ["--aov", "variance,albedo,N,Z,velocity,id,stop"]
-# A program under a sanitizer is slow, starts slowly, and maps terabytes that it never uses.
+# A sanitized program is slow, starts slowly, and maps terabytes that it never uses.
 SANITIZED = bool(os.environ.get("EMBERLINE_SANITIZE"))
 DRIVERS = ("bucket", "bisection", "adaptive")
 EXIT_DONE, EXIT_RENDER_FAILED, EXIT_USAGE, EXIT_INPUT, EXIT_STOPPED = 0, 1, 2, 3, 130
 
 
 def pixels(path):
-    """A hash of an EXR's pixels: without its header, and whatever the order of its tiles."""
+    """A hash of an EXR's pixels, independent of its header and the order of its tiles."""
     return hashlib.sha256(b"".join(chunks(pathlib.Path(path).read_bytes()))).hexdigest()
 
 
 def contents(folder):
-    """What is in a folder: by name, a hash of each file."""
+    """The files in a folder: a hash for each name."""
     found = {}
     for path in sorted(pathlib.Path(folder).rglob("*")):
         if path.is_file():
@@ -46,7 +46,7 @@ def largest_child():
 
 
 class Run:
-    """One run that has ended. `code` is -9 and the like where a signal has ended it."""
+    """A finished run. `code` is negative if a signal ended it: -9 and so on."""
 
     def __init__(self, code, out, err, seconds, hung):
         self.code, self.out, self.err, self.seconds, self.hung = code, out, err, seconds, hung
@@ -58,7 +58,7 @@ class Run:
 
 
 class Process:
-    """One that runs. Its folder is where it runs, and where its file names lead."""
+    """A running process. File names are relative to its folder."""
 
     def __init__(self, command, folder, environment=None, limit=None):
         self.command, self.folder = [str(word) for word in command], folder
@@ -92,7 +92,7 @@ class Process:
         return Run(self.process.returncode, *texts, seconds, hung)
 
     def wait_until(self, happened, timeout=60):
-        """Until then, or until the process has ended; whether it has happened."""
+        """Waits until it has happened or the process has ended; returns whether it has happened."""
         end = time.monotonic() + timeout
         while not happened():
             if not self.running() or time.monotonic() > end:
@@ -102,7 +102,7 @@ class Process:
 
 
     def work(self, seconds):
-        """Until it has spent so much more processor time, however long that takes on a busy machine, or has ended."""
+        """Waits until it has used this much more processor time, which does not depend on other load, or has ended."""
         end = self.cpu_seconds() + seconds
         self.wait_until(lambda: self.cpu_seconds() >= end)
 
@@ -116,7 +116,7 @@ class Process:
 
 
 class Farm:
-    """The command line's PROGRAM and SCENES_DIR, and what has failed."""
+    """The command line's PROGRAM and SCENES_DIR, and the failures so far."""
 
     def __init__(self, description, **options):
         parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawTextHelpFormatter)
@@ -141,7 +141,7 @@ class Farm:
         return self.options.only in case
 
     def folder(self, name):
-        """A new one, empty."""
+        """Creates an empty folder."""
         path = self.root / name.replace("/", "_").replace(" ", "_")[:120]
         if path.exists():
             shutil.rmtree(path)
@@ -161,8 +161,8 @@ class Farm:
         return self.start(folder, settings, **more).wait(timeout)
 
     def reference(self, settings, scene=None):
-        """The pixels of an undisturbed run without a checkpoint, and the seconds for which two threads work at it; once
-        for each. By processor time: whether the machine is busy just now does not matter."""
+        """The pixels of an undisturbed run without a checkpoint, and the seconds that two threads work on it; cached.
+        Measured as processor time, which does not depend on other load."""
         key = (*map(str, settings), str(scene))
         if key not in self.references:
             folder = self.folder(f"reference {len(self.references)}")
@@ -177,8 +177,8 @@ class Farm:
         return self.references[key]
 
     def samples_for(self, seconds, settings):
-        """Samples per pixel that keep two threads at work for at least so long on this machine. By processor time:
-        whether the machine is busy just now does not matter."""
+        """Samples per pixel that occupy two threads for at least this long on this machine. Measured as processor time,
+        which does not depend on other load."""
         key = (*map(str, settings), "samples")
         if key not in self.references:
             folder, probe = self.folder("probe"), 16
@@ -191,7 +191,7 @@ class Farm:
         return self.references[key]
 
     def check(self, held, case, what, replay=""):
-        """Counts a check; prints one that fails, and how to repeat it."""
+        """Counts a check; prints a failure and how to repeat it."""
         self.cases += 1
         if not held:
             self.failures.append(case)
@@ -201,7 +201,7 @@ class Farm:
         return held
 
     def check_done(self, run, folder, expected, case, allowed=(), replay=""):
-        """Exit 0, the right bits, no file beside the output but those."""
+        """Exit 0, the right bits, and no files other than the output and those allowed."""
         ok = self.check(run.code == EXIT_DONE, case, f"should be done: {run}", replay)
         if not ok:
             return False
@@ -211,7 +211,7 @@ class Farm:
         return self.check(not stray, case, f"stray files: {stray}", replay) and ok
 
     def check_refused(self, run, folder, before, case, codes, names=(), replay=""):
-        """One line on stderr that names what it must, and a folder as before."""
+        """One line on stderr that contains each name, and an unchanged folder."""
         lines = run.err.splitlines()
         ok = self.check(run.code in codes, case, f"should be refused with exit {codes}: {run}", replay)
         ok &= self.check(len(lines) == 1 and run.err.startswith("emberline: error: ") and not run.out, case,

@@ -1,11 +1,12 @@
-"""A checkpoint that somebody has made up, with right checksums, does no harm: the run refuses it, or renders a picture.
+"""A forged checkpoint with valid checksums does no harm: the run refuses it, or renders a picture.
 
-Absurd heads; records with absurd kinds, numbers and sizes; another driver's state; sums that are NaN, counts that are
-too large; and the state of a real checkpoint with some of its bytes or numbers changed and packed again. Each run ends
-in time, by no signal, with little memory, and is either done with a whole picture, or refused: one line on stderr of
-no absurd length, nothing written, the file as it was. One case by hand, by its name or a part of it:
+Absurd headers; records with absurd kinds, numbers and sizes; another driver's state; sums that are NaN, counts that are
+too large; and the state of a real checkpoint with some bytes or numbers changed, packed again. Each run must end in
+time, without a signal and with little memory. It is either done with a complete picture, or refused: one line of
+limited length on stderr, nothing written, the file unchanged. To run one case, give its name or a part of it:
 
-  hostile.py build/release/bin/emberline scenes --driver adaptive --only 'mutation 17'"""
+  hostile.py build/release/bin/emberline scenes --driver adaptive --only 'mutation 17'
+"""
 
 import json
 import pathlib
@@ -21,19 +22,19 @@ FRAME = ["--size", "16x12", "--bucket-size", "8", "--spp", "4", "--threads", "1"
 SETTINGS = {"bucket": (), "bucket streams": ("--streams", "2"), "bisection": (), "bisection lights": ("--light-groups",),
             "adaptive": ("--spp", "16"), "adaptive unbiased": ("--spp", "16", "--unbiased"),
             "adaptive streams": ("--spp", "16", "--streams", "2"),
-            # In mid-frame, where the driver has plans: wherever the clock has stopped it.
+            # Stopped in mid-frame by the clock, so that the driver has unfinished plans.
             "bisection stopped": ("--spp", "200"), "adaptive stopped": ("--spp", "200"),
             "adaptive threshold stopped": ("--noise-threshold", "0.002", "--max-spp", "300")}
 CHECKPOINT = "the.checkpoint"
-SECONDS = 600 if SANITIZED else 60  # by the clock: machines are busy
-MEMORY = (3 << 30) if SANITIZED else (400 << 20)  # of the process; it takes 20 MiB
-ADDRESSES = None if SANITIZED else 4 << 30  # where it ends if it is not bounded
+SECONDS = 600 if SANITIZED else 60  # wall-clock time: machines may be busy
+MEMORY = (3 << 30) if SANITIZED else (400 << 20)  # limit for the process, which needs 20 MiB
+ADDRESSES = None if SANITIZED else 4 << 30  # address space, in case it is unbounded
 LONGEST_LINE = 20000
 NAN, INFINITY = struct.pack("<f", float("nan")), struct.pack("<f", float("inf"))
 
 
 def heads(head):
-    """Name and text."""
+    """Names and texts of headers."""
     good = json.loads(head)
 
     def changed(**members):
@@ -72,7 +73,7 @@ def heads(head):
 
 
 def starts(head, tail):
-    """Files whose first bytes are odd."""
+    """Files with odd first bytes."""
     yield "format 0", file_start(head, form=0) + tail
     yield "format 2^32-1", file_start(head, form=(1 << 32) - 1) + tail
     yield "a head of 2^32-1 bytes", file_start(head, size=(1 << 32) - 1) + tail
@@ -84,7 +85,7 @@ def starts(head, tail):
 
 
 def odd_records(state):
-    """Lists of records, none of which the program would write."""
+    """Lists of records that the program would never write."""
     most = (1 << 64) - 1
     for size in (0, 1, len(state) - 1, len(state) + 1, 1 << 20, 1 << 30, 1 << 32, 1 << 36, (1 << 36) + 1, 1 << 63, most):
         for kind, end in ((TILE, []), (BLOCK, [Record(END, 1, b"")])):
@@ -113,11 +114,11 @@ def odd_records(state):
 
 
 def mutated(state, dice):
-    """Some of its bytes or numbers changed; seldom its length."""
+    """Changes some bytes or numbers of the state, and occasionally its length."""
     state = bytearray(state)
     for _ in range(dice.choice((1, 1, 1, 2, 8))):
         kind, at = dice.randrange(8), dice.randrange(len(state))
-        if dice.random() < 0.5:  # drivers' states and counters stand at the end
+        if dice.random() < 0.5:  # drivers' states and counters are at the end
             at = max(0, len(state) - 1 - dice.randrange(min(len(state), 1200)))
         if kind == 0:
             state[at] ^= 1 << dice.randrange(8)
@@ -165,7 +166,7 @@ class Hostile:
         return b"".join(record.data for record in self.records)
 
     def mutation(self, dice):
-        """A whole file of it."""
+        """A complete file with a mutated state."""
         if self.tiles:
             changed = [Record(TILE, record.number, record.data) for record in self.records]
             chosen = dice.choice(changed)
@@ -175,7 +176,7 @@ class Hostile:
         return packed_file(self.head, changed)
 
     def go_on(self, case, data, right=False):
-        """With that file. `right`: if it is done, then with the right bits."""
+        """Resumes from that file. `right`: if it is done, the bits must be right."""
         case = f"{self.name}: {case}"
         if not self.farm.wanted(case):
             return
@@ -245,7 +246,7 @@ def main():
         for other in chosen.values():
             if other is not hostile:
                 hostile.go_on(f"state of {other.name}", packed_file(hostile.head, other.records))
-        if name != "bisection":  # heads are read before anyone asks for the driver
+        if name != "bisection":  # headers are read before the driver matters
             for text, head in heads(hostile.head):
                 hostile.go_on(f"head, {text}", packed_file(head, again), right=True)
             for text, data in starts(hostile.head, b"".join(record.to_bytes() for record in again)):

@@ -1,15 +1,15 @@
-"""A frame that is killed (SIGKILL) again and again, and gone on with each time, has the bits of one that was left alone.
+"""A frame that is killed (SIGKILL) and resumed repeatedly has the same bits as one that was left alone.
 
-Each frame gets a few kills at random moments: while the program starts, while it renders, and in the moment when its
-outputs are written; then it is let go on to its end. Between kills the number of threads and the order of the buckets
-change. Whatever stands under the output's name after a kill has the right bits already, and at the end nothing is in
-the folder but the outputs.
+Each frame is killed a few times at random moments: while the program starts, while it renders, and when its outputs are
+written; then it runs to its end. Between kills the number of threads and the order of the buckets change. An output
+that exists after a kill must already have the right bits, and at the end the folder contains only the outputs.
 
-One frame alone, with the kills it had (the number is in the message of its failure):
+To repeat one frame with its kills (the number is in the failure's message):
 
   kills.py build/release/bin/emberline scenes --driver bucket --seed 1 --frame 3
 
-The random numbers are those of the seed, the driver and the frame; when exactly a kill lands is the machine's affair."""
+The random numbers depend on the seed, the driver and the frame; the exact moment of a kill depends on the machine.
+"""
 
 import random
 import shutil
@@ -17,7 +17,7 @@ import time
 
 from farm import CHANNELS, DRIVERS, EXIT_DONE, Farm, earlier_samples, pixels, signal
 
-FRAME = ["--size", "192x144", *CHANNELS]  # long enough for a checkpoint before most kills
+FRAME = ["--size", "192x144", *CHANNELS]  # long enough to save a checkpoint before most kills
 SETTINGS = {
     "bucket": ("--spp 64", "--noise-threshold 0.04 --max-spp 256", "--spp 48 --streams 2", "--spp 48 --light-groups",
                "--spp 64 --sampler stratified --crop 7,5,122,90"),
@@ -31,7 +31,7 @@ RESUME = ["--resume", "--checkpoint-interval", "0.1", "--bucket-size", "16", "--
 
 
 def kill(farm, process, folder, moment, seconds, dice):
-    """Kills it at a moment of that kind. Returns the signal's number where it has, else the exit code."""
+    """Kills the process at a moment of that kind. Returns the exit code, or the negative number of the signal."""
     if moment == "start":
         time.sleep(dice.uniform(0, 0.06))
     elif moment == "middle":
@@ -44,8 +44,8 @@ def kill(farm, process, folder, moment, seconds, dice):
 
 
 def frame(farm, driver, number, most):
-    """One frame's kills, at most so many. Returns how many were tried, how many landed; whether the last run had
-    samples of those before it, or None where none had been rendered."""
+    """Kills one frame at most `most` times. Returns how many kills were tried and how many landed, and whether the last
+    run had samples of earlier ones (None if none had rendered)."""
     seed = farm.options.seed
     dice = random.Random(f"{seed} {driver} {number}")
     settings = [*FRAME, "--driver", driver, "--bucket-size", "16",
@@ -77,7 +77,7 @@ def frame(farm, driver, number, most):
                        replay)
         if run.code == EXIT_DONE:
             break
-    # A run that was done before its kill has left no checkpoint, and the one after it begins anew.
+    # A run that finished before its kill leaves no checkpoint, so the next run starts from nothing.
     done = run.code == EXIT_DONE and earlier_samples(folder) > 0
     run = start().wait()
     ok = farm.check_done(run, folder, expected, case, {"report.json"}, replay)

@@ -1,6 +1,6 @@
-"""Parts of a frame, merged, have the bits of the whole: tiles by --part, with and without a noise threshold, with light
-groups, holes and heatmaps; sample ranges up to the rounding of other sums; seeds weighted by their samples. What does not
-go together is refused in one line.
+"""Merged parts of a frame have the bits of the whole: tiles by --part, with and without a noise threshold, with light
+groups, holes and heatmaps; sample ranges up to the rounding of sums in another order; seeds weighted by their samples.
+Parts that do not belong together are refused in one line.
 
     merge.py build/release/bin/emberline scenes --only ranges
 """
@@ -62,7 +62,7 @@ def tiles(farm):
 
 
 def ranges(farm):
-    """Of each driver; the sums are added in another order, so single floats may differ by their last bit."""
+    """For each driver. Sums are added in another order, so floats may differ in the last bit."""
     for driver in ("bucket", "bisection"):
         case = f"ranges {driver}"
         if not farm.wanted(case):
@@ -79,14 +79,14 @@ def ranges(farm):
         farm.run(whole, [*settings, "--spp", "24", "--quiet"])
         if not farm.check(run.code == 0, case, f"should be done: {run}"):
             continue
-        # The largest difference, as the program's own measure has it.
+        # The largest difference by the program's own measure.
         compared = Process([farm.program, "compare", "out.exr", whole / "out.exr", "--json"], folder).wait()
         farm.check(json.loads(compared.out)["max_abs"] < 1e-6, case, f"it is another picture: {compared.out}")
         print(f"{case}: {'the same bits' if pixels(folder / 'out.exr') == expected else 'other bits'}")
 
 
 def ranges_by_parts(farm):
-    """Both at once: of two ranges two parts each."""
+    """Both at once: two ranges with two parts each."""
     case = "ranges by parts"
     if not farm.wanted(case):
         return
@@ -102,7 +102,8 @@ def ranges_by_parts(farm):
 
 
 def seeds(farm):
-    """The mean of frames of other seeds, by their samples, is the picture; its error estimate theirs combined."""
+    """The mean of frames with other seeds, weighted by their samples, is the picture; its error estimate combines
+    theirs."""
     for driver in ("adaptive", "bucket"):
         case = f"seeds {driver}"
         if not farm.wanted(case):
@@ -141,7 +142,7 @@ def refused(farm):
     damaged[len(damaged) * 2 // 3] ^= 4
     (folder / "damaged").write_bytes(damaged)
     (folder / "cut").write_bytes(damaged[: len(damaged) // 2])
-    # One film each; the second says that its light is of other groups.
+    # Two frames with a single film each; the second claims other light groups.
     for seed in ("1", "2"):
         rendered(farm, folder, case, [*settings, "--driver", "bisection", "--light-groups", "--resumable", "--seed", seed],
                  output=f"lights{seed}.exr")
@@ -151,7 +152,7 @@ def refused(farm):
     farm.check(len(head["light layers"]) > 0, case, "no light groups")
     head["light layers"].pop()
     (folder / lights).write_bytes(packed_file(json.dumps(head), records))
-    # Some kilobytes that tell of millions of buckets.
+    # A few kilobytes that claim millions of buckets.
     head, records = parsed_file((folder / parts[0]).read_bytes())
     head = json.loads(head)
     for where in ("settings", "schedule"):
@@ -183,7 +184,7 @@ def refused(farm):
 
 
 def cannot_be_cut(farm):
-    """Samples that depend on how many there are."""
+    """Samplers whose samples depend on their total number."""
     for sampler in ("stratified", "blue_noise", "hierarchical"):
         case = f"not cut {sampler}"
         if farm.wanted(case):
@@ -193,7 +194,7 @@ def cannot_be_cut(farm):
 
 
 def complete(picture):
-    """What the header says."""
+    """Whether the header says that the picture is complete."""
     name = b"emberline:complete\0string\0"
     at = picture.read_bytes().index(name) + len(name) + 4
     return picture.read_bytes()[at : at + 5] != b"false"
@@ -213,7 +214,7 @@ def missing_samples(farm):
 
 
 def many_parts(farm):
-    """More of them than a process may have files open at first."""
+    """More parts than a process may have files open by default."""
     case = "many parts"
     if not farm.wanted(case):
         return
@@ -242,7 +243,7 @@ def holes(farm):
     report = report_of(folder)
     farm.check(report["samples"]["min"] == 0 and report["samples"]["total"] == 96 * 64 * 2 * 2 // 3, case,
                f"other counts: {report['samples']}")
-    # Rendered anew, a part takes its old place; the rest, and then all three, are the whole.
+    # A part that is rendered again takes its old place; the remaining parts, and then all three, make the whole.
     rendered(farm, folder, case, [*settings, "--part", "3/3"])
     rendered(farm, folder, case, [*settings, "--part", "2/3"])
     expected, _ = farm.reference(settings)

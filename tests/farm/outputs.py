@@ -1,14 +1,15 @@
-"""Every output of a run that a signal ends is whole or absent: pictures, heatmaps, reports, settings.
+"""Every output of a run that a signal ends is complete or absent: pictures, heatmaps, reports, settings.
 
-Random signals at every stage (the start, the load, the frame, the end of the frame), and SIGKILL while the files are
-written. In half of the cases there are outputs of an earlier run, which are then either as they were or replaced by whole
-ones. After each signal the frame is rendered again, to the right bits, and nothing else is left in the folder.
+Sends random signals at every stage (start, load, frame, end of the frame), and SIGKILL while files are written. In half
+of the cases there are outputs of an earlier run, which must be unchanged or replaced by complete ones. After each
+signal the frame is rendered again, to the right bits, and no other file is left in the folder.
 
-One case again, by its number (in the message of its failure):
+To repeat one case, by its number (in the failure's message):
 
   outputs.py build/release/bin/emberline scenes --seed 1 --only 'kill 17'
 
-The random numbers are those of the seed and the case; the moment when a signal arrives depends on the machine, too."""
+The random numbers depend on the seed and the case; when a signal arrives also depends on the machine.
+"""
 
 import json
 import os
@@ -21,12 +22,12 @@ from farm import CHANNELS, DRIVERS, EXIT_DONE, EXIT_STOPPED, Farm, contents, pix
 from frame_bits import chunks
 
 FRAME = ["--size", "96x72", "--bucket-size", "16", "--threads", "2", *CHANNELS]
-SECONDS = 0.4  # that a frame takes at least
+SECONDS = 0.4  # the least duration of a frame
 OUTPUTS = ["-o", "out.png", "-o", "out.jpg", "--heatmap", "heat.png", "--report", "report.json", "--report",
            "report.html", "--save-settings", "settings.json", "--progress-file", "progress.json", "--verbose"]
 RESULTS = {"out.exr", "out.png", "out.jpg", "heat.png", "report.json", "report.html", "settings.json", "progress.json"}
 CHECKPOINT = "out.exr.checkpoint"
-LOGGED = {"start": "", "load": "emberline ", "frame": "loaded in"}  # what the log says when a stage begins
+LOGGED = {"start": "", "load": "emberline ", "frame": "loaded in"}  # the log line with which a stage begins
 STAGES = {"signal": ("start", "load", "frame", "end"), "kill": ("tiles", "end")}
 SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGQUIT, signal.SIGXCPU, signal.SIGUSR1)
 
@@ -60,7 +61,7 @@ CHECKS = {".exr": check_exr, ".png": check_png, ".jpg": check_jpeg, ".html": che
 
 
 def damage_of(path):
-    """Why a file is not whole; nothing if it is."""
+    """Why a file is incomplete; empty if it is complete."""
     try:
         CHECKS[path.suffix](path.read_bytes())
     except (AssertionError, ValueError, KeyError, IndexError, struct.error, zlib.error) as error:
@@ -69,12 +70,12 @@ def damage_of(path):
 
 
 def log_of(process):
-    """What stderr holds so far. The position of the file is the program's, too, and stays."""
+    """The contents of stderr so far. The file position is shared with the program and must not change."""
     return os.pread(process.log[1].fileno(), 1 << 20, 0).decode(errors="replace")
 
 
 def times_of(folder):
-    """When the pictures and reports were written, which is at the end of a frame."""
+    """When the pictures and reports were written, at the end of a frame."""
     names = RESULTS - {"progress.json", "settings.json"}
     return {name: (folder / name).stat().st_mtime_ns for name in names if (folder / name).exists()}
 
@@ -82,7 +83,7 @@ def times_of(folder):
 def size_of(path):
     try:
         return path.stat().st_size
-    except FileNotFoundError:  # it has its name by now
+    except FileNotFoundError:  # it has its final name by now
         return 0
 
 
@@ -90,7 +91,7 @@ def wait_for_stage(process, folder, stage, seconds, dice):
     before = times_of(folder)
     if stage == "tiles":
         process.wait_until(lambda: any(map(size_of, folder.glob("*.emberline.part-*"))))
-    elif stage == "end":  # some outputs have their names, others have not
+    elif stage == "end":  # some outputs have their final names, others do not
         process.wait_until(lambda: times_of(folder) != before)
     else:
         process.wait_until(lambda: LOGGED[stage] in log_of(process))
@@ -101,7 +102,7 @@ def wait_for_stage(process, folder, stage, seconds, dice):
 
 
 def disturbed(farm, kind, number):
-    """One run with its signal. Returns the stage, and whether the run was under way."""
+    """One run with its signal. Returns the stage, and whether the process was still running."""
     case, seed = f"{kind} {number}", farm.options.seed
     dice = random.Random(f"{seed} {case}")
     driver, resume = DRIVERS[number % len(DRIVERS)], dice.random() < 0.5
@@ -136,7 +137,7 @@ def disturbed(farm, kind, number):
     out = folder / "out.exr"
     if out.exists() and contents(folder)["out.exr"] != before.get("out.exr") and run.code != EXIT_STOPPED:
         farm.check(pixels(out) == expected, case, f"the picture has other bits. {told}", replay)
-    if run.code >= 0:  # a run that ends itself removes what is unfinished
+    if run.code >= 0:  # a run that ends itself removes unfinished files
         stray = contents(folder).keys() - RESULTS - {CHECKPOINT}
         farm.check(not stray, case, f"left behind: {stray}. {told}", replay)
 

@@ -1,6 +1,6 @@
-"""Checkpoint files, read and written without the program's own code: io/files/record_file.h has the format,
-io/files/fingerprint.cpp and renderer/core/hash.h the checksum. Packed bytes are read through libzstd, which the
-program is linked to; written as zstd frames of raw blocks, by hand."""
+"""Reads and writes checkpoint files without the program's own code: io/files/record_file.h has the format,
+io/files/fingerprint.cpp and renderer/core/hash.h the checksum. Reads packed bytes with the libzstd that the program is
+linked to; writes zstd frames of raw blocks by hand."""
 
 import ctypes
 import ctypes.util
@@ -35,7 +35,7 @@ def fingerprint(data):
 
 
 def stored(data, declared=None):
-    """A zstd frame of raw blocks, which says that it unpacks to so many bytes."""
+    """A zstd frame of raw blocks that declares an unpacked size."""
     frame = bytearray(b"\x28\xb5\x2f\xfd\xe0" + struct.pack("<Q", len(data) if declared is None else declared))
     most = 1 << 17
     parts = [data[i : i + most] for i in range(0, len(data), most)] or [b""]
@@ -49,12 +49,12 @@ class Record:
     kind: int
     number: int
     data: bytes  # unpacked
-    size: int | None = None  # what it says of `data`, if not the truth
-    packed: bytes | None = None  # what is written, if not stored(data)
+    size: int | None = None  # declared size of `data`, if wrong
+    packed: bytes | None = None  # packed bytes, if not stored(data)
     packed_size: int | None = None
     checksum: int | None = None
     own_checksum: int | None = None
-    at: int = 0  # in the file it was read from
+    at: int = 0  # offset in the file it was read from
 
     def to_bytes(self):
         packed = stored(self.data) if self.packed is None else self.packed
@@ -77,7 +77,7 @@ def packed_file(head, records):
 
 
 def zstd_of(program):
-    """The library that the program uses; None where there is none to be had."""
+    """The zstd library that the program uses, or None."""
     listed = subprocess.run(["ldd", program], capture_output=True, text=True).stdout
     found = re.search(r"libzstd\S* => (\S+)", listed)
     name = found[1] if found else ctypes.util.find_library("zstd")
@@ -92,7 +92,7 @@ def zstd_of(program):
 
 
 def parsed_file(data, zstd=None):
-    """Its head, and its records; their checksums are compared with ours. Unpacked if there is a library."""
+    """Returns a file's header and records, and checks their checksums. Unpacks the records if there is a library."""
     assert data[:8] == b"EMBRECF\n"
     form, size, checksum = struct.unpack_from("<IIQ", data, 8)
     head = data[FILE_START : FILE_START + size]

@@ -1,10 +1,11 @@
-"""A frame that is stopped by SIGTERM, SIGINT or --time-limit and gone on with has the bits of one that was left alone;
-SIGUSR1 saves the checkpoint at once, and the frame goes on.
+"""A frame that is stopped by SIGTERM, SIGINT or --time-limit and resumed has the bits of one that was left alone;
+SIGUSR1 saves the checkpoint at once, and the frame continues.
 
-Of every driver: the exit code of the stopped run, its checkpoint, the picture's bits after going on. One case by hand,
-by its name or a part of it:
+Checks for every driver the exit code of the stopped run, its checkpoint, and the picture's bits after resuming. To run
+one case, give its name or a part of it:
 
-  stops.py build/release/bin/emberline scenes --only 'bucket SIGTERM'"""
+  stops.py build/release/bin/emberline scenes --only 'bucket SIGTERM'
+"""
 
 import os
 import time
@@ -12,7 +13,7 @@ import time
 from farm import (CHANNELS, DRIVERS, EXIT_DONE, EXIT_STOPPED, Farm, earlier_samples, pixels, report_of, signal)
 
 FRAME = ["--size", "128x96", "--bucket-size", "16", "--threads", "2", *CHANNELS]
-SECONDS = 1.0  # that each of two threads works at a frame, however fast or busy the machine is
+SECONDS = 1.0  # of work for each of two threads, on any machine
 CHECKPOINT = "out.exr.checkpoint"
 RESUME = ["--resume", "--checkpoint-interval", "100000", "--report", "report.json"]
 
@@ -23,14 +24,14 @@ def settings_of(farm, driver):
 
 
 def finish(farm, case, folder, settings, expected, carried=True):
-    """Goes on with what a stop has left, to the end."""
+    """Resumes after a stop, to the end."""
     run = farm.run(folder, [*settings, *RESUME])
     if farm.check_done(run, folder, expected, case, {"report.json"}) and carried:
         farm.check(earlier_samples(folder) > 0, case, "nothing was carried over")
 
 
 def stopped(farm, driver, name, stop):
-    """A run that is stopped in mid-frame: stop(process) or further settings."""
+    """Stops a run in mid-frame: by stop(process) or by more settings."""
     case = f"{driver} {name}"
     if not farm.wanted(case):
         return
@@ -57,7 +58,7 @@ def once(number):
 
 
 def twice(number):
-    """The second ends it at once: what was not saved by then is lost."""
+    """The second signal ends the process at once; unsaved work is lost."""
 
     def stop(process):
         process.signal(number)
@@ -68,9 +69,9 @@ def twice(number):
 
 
 def ended_at_once(farm, driver):
-    """Stopped twice, while it starts, and a storm of both: whatever the moment, the next run has the right bits."""
+    """Two stops in a row, at the start and in mid-frame: at any moment, the next run must have the right bits."""
     settings = settings_of(farm, driver)
-    # So many seconds after its start, or after a share of the frame.
+    # Seconds after its start, or after a share of the frame.
     for i, (pause, share, number) in enumerate([(0, 0.05, signal.SIGTERM), (0, 0.15, signal.SIGINT),
                                                 (0.02, 0, signal.SIGTERM), (0.05, 0, signal.SIGINT)]):
         case = f"{driver} stopped twice {i}"
@@ -85,13 +86,13 @@ def ended_at_once(farm, driver):
         process.work(2 * share * SECONDS)
         twice(number)(process)
         run = process.wait()
-        # Before the handlers are there, the signal's own.
+        # A signal that arrives before the handlers are installed kills the process.
         farm.check(run.code in (EXIT_STOPPED, -number), case, f"should end with exit 130: {run}")
         finish(farm, case, folder, settings, expected, carried=False)
 
 
 def again_and_again(farm, driver):
-    """A farm with little patience: time limits of a fraction of the frame, with other threads each time."""
+    """An impatient farm: time limits of a fraction of the frame, with other threads each time."""
     case = f"{driver} again and again"
     if not farm.wanted(case):
         return
@@ -114,7 +115,7 @@ def again_and_again(farm, driver):
 
 
 def saved_on_request(farm, driver):
-    """SIGUSR1 in mid-frame: a checkpoint, then a kill; what was saved is there. And without the kill, to the end."""
+    """SIGUSR1 in mid-frame saves a checkpoint, which survives a kill. Without the kill, the frame runs to its end."""
     settings = settings_of(farm, driver)
     case = f"{driver} SIGUSR1"
     if not farm.wanted(case):
@@ -141,7 +142,7 @@ def saved_on_request(farm, driver):
     process = farm.start(folder, [*settings, *RESUME])
     process.wait_until(file.exists)
     time.sleep(0.05)
-    while process.running():  # a storm
+    while process.running():  # a storm of signals
         process.signal(signal.SIGUSR1)
         time.sleep(0.02)
     run = process.wait()
@@ -157,7 +158,7 @@ def without_checkpoint(farm, driver):
     settings, folder = settings_of(farm, driver), farm.folder(case)
     expected, _ = farm.reference(settings)
     process = farm.start(folder, settings)
-    process.wait_until(lambda: any(folder.iterdir()))  # its outputs are open: it has its handlers
+    process.wait_until(lambda: any(folder.iterdir()))  # its outputs are open, so its handlers are installed
     while process.running():
         process.signal(signal.SIGUSR1)
         time.sleep(0.05)
@@ -165,7 +166,7 @@ def without_checkpoint(farm, driver):
 
 
 def ignored_on_start(farm):
-    """Sent before the scene is read, it must not end the program once it has its handlers."""
+    """A signal before the scene is read must not end the program, since its handlers are installed."""
     case = "SIGUSR1 while it starts"
     if not farm.wanted(case):
         return

@@ -1,5 +1,5 @@
-"""Reads `llvm-cov export -summary-only` and prints, for each folder of the source tree and each file
-of io/, what share of the lines and branches was reached.
+"""Reads `llvm-cov export -summary-only` and prints the share of covered lines and branches for each folder of the
+source tree and each file of io/.
 
 usage: llvm-cov export ... | coverage_by_folder.py SOURCE_TREE SOURCES_OF_LIBRARIES
 """

@@ -1,5 +1,5 @@
-// The names that --display, --view and --look give, and the config that $OCIO names: four lines,
-// display, view, look and exposure, then the config; nothing there: the built-in one.
+// The names for --display, --view and --look, and the config in $OCIO. The input has four lines
+// (display, view, look and exposure), then the config; without one the built-in config is used.
 #include "io/display/display.h"
 
 #include <cstdlib>

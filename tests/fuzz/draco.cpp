@@ -1,5 +1,5 @@
-// The buffer view of a Draco primitive. The last four bytes say what the primitive asks for: the
-// components of its position, normal and first UV set, and a scale of the indices announced.
+// The buffer view of a Draco primitive. The last four bytes describe the primitive: the components
+// of its position, normal and first UV set, and a scale of the announced number of indices.
 #include "io/gltf/geometry/draco.h"
 #include "fuzz/fuzz.h"
 

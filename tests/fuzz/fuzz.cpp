@@ -12,7 +12,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 
-// One thread: an input takes the same way through the code every time.
+// One thread makes an input's path through the code reproducible.
 extern "C" int LLVMFuzzerInitialize(int*, char***) {
   static const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
   OIIO::attribute("threads", 1);

@@ -1,6 +1,6 @@
-// What the fuzz targets share. Each is a function LLVMFuzzerTestOneInput that hands its bytes to
-// one reader; whatever the bytes are, the reader either returns what its header promises or throws
-// one of our errors.
+// Shared by the fuzz targets. Each target is a function LLVMFuzzerTestOneInput that passes its
+// bytes to one reader. For any bytes, the reader must return what its header promises or throw an
+// EmberlineError.
 #pragma once
 
 #include <cstddef>
@@ -15,17 +15,18 @@ extern "C" size_t LLVMFuzzerMutate(uint8_t* data, size_t size, size_t max_size);
 
 namespace emberline::fuzz {
 
-// Ends the process, as a finding, if the result of a reader has a flaw.
+// Aborts, which libFuzzer reports as a finding, if a reader's result has a flaw.
 void require_none(const std::string& flaw);
 
-// Calls `read`, which may throw an EmberlineError of some hundred characters and nothing else.
+// Calls `read`, which may only throw an EmberlineError with a message of at most a few hundred
+// characters.
 void allow_errors(const std::function<void()>& read);
 
-// What a load may take: less than libFuzzer allows the process (ci/fuzz.sh).
+// Limits for a load, below libFuzzer's limits for the process (ci/fuzz.sh).
 LoadLimits small_limits(const std::string& path);
 
-// Writes the input to a file of this process and returns its path: the same at each call for the
-// same `name`. The folder holds nothing else; ci/fuzz.sh has it in memory ($TMPDIR).
+// Writes the input to a file of this process and returns its path, which depends only on `name`.
+// The folder contains nothing else; ci/fuzz.sh puts it in memory ($TMPDIR).
 std::string write_input(const uint8_t* data, size_t size, const char* name);
 
 }  // namespace emberline::fuzz

@@ -1,5 +1,5 @@
-// A scene, .gltf or .glb (json_mutator.h keeps the frame of the latter whole). The one file that it
-// can refer to is itself.
+// A scene, .gltf or .glb (json_mutator.cpp keeps the latter's container valid). The only file that
+// it can refer to is itself.
 #include "io/gltf/gltf_file.h"
 
 #include "fuzz/fuzz.h"

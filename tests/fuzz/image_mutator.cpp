@@ -1,5 +1,5 @@
-// libFuzzer's mutations for images: a PNG gets the checksums that its changed chunks need, or the
-// reader would look at none of them.
+// libFuzzer's mutations for images. Corrects the checksums of a PNG's changed chunks, because the
+// reader would reject them otherwise.
 #include <zlib.h>
 
 #include <cstring>

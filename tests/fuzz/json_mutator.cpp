@@ -1,6 +1,6 @@
-// libFuzzer's mutations for JSON, alone or in a .glb: changes of the tree, so that most inputs
-// reach what lies behind the parser; the binary chunk by its bytes, and now and then the file by
-// its own. A .glb is framed anew around what was changed.
+// libFuzzer's mutations for JSON, alone or in a .glb. Most of them change the tree, so that inputs
+// reach the code behind the parser; others change the bytes of the binary chunk, or occasionally of
+// the file. A changed .glb gets a valid container.
 #include <algorithm>
 #include <cstring>
 #include <nlohmann/json.hpp>
@@ -15,7 +15,7 @@ namespace {
 using Bytes = std::vector<uint8_t>;
 using nlohmann::json;
 
-// Every word in quotes in the files that read JSON: members, extensions, names of types and modes.
+// The string literals of the files that read JSON: members, extensions, names of types and modes.
 constexpr const char* kWords[] = {
 #include "json_words.inc"
 };
@@ -27,7 +27,7 @@ class Mutator {
   size_t below(size_t count) { return random_() % count; }
   bool one_in(size_t count) { return below(count) == 0; }
 
-  // Bytes changed by libFuzzer, `room` longer at most.
+  // libFuzzer mutates the bytes, which grow by at most `room`.
   Bytes mutate_bytes(Bytes bytes, size_t room) {
     const size_t size = bytes.size();
     bytes.resize(size + room);
@@ -39,7 +39,7 @@ class Mutator {
     for (size_t changes = 1 + below(3); changes > 0; --changes) mutate_node(root);
   }
 
-  // Some value of `root` becomes some value of `other`.
+  // Replaces a random value of `root` by one of `other`.
   void splice(json& root, json& other) { any(root) = json(any(other)); }
 
  private:
@@ -111,7 +111,7 @@ class Mutator {
       case 4:
         if (!node.empty()) node.erase(std::next(node.begin(), std::ptrdiff_t(below(node.size()))));
         return;
-      case 5: {  // once more, or often
+      case 5: {  // duplicate once, or often
         if (!node.is_array() || node.empty()) return;
         const json element = node[below(node.size())];
         for (size_t n = one_in(8) ? 100 : 1; n > 0; --n) node.push_back(element);
@@ -139,7 +139,7 @@ class Mutator {
       const Bytes changed = mutate_bytes(Bytes(text.begin(), text.end()), 16);
       node = std::string(changed.begin(), changed.end());
     } else if (node.is_number_integer()) {
-      // Nearby, or half; unsigned, so that it may wrap.
+      // A nearby value or half; unsigned, so that it may wrap.
       const uint64_t value = node.get<uint64_t>();
       node = int64_t(one_in(4) ? value / 2 : value + below(5) - 2);
     } else if (node.is_number()) {
@@ -151,7 +151,7 @@ class Mutator {
 };
 
 struct File {
-  json root;  // discarded: not JSON
+  json root;  // discarded if not JSON
   Bytes chunk;
   bool is_glb = false;
 };
@@ -180,7 +180,7 @@ File split(const uint8_t* data, size_t size) {
   return file;
 }
 
-// The file's bytes at `data`, or 0 if they do not fit.
+// Writes the file to `data` and returns its size, or 0 if it does not fit.
 size_t join(const File& file, uint8_t* data, size_t max_size) {
   const std::string text = file.root.dump(-1, ' ', false, json::error_handler_t::replace);
   const Bytes bytes =

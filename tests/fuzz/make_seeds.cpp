@@ -1,5 +1,5 @@
-// Seeds for the targets: make_seeds FOLDER [ASSETS]. A folder for each target, filled with what the
-// tests' own builders write, and with the small files below ASSETS.
+// Makes seeds for the targets: make_seeds FOLDER [ASSETS]. Each target gets a folder with files
+// from the tests' own builders and the small files below ASSETS.
 #include <OpenColorIO/OpenColorIO.h>
 
 #include <cstdio>
@@ -101,7 +101,7 @@ void add_compressed(Seeds& seeds) {
   for (const bool sequence : {false, true}) seeds.add("gltf", meshopt_triangle(sequence).glb());
 }
 
-// The archived material that no scene of today has.
+// An archived extension that current scenes no longer use.
 GltfBuilder glossy_gltf() {
   GltfBuilder gltf = dense_gltf();
   gltf.root["extensionsUsed"].push_back("KHR_materials_pbrSpecularGlossiness");
@@ -140,7 +140,8 @@ void add_displays(Seeds& seeds) {
   seeds.add("display", "sRGB\nRaw\n\n-3\n" + config.str());
 }
 
-// A .gltf in one piece: its first buffer is the binary chunk, a texture stands in for its images.
+// A .gltf is added as a .glb: its first buffer becomes the binary chunk, and a small PNG replaces
+// each image.
 void add_asset(Seeds& seeds, const fs::path& path) {
   const Bytes bytes = read_bytes(path.string());
   const std::string suffix = path.extension().string();
@@ -164,7 +165,7 @@ void add_asset(Seeds& seeds, const fs::path& path) {
   seeds.add("gltf", GltfBuilder::glb(root.dump(), chunk));
 }
 
-// The streams of a .glb whose views are compressed.
+// Adds the compressed streams of a .glb.
 void add_streams(Seeds& seeds, const fs::path& path) {
   const Bytes bytes = read_bytes(path.string());
   if (bytes.size() < 20) return;

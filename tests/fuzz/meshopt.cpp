@@ -1,5 +1,5 @@
-// A compressed buffer view. The last eight bytes are its description: mode, filter, stride - 1,
-// none, count (little-endian).
+// A compressed buffer view. The last eight bytes describe it: mode, filter, stride - 1, unused,
+// count (little-endian).
 #include "io/gltf/document/meshopt.h"
 
 #include <nlohmann/json.hpp>

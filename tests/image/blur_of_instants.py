@@ -1,10 +1,11 @@
-"""Blur is the mean of many instants: renders every animation of a file over a stretch of it, once with the shutter open
-and as stills whose mean is taken, and compares the two. By hand (minutes a file):
+"""Motion blur is the mean of many instants: renders every animation of a file over a part of its duration, once with an
+open shutter and once as stills whose mean is taken, and compares the two. Run by hand (minutes per file):
 
   blur_of_instants.py build/release/bin/emberline fox.glb milk_truck.gltf ...
 
-Needs `oiiotool`. What is said: the RMS difference of the blurred picture and the mean of the stills, what noise (and
-the stills' number) make of it, and what is left without that. Exit code 1: some differ by more than noise."""
+Needs `oiiotool`. Prints the RMS difference of the blurred picture and the mean of the stills, the part of it that noise
+and the number of stills explain, and the remainder. Exit code 1: some differ by more than noise.
+"""
 
 import argparse
 import json
@@ -14,9 +15,9 @@ import subprocess
 import sys
 import tempfile
 
-SEEDS = 16  # of the stills; those of one seed are one command
-GROUP = 64  # pictures of one command line
-MOST = 1.3  # times the noise; that of some thousand pixels is known to a few per cent
+SEEDS = 16  # seeds of the stills; stills of one seed share a command
+GROUP = 64  # pictures per command line
+MOST = 1.3  # times the noise, which a few thousand pixels determine to a few per cent
 
 
 def run(*words):
@@ -24,7 +25,7 @@ def run(*words):
 
 
 def mean(pictures, out):
-    """Of EXRs, some at a time: a command line holds only so many."""
+    """The mean of EXRs, a group at a time, because a command line's length is limited."""
     sums = []
     for i in range(0, len(pictures), GROUP):
         words = ["oiiotool", pictures[i], "--ch", "R,G,B"]
@@ -38,7 +39,7 @@ def mean(pictures, out):
 
 
 def animations(program, scene):
-    """Index and duration of each."""
+    """Index and duration of each animation."""
     found = []
     for line in run(program, "info", scene).splitlines():
         words = line.split()
@@ -52,9 +53,10 @@ def rms_difference(program, a, b):
 
 
 def compare(program, scene, animation, duration, options, folder):
-    """RMS difference of blur and stills, and what noise makes of it, which halves of other seeds tell of each."""
+    """RMS difference of blur and stills, and the noise of both, estimated from halves with different seeds."""
     how = ["--animation", animation, "--size", options.size, "--quiet", *options.view.split()]
-    # At `fps` frames a second the stills are a frame apart, and the shutter is open half a frame around each of them.
+    # At `fps` frames a second the stills are one frame apart, and the shutter is open for half a frame before and after
+    # each.
     fps = options.stills / (duration * options.share)
     first = round(0.4 * duration * fps)
     seeds = min(SEEDS, options.stills)

@@ -1,5 +1,5 @@
-// The error that an adaptive frame claims to have, against the one it has. The gallery's scenes at
-// three budgets are bench/calibration.py's, which takes an hour.
+// An adaptive frame's estimate of its error, compared with its true error.
+// tests/bench/calibration.py does this for the gallery's scenes at three budgets in an hour.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -15,7 +15,7 @@ using namespace test;
 
 class Calibration : public testing::TestWithParam<std::tuple<std::string, uint32_t, bool>> {};
 
-// Estimate and truth are means over six frames of 768 pixels.
+// Estimate and true error are means over six frames of 768 pixels.
 TEST_P(Calibration, TheEstimateIsTheErrorWithinAQuarter) {
   const auto [estimator, budget, unbiased] = GetParam();
   const auto scene = busy_scene();
@@ -48,8 +48,9 @@ INSTANTIATE_TEST_SUITE_P(
     Budget, Calibration,
     testing::Combine(testing::Values(std::string("two-stream"), std::string("nested")),
                      testing::Values(32u, 128u, 512u), testing::Values(false)));
-// At 512 samples rare outliers rule both, and over 36 frames the estimate is 1.15 to 1.22 of the
-// error: of pixels that some outlier makes white, which counts as less sure than it looks.
+// Leaves out 512 samples, where rare outliers dominate estimate and error: over 36 frames the
+// estimate is 1.15 to 1.22 times the error, because a pixel that an outlier makes white counts as
+// less certain than it looks.
 INSTANTIATE_TEST_SUITE_P(Unbiased, Calibration,
                          testing::Combine(testing::Values(std::string("two-stream"),
                                                           std::string("nested")),

@@ -1,12 +1,11 @@
-// Where adaptive samples go: to silhouettes, to the boundaries of shadows, to detail of textures,
-// in the scenes of Painter & Sloan's figure 1, set up as scenes/make_heatmaps.py sets them up; and
-// to what moves or is out of focus.
+// Where adaptive samples go: to silhouettes, shadow boundaries and texture detail in the scenes of
+// Painter & Sloan's figure 1 (set up as in scenes/make_heatmaps.py), and to what moves or is out of
+// focus.
 //
-// The features are found in another render, uniform and of another seed: silhouettes where
-// neighbours show other objects, other depths or other faces; texture where their albedo differs on
-// a surface that goes on; shadow where on a flat one it does not and the light does. Blurred is
-// where the instant through a pinhole shows something else, or another light. Flat is what is far
-// from all of them.
+// The features are found in a uniform render with another seed. Silhouette: neighbours show
+// different objects, depths or faces. Texture: the albedo differs on a continuous surface. Shadow:
+// on a flat surface the light differs but not the albedo. Blurred: an instant through a pinhole
+// shows another surface or another light. Flat: far from all of these.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -67,7 +66,7 @@ class Surfaces {
     return {at("albedo.R", x, y), at("albedo.G", x, y), at("albedo.B", x, y)};
   }
   float radiance(int x, int y) const { return luminance(image_.rgb(x, y)); }
-  // What arrives, as far as the surface lets it be seen.
+  // Incident light, estimated as radiance over albedo.
   float light(int x, int y) const {
     return radiance(x, y) / std::max(0.02f, luminance(albedo(x, y)));
   }
@@ -76,7 +75,7 @@ class Surfaces {
   const RenderedImage& image_;
 };
 
-// What lies between two neighbours.
+// The feature between two neighbouring pixels.
 Feature between(const Surfaces& s, int x0, int y0, int x1, int y1) {
   const float z0 = s.at("Z", x0, y0), z1 = s.at("Z", x1, y1);
   const float turn = s.normal(x0, y0).dot(s.normal(x1, y1));
@@ -91,7 +90,7 @@ Feature between(const Surfaces& s, int x0, int y0, int x1, int y1) {
   return level && std::abs(a - b) > 0.25f * std::max(a, b) ? kShadow : kFlat;
 }
 
-// Whether a pixel's surface or light is another where nothing is blurred.
+// Whether the pixel's surface or light differs from the picture without blur.
 bool is_blurred(const Surfaces& blurred, const Surfaces& sharp, int x, int y) {
   const auto differs = [](float a, float b, float share) {
     return std::abs(a - b) > share * std::max(a, b);
@@ -101,8 +100,8 @@ bool is_blurred(const Surfaces& blurred, const Surfaces& sharp, int x, int y) {
          differs(blurred.radiance(x, y), sharp.radiance(x, y), 0.25f);
 }
 
-// The feature of every pixel; kFeatures for those too near to one to be flat. `sharp`: the instant
-// through a pinhole.
+// The feature of every pixel; kFeatures for those too close to a feature to be flat. `sharp`: an
+// instant through a pinhole.
 std::vector<Feature> find_features(const RenderedImage& image, const RenderedImage& sharp) {
   const Surfaces s(sharp), blurred(image);
   std::vector<Feature> found(size_t(kDensityWidth) * kDensityHeight, kFlat);
@@ -138,7 +137,7 @@ std::vector<Feature> find_features(const RenderedImage& image, const RenderedIma
   return found;
 }
 
-// Mean samples of the pixels of each feature over those of flat ones; 0 for what has few pixels.
+// Mean samples of each feature's pixels over those of flat ones; 0 for features with few pixels.
 std::array<double, kFeatures> densities(const std::vector<Feature>& features,
                                         const RenderedImage& image) {
   std::array<double, kFeatures> mean{};
@@ -169,9 +168,9 @@ RenderedImage render_adaptively(const PictureScene& picture, RenderSettings s, f
 }
 
 using Bounds =
-    std::array<double, kFlat>;  // at least, of each feature; 0 where the picture has none
+    std::array<double, kFlat>;  // least density of each feature; 0 if the picture has none
 
-// `reference_spp`: so that noise is not taken for shadow or blur.
+// `reference_spp`: enough that noise does not count as shadow or blur.
 void expect_densities(const RenderSettings& settings, uint32_t reference_spp, float threshold,
                       const Bounds& of_threshold, const Bounds& of_budget) {
   const PictureScene picture = load(settings);
@@ -197,19 +196,20 @@ void expect_densities(const RenderSettings& settings, uint32_t reference_spp, fl
   }
 }
 
-// Measured to --noise-threshold .01: 3.7, 2.4, 3.1 times; of a budget of 32 samples a pixel, which
-// goes by deviations and not by their squares: 2.1, 2.1, 1.9. The bounds are a fifth
-// lower.
+// Measured: 3.7, 2.4 and 3.1 times with --noise-threshold .01; 2.1, 2.1 and 1.9 with a budget of 32
+// samples a pixel, which is allocated by standard deviations instead of variances. The bounds are a
+// fifth lower.
 TEST(Density, OfSpheresIsHighestAtTheirFeatures) {
   expect_densities(direct_light("spheres"), 64, 0.01f, {2.9, 1.95, 2.5}, {1.6, 1.6, 1.5});
 }
 
-// Here 3.6, 2.8, 3.6 and 1.9, 1.7, 2.0.
+// Measured: 3.6, 2.8, 3.6 and 1.9, 1.7, 2.0.
 TEST(Density, OfTheTeapotIsHighestAtItsFeatures) {
   expect_densities(direct_light("teapot"), 256, 0.01f, {2.9, 2.25, 2.9}, {1.52, 1.38, 1.6});
 }
 
-// Blades that turn by 30 degrees: 8.1 times, of the budget 2.5; to .01, which takes minutes, 8.4.
+// Blades that turn by 30 degrees. Measured: 8.1 times, with a budget 2.5; with a threshold of .01,
+// which takes minutes, 8.4.
 TEST(Density, OfAMovingBladeIsHighestWhereItMoves) {
   RenderSettings s = direct_light("moving_blade");
   s.time = 0;
@@ -217,7 +217,7 @@ TEST(Density, OfAMovingBladeIsHighestWhereItMoves) {
   expect_densities(s, 128, 0.04f, {3.8, 0, 0, 6.5}, {1.54, 0, 0, 2.0});
 }
 
-// Here 6.2 and 4.2, to .01 13; the white king is sharp.
+// Measured: 6.2 and 4.2; 13 with a threshold of .01. The white king is in focus.
 TEST(Density, OfShallowFocusIsHighestOutOfFocus) {
   RenderSettings s = direct_light("shallow_focus");
   s.f_stop = 1.4;

@@ -1,6 +1,6 @@
-// A matt floor that fills the frame under a lamp: stratification renders it so well that two
-// streams of half the samples are half as bad again as one of all, and no pixel needs more than
-// another.
+// A matt floor that fills the frame under a lamp. Stratification works so well here that two
+// streams of half the samples have one and a half times the error of one stream, and all pixels
+// need equally many samples.
 #pragma once
 
 #include <memory>

@@ -1,5 +1,5 @@
-// --noise-threshold T is a promise about the picture: its true error, block by block, is T or not
-// much more, in the scenes that mislead an estimate.
+// --noise-threshold T must hold for the picture: in scenes that mislead an estimate, the true error
+// of each block may exceed T only slightly.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -21,8 +21,8 @@ struct HardScene {
   int max_depth = 16;
 };
 
-// A room in two halves; all light in this one comes through the gap beside the partition, from one
-// small lamp that is not seen from anywhere in it.
+// A room in two halves. All light in the visible half comes through the gap beside the partition,
+// from a small lamp that is hidden from it.
 HardScene lamp_behind_a_corner() {
   SceneBuilderForTests b;
   const int wall = b.add_material(lambert(Rgb(0.7f)));
@@ -41,8 +41,8 @@ HardScene lamp_behind_a_corner() {
   return {b.build(), perspective({1.8, 1.2, 1.8}, {-1, 0.8, 0.3}, 70), true, 5};
 }
 
-// Small bright dots over a floor, found by directions from the floor alone: most paths bring
-// nothing, some of them much, as with a caustic.
+// Small bright dots above a floor, hit only by BSDF sampling: as with a caustic, most paths
+// contribute nothing and a few contribute much.
 HardScene dots_by_chance() {
   SceneBuilderForTests b;
   b.add_floor(3, 0, b.add_material(lambert(Rgb(0.6f))));
@@ -56,8 +56,8 @@ HardScene dots_by_chance() {
   return {b.build(), perspective({0, 2.0, 3}, {0, 0, 0}, 50), false, 2};
 }
 
-// Left nearly black in the sky's light, right grey: the display's curve is steepest where there is
-// least light.
+// Under the sky, the left half is nearly black and the right half grey: the display's curve is
+// steepest in the dark.
 HardScene nearly_black_half() {
   SceneBuilderForTests b;
   const int coal = b.add_material(lambert(Rgb(0.003f))), grey = b.add_material(lambert(Rgb(0.5f)));
@@ -79,8 +79,8 @@ struct Measured {
   std::string where;
 };
 
-// Every block is measured over three frames: 2304 values, so that the spread of noise that is
-// normal is 1.5 % of its RMS error.
+// Each block is measured over three frames: 2304 values, so that normally distributed noise
+// determines its RMS error to 1.5 %.
 using Method = std::tuple<std::string, std::string>;  // driver, estimator
 
 Measured measure(const Method& method, const HardScene& hard, float threshold,
@@ -127,7 +127,7 @@ Measured measure(const Method& method, const HardScene& hard, float threshold,
   return m;
 }
 
-// Of the whole frame, and of each bucket by itself, whose estimates end at its edge.
+// For the whole frame, and for each bucket separately, whose estimates end at its edge.
 class NoiseThreshold : public testing::TestWithParam<Method> {};
 
 TEST_P(NoiseThreshold, LampBehindACorner) {

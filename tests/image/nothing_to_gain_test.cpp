@@ -1,4 +1,4 @@
-// Where no pixel needs more samples than another, adaptive sampling should cost nothing.
+// If all pixels need equally many samples, adaptive sampling should cost nothing.
 #include <gtest/gtest.h>
 
 #include "image/lit_floor.h"
@@ -9,7 +9,7 @@ namespace {
 
 using namespace test;
 
-// Most pixels are the uniform frame's own, so the ratio is surer than either error.
+// Most pixels equal the uniform frame's, so the ratio is more precise than either error.
 TEST(NothingToGain, NestedLosesLessThanThreePerCent) {
   const auto scene = lit_floor();
   const CameraDescription view = lit_floor_view();

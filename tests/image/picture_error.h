@@ -1,4 +1,4 @@
-// A frame's true error, against references that are noisy themselves.
+// A frame's true error, measured against noisy references.
 #pragma once
 
 #include <algorithm>
@@ -12,8 +12,8 @@
 namespace emberline::test {
 
 // Two independent uniform renders. The product of a frame's differences to both has the squared
-// error for its expectation: the references' noise is independent and drops out, so that they need
-// fewer samples than a single reference of no noise to speak of.
+// error as its expectation, because the references' noise is independent; so they need fewer
+// samples than a single reference with negligible noise.
 struct References {
   RenderedImage a, b;
 };
@@ -31,7 +31,7 @@ inline References render_references(const Scene& scene, const CameraDescription&
   return r;
 }
 
-// Sum over the pixels of `part` and over R, G, B of the squared error of the displayed picture.
+// Sum of the displayed picture's squared error over the pixels of `part` and over R, G, B.
 inline double squared_display_error(const RenderedImage& image, const References& r,
                                     const Rect& part) {
   double sum = 0;

@@ -1,5 +1,5 @@
-// Wires of a twentieth of a pixel, case 16 of thin features: what a pixel's first samples miss must
-// not be lost. Their light is known exactly: the frame's sum is the wires' area.
+// Wires a twentieth of a pixel wide (case 16 of thin features): light that a pixel's first samples
+// miss must not be lost. The exact value is known: the frame's sum is the wires' area.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -15,14 +15,14 @@ namespace {
 using namespace test;
 
 constexpr int kWidth = 24, kHeight = 16;
-constexpr double kWire = 0.05;  // its width along a row, in pixels
+constexpr double kWire = 0.05;  // width along a row, in pixels
 
-// Pixels are of one unit, the frame's middle at the origin. A wire runs from above the frame to
-// below it and leans by `lean` columns; it covers kWire of every row.
+// Pixels have size 1, and the frame's centre is the origin. A wire runs from above the frame to
+// below it, shifted by `lean` columns; it covers kWire of every row.
 void add_wire(SceneBuilderForTests& b, double middle, double lean, int material) {
   const auto x0 = float(middle - lean / 2 - kWidth / 2.0), x1 = float(x0 + float(lean));
   const auto w = float(kWire), y = kHeight / 2.0f;
-  // Beyond the frame's edges in the same direction.
+  // Extend the wire beyond the frame's edges in the same direction.
   const float dx = (x1 - x0) / float(kHeight);
   b.add_quad({x0 - dx, -y - 1, 0}, {x0 - dx + w, -y - 1, 0}, {x1 + dx + w, y + 1, 0},
              {x1 + dx, y + 1, 0}, material);
@@ -38,7 +38,7 @@ std::unique_ptr<Scene> wires(float radiance) {
   return b.build();
 }
 
-// Mean relative error of the frame's sum, signed, and its standard error, over `seeds` frames.
+// Mean signed relative error of the frame's sum, and its standard error, over `seeds` frames.
 Moments relative_errors(const Scene& scene, float radiance, RenderSettings s, int seeds,
                         double* samples = nullptr) {
   s.width = kWidth;
@@ -75,8 +75,8 @@ RenderSettings adaptive_settings(std::string_view estimator) {
 
 constexpr int kSeeds = 1000;
 
-// The scene and its exact value, before anything is said about adaptive sampling. Four standard
-// errors: false alarms in 6e-5 of all choices of seeds, here and below.
+// Checks the scene and its exact value with uniform sampling. Four standard errors, here and below:
+// a false alarm for 6e-5 of all choices of seeds.
 TEST(ThinWires, UniformSamplingFindsTheirLight) {
   const auto scene = wires(1.0f);
   RenderSettings s;
@@ -88,10 +88,10 @@ TEST(ThinWires, UniformSamplingFindsTheirLight) {
 
 class Budgets : public testing::TestWithParam<std::tuple<std::string, uint32_t, ErrorMetric>> {};
 
-// The plain mean of all samples loses light here: where four or eight first samples see nothing,
-// and the neighbours' neither, only the uniform share of each round goes on looking, and what is
-// seen late counts for little (Kirk & Arvo 1991). -10 to -17 % with 16 samples a pixel, 0 to -3 %
-// with 64, of which 8 are the first.
+// The plain mean of all samples loses light. If the first four or eight samples of a pixel and its
+// neighbours see nothing, only the uniform share of each round continues, and late discoveries get
+// little weight (Kirk & Arvo 1991): -10 to -17 % with 16 samples a pixel; 0 to -3 % with 64, of
+// which 8 are the first.
 TEST_P(Budgets, LosesNoMoreThanIsKnown) {
   const auto [estimator, budget, metric] = GetParam();
   const auto scene = wires(1.0f);
@@ -124,8 +124,8 @@ INSTANTIATE_TEST_SUITE_P(
                      testing::Values(16u, 64u),
                      testing::Values(ErrorMetric::kDisplay, ErrorMetric::kMse)));
 
-// A threshold ends pixels by what they and their neighbours have seen, from 16 samples on: -3.6 %
-// and, with `nested`, -1.1 % at 32 to 35 samples a pixel.
+// A threshold ends pixels by their own and their neighbours' samples, after at least 16: -3.6 %, or
+// -1.1 % with `nested`, at 32 to 35 samples a pixel.
 class Estimators : public testing::TestWithParam<std::string> {};
 
 TEST_P(Estimators, ThresholdLosesNoMoreThanIsKnown) {
@@ -140,7 +140,8 @@ TEST_P(Estimators, ThresholdLosesNoMoreThanIsKnown) {
   EXPECT_LT(m.mean(), 4 * m.standard_error()) << describe(m, samples);
 }
 
-// Nor does a threshold's ending pixels bias means over rounds, whose number the budget decides.
+// Unbiased means over rounds stay unbiased when a threshold ends pixels, because the budget decides
+// the number of rounds.
 TEST_P(Estimators, UnbiasedWithAThreshold) {
   const auto scene = wires(1.0f);
   RenderSettings s = adaptive_settings(GetParam());

@@ -1,4 +1,4 @@
-// What the `variance` channel says of a stratified frame, against the squared error that it has.
+// The `variance` channel of a stratified frame, compared with the frame's squared error.
 #include <gtest/gtest.h>
 
 #include "image/lit_floor.h"
@@ -10,9 +10,9 @@ namespace {
 using namespace test;
 
 constexpr int kVarianceSeeds = 4;
-constexpr size_t kVariance = 5;  // the channel, after R G B A samples
+constexpr size_t kVariance = 5;  // index of the channel, after R G B A samples
 
-// Means over the pixels, R, G, B and the seeds.
+// Means over pixels, R, G, B and seeds.
 struct Found {
   double truth = 0, told = 0;
 };
@@ -59,9 +59,9 @@ class VarianceChannel : public testing::Test {
       render_references(*scene_, lit_floor_view(), lit_floor_settings(), 4096);
 };
 
-// Where every pixel ends at n samples, the halves expect V(n/2) - V(n) (sample_halves.h), which
-// uniform frames of n/2 and n samples know without them. 6144 pixels, whose squares of one degree
-// of freedom leave 3 % of noise in a mean.
+// If every pixel ends at n samples, the halves' estimate has the expectation V(n/2) - V(n)
+// (sample_halves.h), which uniform frames of n/2 and n samples measure independently. 6144 pixels,
+// each a square with one degree of freedom, leave 3 % noise in a mean.
 TEST_F(VarianceChannel, OfHalvesIsWhatTheLastDoublingBrings) {
   for (const uint32_t n : {32u, 128u}) {
     SCOPED_TRACE(n);
@@ -75,7 +75,7 @@ TEST_F(VarianceChannel, OfHalvesIsWhatTheLastDoublingBrings) {
   }
 }
 
-// And where the planner shares a budget out.
+// The planner distributes a budget.
 TEST_F(VarianceChannel, OfABudgetIsAboveTheTruthByLessThanTwice) {
   for (const uint32_t budget : {32u, 128u}) {
     SCOPED_TRACE(budget);

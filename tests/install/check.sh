@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs a build, builds example.cpp against it by CMake and by pkg-config, and runs it.
+# Installs a build, builds example.cpp against it with CMake and with pkg-config, and runs it.
 #     check.sh BUILD
 set -euo pipefail
 build=$(realpath "$1")
@@ -12,7 +12,7 @@ prefix=$folder/prefix
 cmake --install "$build" --prefix "$prefix" >"$folder/log" || { cat "$folder/log" >&2; exit 1; }
 libdir=$(dirname "$(find "$prefix" -name libemberline.a)")
 
-# Nothing but the interface can be seen. (The linker may list a local symbol, which nothing can bind to.)
+# Only the interface may be exported. (The linker may list a local symbol, which nothing can bind to.)
 foreign=$(nm -DC --defined-only --extern-only "$libdir/libemberline.so" | cut -d' ' -f3- | grep -v 'emberline::api' || true)
 if [ -n "$foreign" ]; then
   echo "libemberline.so shows more than its interface:" >&2
@@ -34,7 +34,7 @@ for program in "$folder/build/example_static" "$folder/example_pc"; do
   other=$(run "$program")
   [ "$other" = "$shared" ] || { echo "$program says: $other" >&2; exit 1; }
 done
-# What was built against 1.0.0 runs with this library, and compiles against this header.
+# Programs built against 1.0.0 must run with this library, and their sources compile against this header.
 mkdir -p "$folder/old/emberline" "$folder/pictures"
 cp "$here/emberline_1_0_0.h" "$folder/old/emberline/emberline.h"
 for program in example all_of_1_0_0; do
@@ -48,12 +48,12 @@ other=$(run "$folder/example_old")
 for program in all_of_1_0_0_old all_of_1_0_0; do
   (cd / && LD_LIBRARY_PATH=$libdir "$folder/$program" "$scenes/cornell_box.glb" light "$folder/pictures")
 done
-# So does Python's module find it, where it was built, in a prefix that the loader does not know.
+# Python's module, built here, must also find it in a prefix that the loader does not know.
 if [ -d "$prefix/lib/python3/dist-packages/emberline" ]; then
   PYTHONDONTWRITEBYTECODE=1 PYTHONPATH=$prefix/lib/python3/dist-packages /usr/bin/python3 -c \
     'import sys, emberline; emberline.render(emberline.Scene(sys.argv[1], size=(8, 8), spp=1))' "$scenes/cornell_box.glb"
 fi
-# The command that came along finds its library.
+# The installed command must find its library.
 "$prefix/bin/emberline" render "$scenes/cornell_box.glb" --env "$scenes/dusk.hdr" --size 8x8 --spp 1 \
   -o "$folder/a.exr" --quiet
 [ -s "$folder/a.exr" ]

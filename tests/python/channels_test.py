@@ -1,6 +1,6 @@
-"""Every row of the channel table: alone and with all others, through files, checkpoints, parts and crops.
+"""Every row of the channel table, alone and with all others, through files, checkpoints, parts and crops.
 
-The table is `emberline info --channels --json`: a new row is tested the day it arrives.
+The table is `emberline info --channels --json`, so a new row is tested automatically.
 """
 import json
 import subprocess
@@ -16,10 +16,10 @@ EMBERLINE = sys.argv.pop(1)
 SCENE = SCENES / "moving_blade.glb"
 FRAME = {"size": (24, 16), "spp": 16, "max_depth": 3, "streams": 2, "frame": 4, "bucket_size": 8,
          "clamp_indirect": 0.05}
-# What a row needs beside its name in `aov`, or instead of it.
+# What a row needs besides its name in `aov`, or instead of it.
 NEEDS = {
     "shadow": {"catcher": "desk"},
-    "rays": {"catcher": "desk"},  # which costs some
+    "rays": {"catcher": "desk"},  # a catcher, which casts rays
     "light": {"light_groups": True},
     "Crypto": {"cryptomatte": "object,material", "cryptomatte_levels": 4},
     "denoised": {"denoise": True},
@@ -47,7 +47,7 @@ def options_of(settings):
 
 
 def channels_of(row, picture):
-    """The channels of a row in a picture; those that the scene names by how they begin."""
+    """A picture's channels of a row; those that the scene names are found by their prefix."""
     if row["name"] == "denoised":
         return [name for name in picture.channels if name.startswith("denoised.")]
     if row["channels"]:
@@ -92,7 +92,7 @@ class Channels(Test):
         self.assertEqual(len(names), len(set(names)))
         listed = [channel for row in ROWS for channel in channels_of(row, self.picture)]
         self.assertEqual(sorted(set(listed)), sorted(listed), "a channel of two rows")
-        # Cryptomatte counts what it drops; the sums of shares come in the place of the shares.
+        # Additional channels: Cryptomatte's counts of dropped ids, and the sums of shares that replace the shares.
         others = set(self.picture.channels) - set(listed)
         self.assertTrue(all(name.startswith(("dropped.", "half")) for name in others), others)
         for row in ROWS:
@@ -104,7 +104,7 @@ class Channels(Test):
 
     def test_something_is_in_each(self):
         nothing = {"non_finite", "part"}
-        # The scene has neither glass nor a sky, and no lamp in sight.
+        # The scene has neither glass nor a sky, and no visible lamp.
         elsewhere = {"emission", "transmission", "environment"}
         other = emberline.Scene(SCENES / "glass_metal.glb", panorama=True, sun="30,40")
         others = emberline.render(other, size=(32, 24), spp=4, aov=",".join(elsewhere))
@@ -167,8 +167,8 @@ class Channels(Test):
         self.assert_same(merged, set(merged.channels) - {"part"}, self.of_all)
 
     def test_samples_are_merged(self):
-        """Sums of two ranges of samples, added up; means are rounded otherwise than in one go, and
-        full lists of mattes drop other ids."""
+        """Two sample ranges are merged by adding sums. Means are rounded differently than in a single run, and full
+        lists of mattes drop other ids."""
         files = [self.work / name for name in ("0-8", "8-16")]
         settings = {name: value for name, value in self.all.items() if name != "spp"}
         scene = emberline.Scene(SCENE, **settings)
@@ -182,7 +182,7 @@ class Channels(Test):
 
     def test_crops(self):
         picture = emberline.render(self.scene, crop="5,3,17,12")
-        # A denoiser, and the sums of neighbours' samples, see less at a crop's border.
+        # At a crop's border, the denoiser and the sums of neighbours' samples have less data.
         channels = [n for n in picture.channels if not n.startswith("denoised.") and ".shared" not in n]
         self.assert_same(picture, channels, self.of_all, np.s_[3:12, 5:17])
 

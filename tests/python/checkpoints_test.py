@@ -1,4 +1,4 @@
-"""Checkpoints, parts, heatmaps and studies: the command and Python take each other's."""
+"""Checkpoints, parts, heatmaps and studies: the command and Python accept each other's files."""
 import csv
 import subprocess
 import sys
@@ -115,7 +115,7 @@ class Checkpoints(Test):
                 self.assertEqual(row[name], float(said[name]), name)
         again = emberline.study(BOX, folder, drivers=["bucket", "bisection"], spp=[1, 2], seeds=2, size=(16, 16),
                                 max_depth=2)
-        self.assertEqual(again.rows, table.rows)  # of the folder
+        self.assertEqual(again.rows, table.rows)  # read from the folder
         with self.says(emberline.UsageError, "working_space"):
             emberline.study(BOX, folder, working_space="acescg")
         for name, value in (("light_groups", True), ("noise_threshold", 0.1), ("aov", "N"), ("edits", "a.json")):

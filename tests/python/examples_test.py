@@ -1,4 +1,4 @@
-"""The examples, at a small size."""
+"""Runs the examples at a small size."""
 import re
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""What is wrong is said in one line, by the right type; nothing is taken for what it is not."""
+"""Errors are reported in one line with the right type, and no wrong value is accepted."""
 import functools
 import itertools
 import json
@@ -13,7 +13,7 @@ import emberline
 from support import BOX, ROOT, SMALL, Test, python
 
 
-# Everything that a class offers, of an object that was never built, in a process that may crash.
+# Uses every member of an object that was never initialised, in a process that may crash.
 UNMADE = """
 import copy, pickle, sys, types
 import emberline
@@ -47,7 +47,7 @@ print(tried)
 
 
 class Unmade(Test):
-    """Objects whose __init__ has not run, and what only says that it is one of ours."""
+    """Objects whose __init__ has not run, and objects that only claim to be ours."""
 
     def test_nothing_can_be_asked_of_them(self):
         for name in ("Settings", "Scene", "Progress", "Picture", "Comparison", "StoredFrame", "StudyTable"):
@@ -140,7 +140,7 @@ class WrongInput(Test):
                 emberline.Scene(BOX, **{name: True})
 
     def test_what_the_machine_gives(self):
-        """The command's ranges, and one line for another type."""
+        """The command's ranges, and one line for a wrong type."""
         scene = functools.partial(emberline.Scene, BOX)
         render = functools.partial(emberline.render, self.box)
         read = functools.partial(emberline.read, ROOT / "scenes/dusk.hdr")
@@ -265,7 +265,7 @@ class WrongInput(Test):
     def test_arrays(self):
         rgb = emberline.render(self.box)["RGB"]
         black = np.zeros_like(rgb)
-        # Order, strides, byte order and a smaller float are no loss.
+        # Order, strides, byte order and a smaller float type lose nothing.
         spread = np.zeros((32, 48, 6), "float32")
         spread[::2, ::2, ::2] = rgb
         for same in (np.asfortranarray(rgb), rgb[::-1].copy()[::-1], spread[::2, ::2, ::2], rgb.astype(">f4")):

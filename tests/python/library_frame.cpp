@@ -1,5 +1,4 @@
-// A frame by the library, as a file that the library writes: library_frame SCENE FILE.exr
-// [NAME=TEXT ...]
+// Renders a frame with the library and writes it: library_frame SCENE FILE.exr [NAME=TEXT ...]
 #include <cstdio>
 #include <string>
 

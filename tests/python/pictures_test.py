@@ -1,4 +1,4 @@
-"""Scenes in, pictures out: what they hold, how long, and that they are the command's."""
+"""Pictures: their contents, the lifetime of their memory, and that they match the command's."""
 import copy
 import gc
 import json
@@ -55,7 +55,7 @@ class Pictures(Test):
         np.testing.assert_array_equal(rgb, kept)
         self.assertEqual(error.mse, 0)
         del noise
-        rgb *= 2  # it is the caller's
+        rgb *= 2  # the caller owns it
         np.testing.assert_array_equal(rgb, 2 * kept)
 
     def test_bits_are_the_commands(self):
@@ -69,7 +69,7 @@ class Pictures(Test):
                 np.testing.assert_array_equal(picture[layer], command[layer])
 
     def command(self, scene, layers, *options):
-        """What the command renders of it, SMALL."""
+        """The command's picture of the scene, with the settings of SMALL."""
         file = self.folder() / "a.exr"
         common = ["--size", "24x16", "--spp", "4", "--max-depth", "3", "--quiet"]
         subprocess.run([EMBERLINE, "render", scene, "-o", file, *common, *options], check=True)
@@ -91,7 +91,7 @@ class Pictures(Test):
                 np.testing.assert_array_equal(picture[layer], command[layer])
             scene.edit(edit)
             dark = emberline.render(scene)["RGB"]
-            scene.pose(**when)  # the edits stay
+            scene.pose(**when)  # the edits are kept
             np.testing.assert_array_equal(emberline.render(scene)["RGB"], dark)
             scene.edit({})
             seen.append(picture["RGB"])
@@ -143,7 +143,7 @@ class Pictures(Test):
         scene.edit({"environment": {"strength": 2}}, environment=emberline.read(sky))
         self.assertGreater(emberline.render(scene)["RGB"].mean(), file.mean())
         scene.edit({}, environment=np.asfortranarray(texels)[::1])
-        texels[:] = 0  # it has its own
+        texels[:] = 0  # the scene has its own copy
         np.testing.assert_array_equal(emberline.render(scene)["RGB"], file)
         scene.edit({})
         np.testing.assert_array_equal(emberline.render(scene)["RGB"], bare)
@@ -245,7 +245,7 @@ class Files(Test):
         self.assertAlmostEqual(float(flip.mean(dtype="float64")), said["flip"], places=6)
 
     def test_compare_knows_the_working_space(self):
-        """As the command does of files: colours of ACEScg against those of Rec. 709."""
+        """As the command does for files: colours of ACEScg compared with those of Rec. 709."""
         folder = self.folder()
         scenes = [emberline.Scene(BOX, size=(24, 16), spp=4, working_space=s) for s in ("acescg", "rec709")]
         pictures = [emberline.render(scene) for scene in scenes]

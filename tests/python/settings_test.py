@@ -18,7 +18,7 @@ SMALL = {"size": "16x16", "spp": "4", "max-depth": "3"}
 ADAPTIVE = {"driver": "adaptive"}
 VIEW = {"look-from": "0,1,6", "look-at": "0,1,0"}
 
-# Of each setting a text that is not its default's, what it needs besides, and its scene.
+# For each setting: a text other than the default, what it also needs, and its scene.
 CASES = {
     "edits": ("edits.json", {}, BOX),
     "variant": ("dark", {}, "variants.glb"),
@@ -80,12 +80,12 @@ CASES = {
     "fps": ("30", {"frame": "4"}, BLADE),
     "shutter": ("0,0.5", {"frame": "4"}, BLADE),
     "lenient": ("yes", {}, BOX),
-    "isa": ("", {}, BOX),  # the first that there is
+    "isa": ("", {}, BOX),  # the first one available
     "resource-root": (str(SCENES), {}, BOX),
 }
 
 def with_variants(scene, to):
-    """The box with another material for its floor."""
+    """Writes the box with a second material for its floor as a variant."""
     data = scene.read_bytes()
     length = struct.unpack("<I", data[12:16])[0]
     gltf, rest = json.loads(data[20:20 + length]), data[20 + length:]
@@ -102,7 +102,7 @@ def with_variants(scene, to):
 
 
 def bits(picture):
-    """By channel; the order is the file's."""
+    """The bits of each channel, because the order of channels is the file's."""
     return {name: np.ascontiguousarray(picture[name]).view(np.uint32) for name in picture.channels}
 
 
@@ -127,7 +127,7 @@ class EverySetting(Test):
         return {n: v for n, v in settings.items() if v is not None}, self.work / scene
 
     def command(self, settings, scene):
-        """What it writes; of a part what merge makes of it alone."""
+        """The channels that the command writes; for a part, those of a merge of it alone."""
         file = self.work / "command.exr"
         options = [f"--{n}" if v == "yes" else f"--{n}={v}" for n, v in settings.items()]
         run = [EMBERLINE, "render", scene, "-o", file, "--quiet", *options]
@@ -144,7 +144,7 @@ class EverySetting(Test):
         return bits(emberline.read(file))
 
     def python(self, settings, scene):
-        """Read back, since half and working_space are of the file."""
+        """Also reads the file back, because half and working_space affect only the file."""
         file = self.work / "python.exr"
         arguments = {n.replace("-", "_"): v for n, v in settings.items()}
         opened = emberline.Scene(scene, **arguments)

@@ -1,4 +1,4 @@
-"""The stub names what the module has, and nothing else: names, members, parameters."""
+"""The stub names exactly what the module has: names, members, parameters."""
 import ast
 import inspect
 import re
@@ -8,7 +8,7 @@ from pathlib import Path
 import emberline
 
 FOLDER = Path(emberline.__file__).parent
-# Members that every class has are said only where ours are others.
+# Members of every class are listed only if ours differ.
 SPOKEN = ("__init__", "__getitem__", "__setitem__", "__iter__", "__contains__", "__copy__", "__deepcopy__")
 
 
@@ -23,7 +23,7 @@ def parameters_of_stub(function):
 
 
 def parameters_of(function):
-    """pybind11 has the signature in the first line of the text."""
+    """Parameters from the signature in the docstring's first line, as pybind11 writes it."""
     inside = re.match(r"\w+\((.*)\) ->", function.__doc__.splitlines()[0])[1]
     while re.search(r"\[[^\[\]]*\]", inside):
         inside = re.sub(r"\[[^\[\]]*\]", "", inside)
@@ -69,7 +69,7 @@ class Stub(unittest.TestCase):
 
     @staticmethod
     def is_refused(kind, member):
-        """A class that only the module makes."""
+        """Whether only the module can create objects of this class."""
         return member == "__init__" and "_emberline" not in (vars(kind)[member].__doc__ or "")
 
 

@@ -1,4 +1,4 @@
-"""What the tests of the module share."""
+"""Shared by the tests of the module."""
 import contextlib
 import logging
 import os
@@ -27,7 +27,7 @@ class Test(unittest.TestCase):
 
     @contextlib.contextmanager
     def says(self, kind, *texts):
-        """An error of exactly this type, in one line, with these texts in it."""
+        """Expects an error of exactly this type, in one line that contains these texts."""
         with self.assertRaises(kind) as caught:
             yield
         self.assertIs(type(caught.exception), kind)
@@ -43,7 +43,7 @@ class Test(unittest.TestCase):
 
 
 def python(code, *arguments, **more):
-    """A process of its own that runs this, with the module at hand."""
+    """Starts a separate process that runs this code and can import the module."""
     command = [sys.executable, "-c", code, *map(str, arguments)]
     return subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ, **more

@@ -34,7 +34,7 @@ class Callbacks(Test):
                 samples = [now.samples for now in seen]
                 self.assertEqual(samples, sorted(samples))
                 self.assertEqual(samples[-1], picture.samples)
-                for now in seen:  # each has its own, still
+                for now in seen:  # each still has its own data
                     self.assertEqual(now.rgba is not None, pictures)
                 if pictures:
                     self.assertEqual(seen[0].rgba.shape, (16, 24, 4))
@@ -102,7 +102,7 @@ class Callbacks(Test):
         done.set()
         counter.join()
         self.assertGreater(ticks[0], 0)
-        # Nothing but another thread ends this one.
+        # Only another thread ends this one.
         ended = threading.Event()
 
         def end():
@@ -119,8 +119,8 @@ class Callbacks(Test):
             np.testing.assert_array_equal(picture, alone)
 
 
-# Renders until somebody presses Ctrl-C; then says how soon it was out, and how many threads there are.
-# A thread that was joined is still listed for a moment.
+# Renders until Ctrl-C; then prints how soon it returned, and how many threads are left. A joined thread is still listed
+# for a moment.
 INTERRUPTED = """
 import os, sys, time, signal, threading
 import emberline
@@ -160,12 +160,12 @@ class Interrupts(Test):
                     took, left = out.split()
                     print(f"Ctrl-C, {driver}, threads={threads}: {1000 * float(took):.0f} ms of processor time")
                     self.assertLess(float(took), 0.2 * os.cpu_count())
-                    if threads == 1:  # else TBB keeps its own for the next render
+                    if threads == 1:  # otherwise TBB keeps its threads for the next render
                         self.assertEqual(int(left), 1)
                     self.assertEqual(os.listdir(folder), [])
 
     def test_a_merge(self):
-        """A handler that raises while the parts are read and added."""
+        """A handler that raises while parts are read and added."""
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         parts = [os.path.join(folder.name, str(i)) for i in (1, 2)]

@@ -1,4 +1,4 @@
-"""`emberline session` as a host meets it: a real process, its lines, its shared memory, and hosts that behave badly.
+"""Tests `emberline session` from a host: a real process, its lines, its shared memory, and misbehaving hosts.
 
     session_test.py PROGRAM SCENES EXAMPLE [TEST...]
 """
@@ -62,16 +62,16 @@ class Pictures(SessionTest):
         host, answer = self.opened()
         host.ask("camera", camera=camera)
         edit = host.ask("edits", edits={"materials": [{"index": 0, "base_color": [0, 0, 1]}]})["edit"]
-        edit = host.ask("edits", edits={"materials": [material]})["edit"]  # takes the other's place
+        edit = host.ask("edits", edits={"materials": [material]})["edit"]  # replaces the other edit
         pixels = host.finished(edit)[1]
         look = os.path.join(self.folder.name, "look.json")
         with open(look, "w") as file:
             json.dump({"emberline_edits": 1, "camera": camera, "materials": [material]}, file)
         self.assertEqual(pixels, rendered(self.folder.name, *self.COMMON, "--edits", look))
-        # What the session saves says the same.
+        # Edits saved by the session give the same picture.
         self.assertTrue(host.ask("save", file=look)["ok"])
         self.assertEqual(pixels, rendered(self.folder.name, *self.COMMON, "--edits", look))
-        # A part is taken back.
+        # Part of the edits is reset.
         host.ask("camera", camera=None)
         edit = host.ask("edits", edits={"materials": None})["edit"]
         self.assertEqual(host.finished(edit)[1], rendered(self.folder.name, *self.COMMON))
@@ -87,7 +87,7 @@ class Pictures(SessionTest):
         mirrored = host.finished(host.ask("camera", camera={"matrix": [-2] + matrix[1:], "fov_y": 40})["edit"])[1]
         row = 64 * 16
         self.assertNotEqual(seen, mirrored)
-        # The same scene, left for right, but for its noise.
+        # The mirrored scene, up to its noise.
         def mean(pixels, x0, x1):
             values = [struct.unpack_from("<f", pixels, y * row + 16 * x)[0] for y in range(48) for x in range(x0, x1)]
             return sum(values) / len(values)
@@ -137,7 +137,7 @@ class Pictures(SessionTest):
             shown = json.loads(line[2:].replace(", ...}", "}").replace("{...}", "{}"))
             if shown.get("event") == "hello":
                 self.assertEqual(shown.keys(), host.hello.keys())
-            elif shown.get("event") != "loading":  # as often as it takes
+            elif shown.get("event") != "loading":  # may occur any number of times
                 fixed = {key: shown[key] for key in ("event", "id", "ok", "edit") if key in shown}
                 host.hear(lambda m: fixed.items() <= m.items() and shown.keys() <= m.keys())
         self.assertEqual(host.end()[0], 0)
@@ -162,7 +162,7 @@ class Pictures(SessionTest):
         picture, pixels = host.finished(edit)
         self.assertGreater(picture["segment"], before["segment"])
         self.assertEqual(len(pixels), 96 * 64 * 16)
-        old[0:16]  # what was mapped stays
+        old[0:16]  # the old mapping stays valid
 
     def test_display_and_overlay(self):
         host, _ = self.opened()
@@ -178,9 +178,9 @@ class Pictures(SessionTest):
         host.finished()
         host.ask("settings", settings={"paused": True})
         edit = host.ask("settings", settings={"spp": 100000})["edit"]
-        host.picture(lambda p: p["edit"] >= edit)  # it stands still when it has shown one
+        host.picture(lambda p: p["edit"] >= edit)  # it pauses after showing one picture
         time.sleep(0.3)
-        host.ask("settings", settings={"exposure": 1})  # the same once more
+        host.ask("settings", settings={"exposure": 1})  # shows the same picture again
         first = host.picture(lambda p: True)[0]["samples"]
         time.sleep(0.3)
         host.ask("settings", settings={"exposure": 2})
@@ -221,7 +221,7 @@ class Pictures(SessionTest):
         answer = host.ask("open", scene=other)
         self.assertGreater(answer["edit"], first["edit"])
         host.finished(answer["edit"])
-        # A bad one leaves what is open as it is.
+        # A bad scene leaves the open one unchanged.
         refused = host.ask("open", scene=os.path.join(SCENES, "none.glb"))
         self.assertFalse(refused["ok"])
         self.assertIn("none.glb", refused["error"])
@@ -290,7 +290,7 @@ class Refusals(SessionTest):
         self.refused(host, "neither true nor false", "settings", settings={"transparent": "maybe"})
         self.refused(host, "--spp", "settings", settings={"spp": True})
         self.assertTrue(host.ask("settings", settings={"transparent": True, "paused": False, "lenient": "no"})["ok"])
-        # One that is refused leaves the others of its command as they were.
+        # A refused setting leaves the others of its command unchanged.
         self.refused(host, "--seed", "settings", settings={"size": "8x8", "seed": -1})
 
     def test_edits(self):
@@ -336,12 +336,12 @@ class Ends(SessionTest):
         self.assertEqual(host.end()[0::2], (0, []))
 
     def saving(self, *files):
-        """Lines that save to these, and quit."""
+        """Lines that save to these files, and quit."""
         lines = [{"do": "save", "id": f"save {file}", "file": os.path.join(self.folder.name, file)} for file in files]
         return b"".join(json.dumps(line).encode() + b"\n" for line in [*lines, {"do": "quit", "id": "quit"}])
 
     def test_saves_before_quit_are_told(self):
-        """All at once, as a script does: each file is answered for, and one that failed is in the exit code."""
+        """All commands at once, as from a script: each save is answered, and a failed one affects the exit code."""
         for files, code, complaint in (
             (["a.exr", "b.png", "c.json"], 0, None),
             (["d.exr", "no/e.exr", "f.png"], 1, "no/e.exr"),
@@ -383,7 +383,7 @@ class Ends(SessionTest):
                          {"save a.exr": True, "save no/b.exr": False})
 
     def test_what_a_writer_leaves_in_the_pipe_is_carried_out(self):
-        """It closes while its answers are unread and the session has stopped listening."""
+        """The writer closes the pipe while its answers are unread and the session has stopped listening."""
         for file, code in (("a.exr", 0), ("no/b.exr", 1)):
             with self.subTest(file):
                 host, _ = self.opened()
@@ -471,7 +471,7 @@ class Ends(SessionTest):
         host.stdout.close()
 
     def test_host_that_does_not_read(self):
-        """Fills it with commands to be answered: it stops listening, and neither grows nor hangs."""
+        """Sends commands without reading the answers: the session stops listening, and neither grows nor hangs."""
         host, _ = self.opened("--spp", "100000")
         os.set_blocking(host.process.stdin.fileno(), False)
         line, sent, end = b'{"id": "' + b"x" * 900 + b'", "do": "cancel"}\n', 0, time.monotonic() + 3

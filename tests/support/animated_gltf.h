@@ -1,4 +1,4 @@
-// Adds animations to files that tests build.
+// Adds animations to glTF files that tests build.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace emberline::test {
 
-// One animation of a file, built channel by channel.
+// Builds one animation of a file, channel by channel.
 class AnimationBuilder {
  public:
   using json = nlohmann::json;
@@ -24,14 +24,14 @@ class AnimationBuilder {
   json& input(size_t i);
   json& output(size_t i);
 
-  // A channel of a node's property.
+  // Adds a channel for a node's property.
   template <class T = float>
   AnimationBuilder& move(int node, const std::string& path, const std::vector<float>& times,
                          const std::string& type, const std::vector<T>& values,
                          const std::string& interpolation = "LINEAR") {
     return add_move(node, path, make_sampler(times, type, values, interpolation));
   }
-  // A channel of KHR_animation_pointer.
+  // Adds a channel of KHR_animation_pointer.
   template <class T = float>
   AnimationBuilder& point(const std::string& pointer, const std::vector<float>& times,
                           const std::string& type, const std::vector<T>& values,
@@ -70,7 +70,7 @@ inline SceneDescription load_at(const GltfBuilder& gltf, double time,
   return load_gltf(gltf.write_glb(folder / "a.glb"), options);
 }
 
-// With a shutter that is open between two times.
+// Loads with a shutter that is open between two times.
 inline SceneDescription load_open(const GltfBuilder& gltf, double from, double to) {
   const TempFolder folder;
   GltfOptions options;

@@ -1,4 +1,4 @@
-// One scene with something of everything, for tests of what must not depend on the scene.
+// One scene with many features, for properties that must hold for any scene.
 #pragma once
 
 #include <memory>
@@ -7,8 +7,8 @@
 
 namespace emberline::test {
 
-// Something of everything: area lights enough for a light BVH, a point light, an environment, metal
-// and dielectric, instances (one mirrored), alpha coverage.
+// Contains enough area lights for a light BVH, a point light, an environment, metal and dielectric,
+// instances (one mirrored) and alpha coverage.
 inline std::unique_ptr<Scene> busy_scene() {
   SceneBuilderForTests b;
   MaterialDescription coat;

@@ -6,11 +6,11 @@
 //       },
 //       [](const Vec3f& w) { return double(test::square_to_cosine_hemisphere_pdf(w)); }));
 //
-// The domain is cut into bins; the density is integrated over each adaptively, the map is drawn
-// many times, and Pearson's statistic over bins of at least `min_expected` (smaller ones are
-// pooled) gives a p-value. A sample may be refused (std::nullopt): the mass that is missing from
-// the density is then one more bin. Seeds are fixed, so a failure is repeatable; the message says
-// which draws to repeat. After the chi-square tests of Mitsuba 2 (Nimier-David et al. 2019).
+// The domain is divided into bins, and the density is integrated adaptively over each. The map is
+// sampled many times, and Pearson's statistic over bins of at least `min_expected` (smaller ones
+// are pooled) gives a p-value. A sample may be refused (std::nullopt); the density's missing mass
+// is then one more bin. Fixed seeds make a failure repeatable; the message says which draws to
+// repeat. After the chi-square tests of Mitsuba 2 (Nimier-David et al. 2019).
 #pragma once
 
 #include <gtest/gtest.h>
@@ -31,7 +31,8 @@
 
 namespace emberline::test {
 
-// The numbers of one draw, a pure function of (seed, draw), so that any draw can be repeated alone.
+// The random numbers of one draw are a pure function of (seed, draw), so any draw can be repeated
+// alone.
 class TestRandom {
  public:
   TestRandom(uint64_t seed, uint64_t draw) : state_(hash_combine64(hash64(seed + 1), draw)) {}
@@ -50,8 +51,8 @@ class TestRandom {
   uint64_t state_;
 };
 
-// A point of the parameter domain that was drawn. `weight` other than 1: the test compares the
-// weighted histogram with the density (a BSDF's weight against its value, for instance).
+// A sampled point of the parameter domain. With a `weight` other than 1, the test compares the
+// weighted histogram with the density (for instance a BSDF's weight with its value).
 struct ChiSquarePoint {
   double x = 0, y = 0;
   double weight = 1;
@@ -65,12 +66,13 @@ struct ChiSquareSettings {
   int bins_x = 16, bins_y = 32;
   uint64_t samples = 400'000;
   uint64_t seed = 1;
-  // Chance that any of `tests` correct routines fails (Sidak 1967 corrects each for the family).
+  // Probability that any of `tests` correct routines fails; Sidak 1967 corrects each for the
+  // family.
   double false_alarm = 1e-6;
   int tests = 1;
-  double min_expected = 5;  // bins below are pooled (Cochran 1954)
-  // Share of draws that may land where their own density is 0, for points that rounding carries
-  // over the edge of the support.
+  double min_expected = 5;  // smaller bins are pooled (Cochran 1954)
+  // Share of draws that may land where their own density is 0, because rounding moves points beyond
+  // the edge of the support.
   double zero_density_share = 1e-4;
 };
 
@@ -108,8 +110,8 @@ inline double chi_square_p_value(double statistic, int degrees) {
   return gamma_q(degrees / 2.0, statistic / 2.0);
 }
 
-// Integral over a rectangle: 3x3 Gauss-Legendre, halved both ways until the four parts agree with
-// the whole. Discontinuous integrands converge by depth, so the depth is what limits the error.
+// Integral over a rectangle: 3x3 Gauss-Legendre, halved in both directions until the four parts
+// agree with the whole. For discontinuous integrands the depth limits the error.
 inline double integrate_rectangle(const ChiSquareDensity& f, const ChiSquareDomain& r,
                                   double tolerance, int depth = 9) {
   const auto rule = [&f](double x0, double x1, double y0, double y1) {
@@ -135,7 +137,7 @@ inline double integrate_rectangle(const ChiSquareDensity& f, const ChiSquareDoma
                refine(x0, xm, ym, y1, c, limit / 2, left - 1) +
                refine(xm, x1, ym, y1, d, limit / 2, left - 1);
       };
-  // One forced level: a narrow support must not hide between the nine points of a bin.
+  // One forced level: a narrow support must not hide between a bin's nine points.
   const double xm = (r.x0 + r.x1) / 2, ym = (r.y0 + r.y1) / 2;
   const double cuts[4][4] = {
       {r.x0, xm, r.y0, ym}, {xm, r.x1, r.y0, ym}, {r.x0, xm, ym, r.y1}, {xm, r.x1, ym, r.y1}};
@@ -168,7 +170,7 @@ inline ::testing::AssertionResult chi_square_test(const ChiSquareSampler& sample
     TestRandom random(settings.seed, draw);
     const std::optional<ChiSquarePoint> p = sample(random);
     if (!p) continue;
-    const double slack = 1e-6;  // of the domain's width: points that rounding puts outside
+    const double slack = 1e-6;  // of the domain's width: rounding may put points outside
     const double fx = (p->x - domain.x0) / (domain.x1 - domain.x0);
     const double fy = (p->y - domain.y0) / (domain.y1 - domain.y0);
     if (!(fx >= -slack && fx <= 1 + slack && fy >= -slack && fy <= 1 + slack) ||
@@ -196,7 +198,7 @@ inline ::testing::AssertionResult chi_square_test(const ChiSquareSampler& sample
     for (int bx = 0; bx < nx; ++bx) {
       const ChiSquareDomain r{domain.x0 + bx * wx, domain.x0 + (bx + 1) * wx, domain.y0 + by * wy,
                               domain.y0 + (by + 1) * wy};
-      // An error of a hundredth of the count's own deviation does not move the statistic.
+      // A hundredth of the count's standard deviation does not affect the statistic.
       const double tolerance = 0.01 * std::sqrt(std::max(1.0, n / (double(nx) * ny))) / n;
       const double e = integrate_rectangle(density, r, tolerance);
       if (!(e >= 0) || !std::isfinite(e))
@@ -235,8 +237,8 @@ inline ::testing::AssertionResult chi_square_test(const ChiSquareSampler& sample
     if (pooled_expected >= settings.min_expected) {
       add(pooled_expected, pooled_observed);
     } else if (pooled_observed > 0) {
-      // Too little mass for a term of its own: Poisson's tail decides whether it is too many. One
-      // draw in a million may be a stray of rounding.
+      // Too little mass for a term of its own: a Poisson tail decides whether there are too many
+      // draws. Rounding may misplace one draw in a million.
       const double p = 1 - gamma_q(pooled_observed, pooled_expected + 1e-6 * n);
       if (p < settings.false_alarm / 2)
         return failure() << pooled_observed << " draws where " << pooled_expected
@@ -244,9 +246,9 @@ inline ::testing::AssertionResult chi_square_test(const ChiSquareSampler& sample
     }
     --degrees;  // the counts add up to n
   } else {
-    // Weighted sums per bin are not multinomial: use their covariance n (diag(s) - e e^T), s the
-    // second moment of the weights in a bin and e the bin's mass; its inverse is by Sherman &
-    // Morrison 1950. Bins whose sums are far from normal (few draws) are left out.
+    // Weighted sums per bin are not multinomial. Their covariance is n (diag(s) - e e^T), where s
+    // is the second moment of the weights in a bin and e the bin's mass; its inverse is by Sherman
+    // & Morrison 1950. Bins whose sums are far from normal (few draws) are skipped.
     double de = 0, ee = 0;
     for (size_t i = 0; i < sum.size(); ++i) {
       const double e = expected[i] / n, s = squares[i] / n, d = (sum[i] - expected[i]) / n;
@@ -259,8 +261,8 @@ inline ::testing::AssertionResult chi_square_test(const ChiSquareSampler& sample
       ee += e * e / s;
       ++degrees;
     }
-    // The moments s are estimates: where weights are nearly even, ee is 1 but for their noise, and
-    // the term would be noise over noise. It is positive, so leaving it out raises no false alarm.
+    // The moments s are estimates: if weights are nearly even, ee is 1 up to their noise, and the
+    // term would be noise over noise. The term is positive, so skipping it raises no false alarm.
     if (ee < 0.9)
       statistic += n * de * de / (1 - ee);
     else
@@ -281,8 +283,8 @@ inline ::testing::AssertionResult chi_square_test(const ChiSquareSampler& sample
                    << expected[worst] << " expected";
 }
 
-// The same for directions: the domain is (cos theta, phi) around +Z, whose area is solid angle.
-// `density` is per solid angle. z_min = 0 puts all bins on the upper hemisphere.
+// For directions: the domain is (cos theta, phi) around +Z, whose area is solid angle. `density` is
+// per solid angle. z_min = 0 puts all bins on the upper hemisphere.
 inline ::testing::AssertionResult chi_square_directions(
     const std::function<std::optional<Vec3f>(TestRandom&)>& sample,
     const std::function<double(const Vec3f&)>& density, const ChiSquareSettings& settings = {},

@@ -1,4 +1,4 @@
-// Exact irradiance of polygonal lights, in double, for tests to compare with.
+// Reference values for tests: exact irradiance of polygonal lights in double precision.
 #pragma once
 
 #include <cmath>
@@ -11,15 +11,15 @@ namespace emberline::test {
 
 inline Vec3d unit(const Vec3d& v) { return v / std::sqrt(dot(v, v)); }
 
-// Angle between unit vectors without the loss of acos near 0.
+// Angle between unit vectors, without the cancellation of acos near 0.
 inline double angle_between(const Vec3d& a, const Vec3d& b) {
   const Vec3d c = cross(a, b);
   return std::atan2(std::sqrt(dot(c, c)), dot(a, b));
 }
 
-// Lambert's vector irradiance of a polygon of radiance 1 seen from the origin (Arvo 1994, "The
-// Irradiance Jacobian for Partially Occluded Polyhedral Sources", equation 1). Its product with a
-// normal is the irradiance, if the polygon is wholly above that normal's horizon.
+// Lambert's vector irradiance at the origin from a polygon of radiance 1 (Arvo 1994, "The
+// Irradiance Jacobian for Partially Occluded Polyhedral Sources", equation 1). Its dot product with
+// a normal is the irradiance, if the polygon is completely above that normal's horizon.
 inline Vec3d vector_irradiance(const std::vector<Vec3d>& polygon) {
   Vec3d sum(0.0);
   for (size_t i = 0; i < polygon.size(); ++i) {
@@ -46,8 +46,8 @@ inline double polygon_irradiance(std::vector<Vec3d> polygon, const Vec3d& point,
   return above.size() < 3 ? 0.0 : std::abs(dot(vector_irradiance(above), n));
 }
 
-// Solid angle by the sum of the vertex angles (Girard), from planes: independent of the arctangent
-// form, and exact enough in double for anything a test asks.
+// Solid angle as the sum of the vertex angles (Girard), computed from planes: independent of the
+// arctangent form, and accurate enough in double precision for the tests.
 inline double girard_solid_angle(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
   const Vec3d ab = cross(a, b), bc = cross(b, c), ca = cross(c, a);
   return kPiD - angle_between(unit(ab), unit(bc)) + kPiD - angle_between(unit(bc), unit(ca)) +

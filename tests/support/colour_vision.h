@@ -1,4 +1,4 @@
-// Colours as people see them: CIELAB, and as colour-blind readers do.
+// Perceived colours: CIELAB, also for colour-blind observers.
 #pragma once
 
 #include <algorithm>
@@ -54,7 +54,7 @@ inline Triple cielab(const Rgb8& colour, const Matrix& vision = kVisions[0]) {
 
 inline double lightness(const Rgb8& colour) { return cielab(colour)[0]; }
 
-// The least CIE 1976 difference of two colours among all visions; 2.3 is just noticeable.
+// The smallest CIE 1976 difference of two colours over all visions; 2.3 is just noticeable.
 inline double least_difference(const Rgb8& a, const Rgb8& b) {
   double least = 1e9;
   for (const Matrix& vision : kVisions) {

@@ -1,4 +1,4 @@
-// glTF with Draco and meshopt streams, written with their own encoders.
+// glTF with Draco and meshopt streams, written by those libraries' encoders.
 #pragma once
 
 #include <draco/compression/encode.h>
@@ -54,7 +54,7 @@ inline MeshoptView encode_indices(const std::vector<uint32_t>& indices, bool seq
   return view;
 }
 
-// Adds the stream in buffer 0 and a view of the fallback buffer 1, which has no data.
+// Adds the stream to buffer 0, and a view of the fallback buffer 1, which has no data.
 int add_meshopt_view(GltfBuilder& gltf, const MeshoptView& stream,
                      const std::string& extension = "EXT_meshopt_compression");
 

@@ -1,4 +1,4 @@
-// Unit vectors about +Z, for tests of lobes.
+// Unit vectors in spherical coordinates about +Z, for tests of lobes.
 #pragma once
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// A scene with everything that an edit can reach, for tests of edits.
+// A scene with everything that edits can change.
 #pragma once
 
 #include "renderer/description/scene_edits.h"
@@ -7,7 +7,7 @@
 
 namespace emberline::test {
 
-// Bytes of a pattern, so that neighbouring texels differ in every channel.
+// A pattern whose neighbouring texels differ in every channel.
 inline std::shared_ptr<const Image> patterned_image(int size, int channels, int low = 0) {
   auto image = std::make_shared<Image>();
   image->name = "pattern";
@@ -19,7 +19,7 @@ inline std::shared_ptr<const Image> patterned_image(int size, int channels, int 
   return image;
 }
 
-// A sky with a bright half, in floats.
+// A float sky with a bright half.
 inline std::shared_ptr<const Image> patterned_sky(float bright) {
   constexpr int kWidth = 16;
   return float_map(kWidth, 8, [&](int column, int) {
@@ -27,14 +27,14 @@ inline std::shared_ptr<const Image> patterned_sky(float bright) {
   });
 }
 
-// Materials by number: what the scene is edited by.
+// Materials by index, as edits refer to them.
 enum EditedMaterial {
   kFloorMaterial,  // coat, normal map of strength 0
   kBallMaterial,   // rough metal; two instances, one mirrored
-  kGlassMaterial,  // clear, single-sided: seen from behind as long as it is
-  kShellMaterial,  // opaque, single-sided and open: its back is not seen
+  kGlassMaterial,  // clear, single-sided: visible from behind while it transmits
+  kShellMaterial,  // opaque, single-sided and open: its back is invisible
   kNeonMaterial,   // emissive texture, switched off
-  kLampMaterial,   // shines, flush with the panel
+  kLampMaterial,   // emissive, flush with the panel
   kPanelMaterial,
   kVeilMaterial,  // alpha blended
 };
@@ -64,7 +64,7 @@ inline SceneDescription edited_scene() {
   neon.emission_texture.image = 0;
   add("neon", neon);
   add("lamp", emitter(Rgb(6.0f)));
-  add("lamp", lambert(Rgb(0.5f)));  // the panel, of the same name as the lamp in it
+  add("lamp", lambert(Rgb(0.5f)));  // the panel, with the same name as the lamp in it
   MaterialDescription veil = lambert({0.2f, 0.7f, 0.3f});
   veil.alpha = 0.4f;
   veil.alpha_mode = AlphaMode::kBlend;
@@ -95,13 +95,13 @@ inline SceneDescription edited_scene() {
   return b.description;
 }
 
-// Variants of it, by number. Each changes what the BVH's filter or the lights go by.
+// Variants by index. Each changes the BVH's filter or the lights.
 enum EditedVariant {
   kGoldenFloor,
-  kVeiledBall,    // coverage where there was none, on an instanced mesh
-  kSolidVeil,     // and none where there was; its back is no longer seen
-  kSwappedLamps,  // the panel shines, and the ball; the lamp does not
-  kClearShell,    // seen from behind
+  kVeiledBall,    // adds coverage to an instanced mesh
+  kSolidVeil,     // removes coverage; its back becomes invisible
+  kSwappedLamps,  // panel and ball become emissive, the lamp does not emit
+  kClearShell,    // becomes visible from behind
 };
 
 inline void add_variants(SceneDescription& scene) {
@@ -118,7 +118,7 @@ inline void add_variants(SceneDescription& scene) {
   scene.meshes[kShellMaterial].variant_materials = {{kClearShell, kGlassMaterial}};
 }
 
-// Sees all of it, the lamp in its panel as well.
+// Sees everything, including the lamp in its panel.
 inline CameraDescription edited_view() { return perspective({0.3, 1.3, 4.5}, {0, 1, 0}, 45); }
 
 }  // namespace emberline::test

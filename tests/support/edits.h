@@ -1,4 +1,4 @@
-// Adds edits of the things with an index, for tests and timings of edits.
+// Adds edits of indexed objects, for tests and benchmarks of edits.
 #pragma once
 
 #include "renderer/description/scene_edits.h"

@@ -1,4 +1,4 @@
-// Images in scenes, made by our own writer.
+// Images embedded in scenes, made by our own writer.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@ namespace emberline::test {
 // A 2 x 2 RGB PNG: red, green / blue, white.
 std::vector<uint8_t> small_png();
 
-// A texture of an embedded image in `gltf`; returns the texture's index.
+// Adds a texture with an embedded image to `gltf`; returns the texture's index.
 int add_texture(GltfBuilder& gltf, const std::vector<uint8_t>& encoded,
                 const std::string& media_type = "image/png");
 

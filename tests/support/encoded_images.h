@@ -9,7 +9,7 @@
 
 namespace emberline::test {
 
-// Writes `texels` (interleaved, rows from the top) as a file of the format that `path` ends in.
+// Writes `texels` (interleaved, rows from the top) as a file of the format of `path`'s suffix.
 // `spec` gives size, channels, type and attributes.
 template <class T>
 void write_image(const std::string& path, const OIIO::ImageSpec& spec,

@@ -1,4 +1,4 @@
-// Reads text that was drawn into a picture.
+// Finds text that was drawn into a picture.
 #pragma once
 
 #include <string_view>
@@ -7,8 +7,7 @@
 
 namespace emberline::test {
 
-// Whether the line stands somewhere in the picture: all ink of one colour, and none of that colour
-// between it.
+// Whether the text is at (x, y): all ink has one colour, and the gaps do not have it.
 inline bool text_at(const BytePicture& picture, int x, int y, std::string_view text, int scale) {
   bool first = true;
   Rgb8 ink{};

@@ -1,4 +1,4 @@
-// A picture of floats, for environments: each texel as a function says.
+// A float image for environments, computed by a function.
 #pragma once
 
 #include <cstring>

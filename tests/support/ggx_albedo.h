@@ -1,6 +1,6 @@
-// The albedo of a GGX reflection lobe, by another way than the renderer's tables: microfacet
-// normals drawn from D cos instead of the visible ones (Walter et al. 2007, eq. 35 and 41),
-// midpoint rule, double precision.
+// The albedo of a GGX reflection lobe, computed differently from the renderer's tables: an integral
+// over microfacet normals by D cos instead of the visible normals (Walter et al. 2007, eq. 35 and
+// 41), midpoint rule, double precision.
 #pragma once
 
 #include <cmath>

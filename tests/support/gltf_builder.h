@@ -1,11 +1,11 @@
-// Builds small glTF files at run time, right or wrong in one chosen way.
+// Builds small glTF files at run time, valid or with one chosen error.
 //
 //   GltfBuilder gltf;
 //   gltf.add_triangle();                    // a mesh of one triangle, in a node, in the scene
 //   gltf.root["nodes"][0]["scale"] = {2, 2, 2};
 //   SceneDescription scene = load_gltf(gltf.write_glb(folder / "a.glb"), {});
 //
-// A source that looks into `root` includes nlohmann/json.hpp.
+// A source that uses `root` must include nlohmann/json.hpp.
 #pragma once
 
 #include <cstddef>
@@ -23,7 +23,7 @@ namespace emberline::test {
 std::string base64(const std::vector<uint8_t>& bytes);
 
 class GltfBuilder {
-  JsonValue value_;  // of root
+  JsonValue value_;  // storage of root
 
  public:
   using json = nlohmann::json;
@@ -65,7 +65,7 @@ class GltfBuilder {
     return add_accessor_of(add_view(values), component_type<T>(),
                            values.size() / component_count(type), type, normalized);
   }
-  // The same over a view that is there.
+  // Adds an accessor over an existing view.
   int add_accessor_of(int view, int component_type, size_t count, const std::string& type,
                       bool normalized);
 
@@ -84,7 +84,7 @@ class GltfBuilder {
 
   json& primitive(int mesh = 0);
 
-  // The JSON with buffer 0 declared; `uri` empty: the GLB's own chunk.
+  // The JSON with buffer 0 declared. Empty `uri`: the GLB's own chunk.
   json document(const std::string& uri) const;
 
   std::vector<uint8_t> glb() const;

@@ -1,4 +1,4 @@
-// A rendered frame's lights told apart, for tests of light groups.
+// Scenes with light groups, and how to compare their frames.
 #pragma once
 
 #include <vector>
@@ -10,7 +10,7 @@
 
 namespace emberline::test {
 
-// A scene, its lights as `baseline` sets them, and their groups.
+// A scene with lights as set by `baseline`, and their groups.
 struct GroupedScene {
   explicit GroupedScene(SceneDescription description, const SceneEdits& baseline = {})
       : scene(std::move(description)), groups((scene.set(baseline), scene.original()), baseline) {}
@@ -18,7 +18,7 @@ struct GroupedScene {
   LightGroups groups;
 };
 
-// Turns one light of a list off, or all but one.
+// Turns off one light of a list, or all but one.
 inline void turn_off(SceneEdits& edits, const LightGroup& group) {
   light(edits, group.kind, group.target.index).on = false;
 }
@@ -30,10 +30,10 @@ inline SceneEdits all_off_but(const LightGroups& groups, int kept) {
   return edits;
 }
 
-// How far the mean of differences between two frames' pixels is from 0, in its standard errors, for
-// each quarter of the frame and each channel. Pixels are independent and their differences as often
-// positive as negative if the frames have one expectation, so each is below 4 but for 1 in 15,000
-// (a sum divided by the root of its terms' squares has no longer tails than the normal).
+// The mean difference of two frames' pixels over its standard error, for each quarter of the frame
+// and each channel. Pixels are independent, and if the frames have the same expectation, their
+// differences have either sign equally often; so each value is below 4 except for 1 in 15,000 (a
+// sum over the root of its terms' squares has no heavier tails than the normal distribution).
 inline std::vector<double> deviations(const std::vector<Rgb>& a, const std::vector<Rgb>& b,
                                       int width) {
   const size_t height = a.size() / size_t(width);

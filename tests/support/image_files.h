@@ -1,6 +1,6 @@
-// Image files, written and read by OpenImageIO. It brings some 240 libraries along, which take 0.4
-// s of processor time, and every test is a process: so it is loaded with the first such file
-// (image_files.cpp), which most tests of a program never see.
+// Writes and reads image files with OpenImageIO. Loading it and its 240 dependencies takes 0.4 s of
+// processor time, and each test is a process; so it is loaded with the first such file
+// (image_files.cpp), which most tests never use.
 #pragma once
 
 #include <cstdint>
@@ -17,16 +17,15 @@ struct BytePicture {
   }
 };
 
-// Each throws std::runtime_error.
-// `texels` interleaved, rows from the top; as floats, where the format that `path` ends in has
-// them.
+// Each throws std::runtime_error. `texels` are interleaved, rows from the top; they are stored as
+// floats if the format of `path`'s suffix supports them.
 void write_floats(const std::string& path, int width, int height, int channels,
                   const std::vector<float>& texels);
 BytePicture read_bytes_picture(const std::string& path);
-// One for each picture of an animation.
+// Reads one picture for each frame of an animation.
 std::vector<BytePicture> read_animation(const std::string& path);
 
-// What the library exports.
+// The functions that the library exports.
 struct ImageFiles {
   decltype(&write_floats) write;
   decltype(&read_animation) read;

@@ -1,5 +1,5 @@
-// The KTX 2 files of tests/support/ktx2, and changes to them. Offsets are those of the KTX
-// specification, section 2. EMBERLINE_KTX2 is that folder (emberline_ktx2_files in CMake).
+// The KTX 2 files of tests/support/ktx2 (EMBERLINE_KTX2, from emberline_ktx2_files in CMake), and
+// changes to them. Offsets are from the KTX specification, section 2.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@ inline constexpr std::array kKtx2Files = {
 inline std::vector<uint8_t> ktx2_file(const std::string& name) {
   return read_bytes(EMBERLINE_KTX2 "/" + name + ".ktx2");
 }
-// What the reference decoder makes of it.
+// The reference decoder's output.
 inline std::vector<uint8_t> ktx2_reference(const std::string& name) {
   return read_bytes(EMBERLINE_KTX2 "/" + name + ".png");
 }
@@ -29,7 +29,7 @@ inline void set_word(std::vector<uint8_t>& bytes, size_t offset, uint32_t value)
   for (size_t i = 0; i < 4; ++i) bytes.at(offset + i) = uint8_t(value >> (8 * i));
 }
 
-// Where the basic descriptor begins, and the byte with a sample's channel.
+// Offsets of the basic descriptor, and of the byte with a sample's channel.
 inline size_t descriptor_of(const std::vector<uint8_t>& bytes) { return word_at(bytes, 48) + 4; }
 inline size_t channel_of(const std::vector<uint8_t>& bytes, size_t sample) {
   return descriptor_of(bytes) + 24 + 16 * sample + 3;

@@ -1,4 +1,4 @@
-// Lights for tests, and the irradiance that sampling them gives beside the exact one.
+// Lights for tests, and the irradiance estimated by sampling them compared with the exact one.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -50,7 +50,7 @@ inline PointLight directional(const Vec3f& direction, float irradiance) {
   return light;
 }
 
-// A braced list of them would do, but for a false warning of GCC 12 (-Wmaybe-uninitialized).
+// A braced list would do, but GCC 12 gives a false warning for it (-Wmaybe-uninitialized).
 template <class... Points>
 std::vector<PointLight> points_of(const Points&... points) {
   std::vector<PointLight> result;
@@ -65,7 +65,7 @@ inline LightSampler make(Triangles triangles, std::vector<PointLight> points = {
                       threshold);
 }
 
-// What a sample adds to the irradiance at the query: nothing occludes.
+// A sample's contribution to the irradiance at the query, without occlusion.
 inline double irradiance_of(const LightSampler& lights, const LightQuery& query,
                             const LightSample& s) {
   if (s.kind == LightKind::kNone) return 0;
@@ -87,7 +87,7 @@ inline Moments estimate(const LightSampler& lights, const LightQuery& query, int
   return moments;
 }
 
-// 5.5 deviations: below 1e-6 for the comparisons of one test together.
+// 5.5 standard errors: a false alarm below 1e-6 for all comparisons of one test together.
 inline void expect_irradiance(const LightSampler& lights, const LightQuery& query, double exact,
                               const std::string& what, int samples = 50'000,
                               double relative = 1e-5) {
@@ -110,7 +110,7 @@ inline double exact_irradiance(const Triangles& triangles, const LightQuery& que
   return sum;
 }
 
-// A sphere of 2 * rings * rings triangles, facing out.
+// A sphere of 2 * rings * rings triangles that face outwards.
 inline Triangles sphere(const Vec3f& centre, float radius, int rings, float radiance) {
   Triangles list;
   const auto at = [&](int i, int j) {

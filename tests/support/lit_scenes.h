@@ -1,4 +1,4 @@
-// Scenes under every kind of light, for tests that tell the lights apart.
+// Scenes with every kind of light, for tests that separate the lights.
 #pragma once
 
 #include "support/edited_scene.h"
@@ -7,10 +7,10 @@
 
 namespace emberline::test {
 
-// Materials of both, by index.
+// Materials of both scenes, by index.
 enum Part { kMatt, kRed, kTube, kPane, kGlass };
 
-// Two lamps, a spot of the file that is dark, an emissive tube and a sky, over matt surfaces.
+// Two lamps, a dark spot light of the file, an emissive tube and a sky over matt surfaces.
 inline SceneDescription lit_scene() {
   SceneBuilderForTests b;
   const auto add = [&](const char* name, MaterialDescription m) {
@@ -37,7 +37,7 @@ inline SceneDescription lit_scene() {
 
 inline CameraDescription lit_view() { return perspective({0.3, 1.3, 4.0}, {0, 0.5, 0}, 45); }
 
-// The same behind a pane, and with a ball of glass.
+// lit_scene() behind a pane, with a glass ball.
 inline SceneDescription glazed_scene() {
   SceneBuilderForTests b;
   b.description = lit_scene();

@@ -1,4 +1,4 @@
-// What the settings' file says at their time.
+// Loads the scene of the settings at their time.
 #pragma once
 
 #include "renderer/engine/scene_file.h"

@@ -1,4 +1,4 @@
-// What load_gltf makes of a file that a test builds.
+// Loads files that tests build.
 #pragma once
 
 #include <string>

@@ -1,6 +1,6 @@
-// Reads what the pages' writers wrote, strictly: every element closed where it must be, every
-// attribute quoted, nothing but entities behind an ampersand. Stricter than browsers are, so that
-// text that slipped through unescaped shows.
+// Parses our HTML and SVG strictly: every element is closed properly, every attribute is quoted,
+// and an ampersand begins an entity. It is stricter than browsers, so that unescaped text is
+// detected.
 #pragma once
 
 #include <algorithm>
@@ -13,11 +13,11 @@ namespace emberline::test {
 
 struct Element {
   std::string name;
-  std::map<std::string, std::string> attributes;  // values without their entities
+  std::map<std::string, std::string> attributes;  // values with entities replaced
 };
 
 struct ReadMarkup {
-  std::string fault;  // empty: well formed
+  std::string fault;  // empty if well formed
   std::vector<Element> elements;
   std::string text;  // between the tags, entities replaced
 
@@ -26,7 +26,7 @@ struct ReadMarkup {
   }
 };
 
-// Replaces entities; false if an ampersand begins anything else.
+// Replaces entities; returns false if an ampersand begins anything else.
 inline bool unescape(std::string_view from, std::string* to) {
   static const std::map<std::string_view, char> kEntities = {
       {"amp", '&'}, {"lt", '<'}, {"gt", '>'}, {"quot", '"'}, {"#39", '\''}};
@@ -45,7 +45,7 @@ inline bool unescape(std::string_view from, std::string* to) {
   return true;
 }
 
-// `tag` is what stands between < and >, without a closing slash at its end.
+// `tag` is the text between < and >, without a final slash.
 inline bool read_element(std::string_view tag, Element* element) {
   const size_t name_end = std::min(tag.find_first_of(" \n"), tag.size());
   element->name = tag.substr(0, name_end);

@@ -1,4 +1,4 @@
-// Small JPEG and PNG images with hostile metadata around honest pixels.
+// Small JPEG and PNG images with valid pixels and hostile metadata.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ inline ByteList operator+(ByteList a, const ByteList& b) {
 }
 
 // An ICC profile (ICC.1:2010, section 7): header, tag table, some text. `offset` and `size` are
-// those of its description tag, `tags` the announced number of tags.
+// those of its tags; `tags` is the announced number of tags.
 inline ByteList icc_profile(uint32_t tags, uint32_t offset, uint32_t size) {
   ByteList profile(128, 0);
   const std::string header[] = {"mntr", "RGB ", "XYZ "};
@@ -58,7 +58,7 @@ inline ByteList icc_segment(const ByteList& profile, uint8_t number, uint8_t of)
   return jpeg_segment(0xe2, head + profile);
 }
 
-// Segments or chunks put where metadata stands.
+// Inserts segments at the usual place of metadata.
 inline ByteList with_segments(const ByteList& jpeg, const ByteList& segments) {
   ByteList out(jpeg.begin(), jpeg.begin() + 2);
   out = out + segments;
@@ -79,7 +79,7 @@ inline ByteList png_chunk(const std::string& type, const ByteList& content) {
   return chunk;
 }
 
-// Behind IHDR.
+// Inserts chunks after IHDR.
 inline ByteList with_chunks(const ByteList& png, const ByteList& chunks) {
   ByteList out(png.begin(), png.begin() + 33);
   out = out + chunks;
@@ -87,8 +87,8 @@ inline ByteList with_chunks(const ByteList& png, const ByteList& chunks) {
   return out;
 }
 
-// A zlib stream of 1 + 258 * `runs` zeros, a thousandth of that long: fixed codes (RFC 1951,
-// section 3.2.6), a zero and then copies of 258 bytes from one byte back.
+// A zlib stream of 1 + 258 * `runs` zeros, a thousand times shorter: fixed codes (RFC 1951, section
+// 3.2.6), a zero and then copies of 258 bytes at distance one.
 inline ByteList zlib_zeros(size_t runs) {
   ByteList out = {0x78, 0x9c};
   uint32_t bits = 0;
@@ -103,7 +103,7 @@ inline ByteList zlib_zeros(size_t runs) {
     }
   };
   put(1, 1, false);    // the last block
-  put(1, 2, false);    // of fixed codes
+  put(1, 2, false);    // with fixed codes
   put(0x30, 8, true);  // literal 0
   for (size_t i = 0; i < runs; ++i) {
     put(0xc5, 8, true);  // length 258
@@ -115,7 +115,7 @@ inline ByteList zlib_zeros(size_t runs) {
   return out;
 }
 
-// Sixty images; all hold the pixels of small_jpeg() or small_png().
+// The pixels of all JPEG images below.
 inline ByteList small_jpeg() {
   ByteList pixels;
   for (int i = 0; i < 16 * 16 * 3; ++i) pixels.push_back(uint8_t(i));

@@ -1,4 +1,4 @@
-// Scenes in motion, and what they are at one time, by formulas of their own.
+// Moving scenes, and their state at a single time from independent formulas.
 #pragma once
 
 #include <cmath>
@@ -9,7 +9,7 @@
 
 namespace emberline::test {
 
-// About +Z, counter-clockwise.
+// A rotation about +Z, counter-clockwise.
 inline Mat44d turned(double radians) {
   Mat44d m;
   m[0][0] = m[1][1] = std::cos(radians);
@@ -29,8 +29,8 @@ inline std::shared_ptr<const ShownTimes> shown_from(bool at_opening, std::vector
   return std::make_shared<const ShownTimes>(ShownTimes{at_opening, std::move(changes)});
 }
 
-// A room of things that turn by up to a quarter of a turn and go straight meanwhile, of lamps that
-// change and of one thing that comes and goes.
+// A room with objects that turn by up to a quarter turn while moving straight, lamps that change,
+// and an object that appears and disappears.
 class MovingScene {
  public:
   using Pose = std::function<Mat44d(double)>;
@@ -131,7 +131,7 @@ class MovingScene {
     b.description.lights.push_back(light);
   }
 
-  // Its cone opens, and it goes out before the end.
+  // Its cone opens, and it turns off before the end.
   static void add_spot(SceneBuilderForTests& b, const std::vector<double>& times) {
     PunctualLightDescription light;
     light.type = PunctualType::kSpot;
@@ -152,7 +152,7 @@ class MovingScene {
     b.description.lights.push_back(light);
   }
 
-  // A sheet whose vertices go up and down, in straight lines from the first time to the last.
+  // A sheet whose vertices move up and down, in straight lines from the first time to the last.
   static void add_wave(SceneBuilderForTests& b, const std::vector<double>& times) {
     MaterialDescription cloth = lambert(Rgb(.5f));
     cloth.double_sided = true;

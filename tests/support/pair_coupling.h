@@ -1,9 +1,9 @@
-// How even two pairs of dimensions are together, known from their orders (owen_sobol.h) without a
-// sample. Where an integrand couples two pairs, the first 2^m points of a scrambled net have the
-// variance of random numbers times a gain for each of its frequencies (Owen 1997, "Monte Carlo
-// Variance of Scrambled Net Quadrature"): the sum over the points of +1, -1 or 0 by the binary
-// digits in which they agree with the first. Summed here over all frequencies, with weights that
-// fall by kDigitDecay from one digit to the next.
+// Measures how evenly two pairs of dimensions are distributed together, from their orders
+// (owen_sobol.h) without any sample. If an integrand couples two pairs, the first 2^m points of a
+// scrambled net have the variance of random numbers times a gain for each of its frequencies (Owen
+// 1997, "Monte Carlo Variance of Scrambled Net Quadrature"): the sum over the points of +1, -1 or
+// 0, depending on the binary digits in which they agree with the first. Here it is summed over all
+// frequencies, with weights that fall by kDigitDecay per digit.
 #pragma once
 
 #include <bit>
@@ -14,7 +14,7 @@ namespace emberline::test {
 
 inline constexpr double kDigitDecay = 0.4;
 
-// 1 + the weighted sum of one number's digits; v: the difference, lowest digit first.
+// 1 + the weighted sum over one number's digits; v is the difference, lowest digit first.
 inline double digit_sum(uint32_t v) {
   if (v == 0) return 1 / (1 - kDigitDecay);
   double sum = 1, weight = kDigitDecay;
@@ -22,7 +22,7 @@ inline double digit_sum(uint32_t v) {
   return sum - weight;
 }
 
-// Of a pair that takes the point of this index; of its first number alone; of its second.
+// For a pair with the point of this index; for its first number alone; for its second.
 inline double pair_sum(uint32_t index) {
   return digit_sum(index) * digit_sum(owen_sobol::pascal(index)) - 1;
 }

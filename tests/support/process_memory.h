@@ -1,4 +1,4 @@
-// What the process itself holds, to check the figures of a report against.
+// The memory of this process, to check a report's figures.
 #pragma once
 
 #include <malloc.h>
@@ -12,8 +12,8 @@
 
 namespace emberline::test {
 
-// Bytes of private memory in use, with the allocator's free pages given back first: what was only
-// needed on the way does not count.
+// Bytes of private memory in use. The allocator's free pages are returned first, so that temporary
+// memory does not count.
 struct ProcessMemory {
   double resident = 0;   // pages touched, the whole process
   double allocated = 0;  // handed out by malloc and not yet freed
@@ -33,7 +33,7 @@ struct ProcessMemory {
   }
 };
 
-// The most pages that the process has had since the last reset_peak(). A sanitizer has its own.
+// The largest number of pages since the last reset_peak(). A sanitizer adds its own.
 inline void reset_peak() {
   malloc_trim(0);
   std::ofstream("/proc/self/clear_refs") << 5;

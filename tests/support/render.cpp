@@ -70,7 +70,7 @@ RenderedImage render(const Scene& scene, const CameraDescription& view, const Re
     image.lights.resize(size_t(image.crop.area()) * size_t(groups->size()));
   }
   MemorySink sink(image);
-  // An arena makes as many workers as asked for, on a machine with fewer cores too.
+  // An arena has as many workers as requested, even with fewer cores.
   tbb::task_arena arena(s.threads);
   RenderJob job(frame, driver_factory(s.driver, plan.driver_settings));
   arena.execute([&] {

@@ -1,4 +1,4 @@
-// Renders a frame in a test: into memory, through the same driver as the command.
+// Renders a frame into memory, through the same driver as the command.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@
 
 namespace emberline::test {
 
-// A frame's settings, with defaults for tests. Three of them in the form that tests reckon with.
+// A frame's settings with defaults for tests. crop, spp and streams have the types that tests use.
 struct RenderSettings : FrameSettings {
   RenderSettings() {
     width = height = 16;
@@ -30,9 +30,9 @@ struct RenderSettings : FrameSettings {
   Rect crop;  // empty: the whole frame
   uint32_t spp = 16;
   StreamCount streams = StreamCount::kOne;
-  AdaptiveSettings adaptive;      // of the adaptive driver, which looks at no spp; with a threshold
-                                  // also of the bucket driver
-  bool find_empty_pixels = true;  // RenderPlan's
+  AdaptiveSettings adaptive;      // for the adaptive driver, which ignores spp; with a threshold
+                                  // also for the bucket driver
+  bool find_empty_pixels = true;  // see RenderPlan
   int threads = 2;
 };
 
@@ -72,20 +72,20 @@ class MemorySink final : public RenderSink {
   std::mutex mutex_;
 };
 
-// The numbers and names as they are, without the checks that the command makes of them together.
+// Uses the numbers and names unchecked, unlike the command, which also checks their combinations.
 RenderPlan plan_of(const RenderSettings& s);
 
-// Black pixels of the plan's frame.
+// An image of the plan's frame with black pixels.
 RenderedImage blank_image(const RenderPlan& plan);
 
-// With `groups`, what each light gave is kept apart. `look`, if given, sees the driver's picture in
-// the end; a driver that keeps none has null.
+// With `groups`, each light's contribution is kept separately. `look`, if given, receives the
+// driver's final picture, or null if the driver keeps none.
 RenderedImage render(const Scene& scene, const CameraDescription& view, const RenderSettings& s,
                      const LightGroups* groups = nullptr,
                      const std::function<void(const LivePicture*)>& look = {},
                      const SurfaceRoles* roles = nullptr);
 
-// Where both have pixels, these have the same bits in every channel.
+// Expects the same bits in every channel of the pixels that both images contain.
 void expect_same_bits(const RenderedImage& a, const RenderedImage& b, const std::string& what);
 
 }  // namespace emberline::test

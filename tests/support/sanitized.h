@@ -1,9 +1,9 @@
-// Under AddressSanitizer and ThreadSanitizer programs are slower and larger.
+// Programs are slower and larger under AddressSanitizer and ThreadSanitizer.
 #pragma once
 
 namespace emberline::test {
 
-// Times are stretched by this, and bounds on memory not held.
+// Tests multiply time limits by this, and skip limits on memory.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 inline constexpr double kSlower = 10.0;
 #else

@@ -1,4 +1,4 @@
-// Scenes for tests, built in code: no file, every number in sight.
+// Scenes for tests, built in code with all numbers visible.
 #pragma once
 
 #include <cmath>
@@ -14,7 +14,7 @@
 
 namespace emberline::test {
 
-// Reflects `albedo` in all directions alike, and nothing else: no dielectric coat.
+// Ideal diffuse reflection of `albedo`, without a dielectric coat.
 inline MaterialDescription lambert(const Rgb& albedo) {
   MaterialDescription m;
   m.base_color = albedo;
@@ -58,7 +58,7 @@ class SceneBuilderForTests {
     description.instances.push_back({"instance", mesh, to_world});
   }
 
-  // Corners counter-clockwise seen from the front.
+  // Corners are counter-clockwise seen from the front.
   void add_quad(const Vec3f& a, const Vec3f& b, const Vec3f& c, const Vec3f& d, int material) {
     MeshDescription mesh;
     mesh.name = "quad";
@@ -95,7 +95,7 @@ class SceneBuilderForTests {
     place(add_mesh(box(low, high, material)));
   }
 
-  // A latitude-longitude sphere with flat faces of `rings` x 2 rings; inside out if `inward`.
+  // A latitude-longitude sphere with flat faces, `rings` x 2 `rings`; inside out if `inward`.
   static MeshDescription sphere(float radius, int rings, int material, bool inward = false,
                                 bool smooth = false) {
     MeshDescription mesh;
@@ -116,7 +116,7 @@ class SceneBuilderForTests {
     for (int r = 0; r < rings; ++r) {
       for (int c = 0; c < columns; ++c) {
         const uint32_t a = at(r, c), b = at(r, c + 1), d = at(r + 1, c), e = at(r + 1, c + 1);
-        // The rows at the poles have one vertex per column, all in the same place.
+        // The poles have one vertex per column, all at the same place.
         if (r > 0) mesh.triangles.push_back(inward ? std::array{a, d, b} : std::array{a, b, d});
         if (r + 1 < rings) {
           mesh.triangles.push_back(inward ? std::array{b, d, e} : std::array{b, e, d});

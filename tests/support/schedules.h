@@ -1,4 +1,5 @@
-// Laws 1 and 2 in a test: a frame has the same bits whoever renders it, and so has a part of it.
+// Tests laws 1 and 2: a frame, and any part of it, has the same bits with every driver and number
+// of threads.
 #pragma once
 
 #include <fmt/format.h>
@@ -7,8 +8,8 @@
 
 namespace emberline::test {
 
-// `image(settings)` renders the frame: by one thread first, then by each driver and with two
-// numbers of threads, then the crop alone.
+// `image(settings)` renders the frame: first with one thread, then with each driver and two numbers
+// of threads, then the crop alone.
 template <typename Image>
 void expect_same_bits_whoever_renders(const RenderSettings& settings, const Rect& crop,
                                       const Image& image) {

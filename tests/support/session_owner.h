@@ -1,4 +1,4 @@
-// The thread that owns a session, as a window's does: it sleeps until there is news.
+// The thread that owns a session, as a window's thread does: it sleeps until there is news.
 #pragma once
 
 #include <chrono>
@@ -28,7 +28,7 @@ class SessionOwner {
   SessionOwner(const SessionOwner&) = delete;
   SessionOwner& operator=(const SessionOwner&) = delete;
 
-  // Until `done`, which is looked at after each piece of news. False after so many seconds.
+  // Waits until `done()`, which is called after each piece of news. Returns false after `seconds`.
   bool wait(double seconds, const std::function<bool()>& done) {
     using Clock = std::chrono::steady_clock;
     const auto end = Clock::now() + std::chrono::duration_cast<Clock::duration>(

@@ -1,5 +1,5 @@
-// Lights and lobes asked for one sample or density at a time, as tests like to; the renderer asks
-// for many at once, or for the density together with the value.
+// Queries lights and lobes for one sample or density at a time. The renderer asks for many at once,
+// or for the density together with the value.
 #pragma once
 
 #include "renderer/lights/environment_light.h"
@@ -29,7 +29,7 @@ inline float pdf_of(const EnvironmentLight& light, const Vec3f& direction) {
   return result;
 }
 
-// Density with which a sampler without a guide returns the environment in `direction`.
+// Probability density with which a sampler without a guide returns the environment in `direction`.
 inline float pdf_environment(const LightSampler& lights, const LightQuery& query,
                              const Vec3f& direction) {
   if (!lights.environment()) return 0.0f;

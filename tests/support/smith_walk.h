@@ -1,12 +1,12 @@
-// What a rough conductor reflects, multiple scattering included, by a random walk on the Smith
-// microsurface, for tests to compare with: Heitz, Hanika, d'Eon & Dachsbacher 2016,
-// "Multiple-Scattering Microfacet BSDFs with the Smith Model", ACM TOG 35(4). Isotropic GGX, in
-// double precision. It shares no code with the renderer's lobes.
+// Reference for the reflection of a rough conductor with multiple scattering: a random walk on the
+// Smith microsurface (Heitz, Hanika, d'Eon & Dachsbacher 2016, "Multiple-Scattering Microfacet
+// BSDFs with the Smith Model", ACM TOG 35(4)). Isotropic GGX, in double precision, without code of
+// the renderer's lobes.
 //
-// Heights are given as the share c of the surface that is lower (the paper's C1). Light that starts
+// A height is given as the share c of the surface that is lower (the paper's C1). Light that starts
 // at c along d meets the next microfacet at c u^(-d.z / a), with u uniform in [0, 1) and a the area
 // of the microfacets that it faces (the paper's section 4; Lambda is a / d.z). Light that goes up
-// leaves the surface instead where u is below c^(a / d.z).
+// leaves the surface instead if u is below c^(a / d.z).
 #pragma once
 
 #include <algorithm>
@@ -19,17 +19,17 @@ namespace emberline::test {
 
 class SmithWalk {
  public:
-  // Fresnel is Schlick's with f0, and 1 at grazing angles.
+  // Schlick's Fresnel term with f0, and 1 at grazing angles.
   explicit SmithWalk(double alpha, double f0 = 1) : alpha2_(alpha * alpha), f0_(f0) {}
 
-  // Area of the microfacets that are seen from v, per area of the surface; v.z may be negative.
+  // Area of the microfacets visible from v, per area of the surface; v.z may be negative.
   double visible_area(const Vec3d& v) const {
     const double slopes = alpha2_ * (v.x * v.x + v.y * v.y), root = std::sqrt(v.z * v.z + slopes);
-    return v.z >= 0 ? (root + v.z) / 2 : slopes / (2 * (root - v.z));  // equal; nothing cancels
+    return v.z >= 0 ? (root + v.z) / 2 : slopes / (2 * (root - v.z));  // equal; no cancellation
   }
 
-  // What a microfacet that is seen from v reflects to w, as a density per solid angle: the phase
-  // function of a conductor (section 5.2).
+  // The phase function of a conductor (section 5.2): reflection towards w by a microfacet that is
+  // visible from v, as a density per solid angle.
   double phase(const Vec3d& v, const Vec3d& w) const {
     const Vec3d h = v + w;
     if (h.z <= 0) return 0;
@@ -39,9 +39,9 @@ class SmithWalk {
     return density * fresnel(std::sqrt(xy2 + z2) / 2);
   }
 
-  // A direction w with that density for Fresnel 1. For alpha = 1 the microfacets' normals are those
-  // of a hemisphere, which reflects evenly into the cap w.z > -v.z (Dupuy & Benyoub 2023); any
-  // other alpha is that hemisphere, stretched. Holds for v from below, too.
+  // Samples a direction w with that density for Fresnel 1. For alpha = 1 the microfacets' normals
+  // are those of a hemisphere, which reflects uniformly into the cap w.z > -v.z (Dupuy & Benyoub
+  // 2023); any other alpha is that hemisphere, stretched. Also valid for v from below.
   Vec3d sample_phase(const Vec3d& v, double u1, double u2) const {
     const double alpha = std::sqrt(alpha2_);
     const Vec3d s = unit(Vec3d(alpha * v.x, alpha * v.y, v.z));
@@ -54,8 +54,9 @@ class SmithWalk {
   // Share of the light towards w, w.z > 0, that leaves the surface from height c.
   double escape(double c, const Vec3d& w) const { return std::pow(c, visible_area(-w) / w.z); }
 
-  // f(wo, wi) wi.z of one bounce, in closed form: the heights c that light from wo first meets have
-  // the density (a / wo.z) c^(a / wo.z - 1), with a seen from wo; this is the mean of escape().
+  // f(wo, wi) wi.z of a single bounce, in closed form. The heights c at which light from wo first
+  // meets the surface have the density (a / wo.z) c^(a / wo.z - 1), with a visible from wo; this is
+  // the mean of escape().
   double single(const Vec3d& wo, const Vec3d& wi) const {
     const double in = visible_area(wo) / wo.z;
     return phase(wo, wi) * in / (in + visible_area(-wi) / wi.z);
@@ -64,8 +65,8 @@ class SmithWalk {
   // One walk of the light that comes from wo, wo.z > 0. Calls visit(order, v, c, weight) at each
   // microfacet: the light came from v and is at height c. The expected sum over visits of
   //   weight phase(v, wi) escape(c, wi)
-  // is f(wo, wi) wi.z, that over the visits with one order is its part. To learn more about
-  // multiple scattering every walk meets a second microfacet, with the probability in `weight`.
+  // is f(wo, wi) wi.z; the visits of one order give its part. To estimate multiple scattering
+  // better, every walk meets a second microfacet, and `weight` has the probability of that.
   template <class Random, class Visit>
   void walk(const Vec3d& wo, Random& random, const Visit& visit) const {
     Vec3d d = -wo;

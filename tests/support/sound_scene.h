@@ -1,4 +1,4 @@
-// What load_gltf promises of a scene that it returns.
+// The guarantees of load_gltf for a scene that it returns.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace emberline::test {
 
-// Which promise an image breaks; empty: none.
+// The guarantee that an image breaks; empty if none.
 inline std::string find_flaw(const Image& image) {
   const size_t texel = image.type == TexelType::kUint8   ? 1
                        : image.type == TexelType::kFloat ? 4

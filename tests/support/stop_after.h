@@ -1,4 +1,4 @@
-// An sink that stops a progressive frame at a given moment.
+// A sink that stops a progressive frame at a given moment.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -13,11 +13,11 @@
 
 namespace emberline::test {
 
-// Requests a stop once so many samples are done, looks at every picture on the way, and keeps what
-// is delivered in `image`.
+// Requests a stop once `samples` samples are done, checks every picture before, and stores the
+// delivered one in `image`.
 class StopAfter final : public RenderSink {
  public:
-  // With `bright`, no value of any picture may be 0.
+  // If `bright`, no picture may contain a value of 0.
   StopAfter(MemorySink& image, uint64_t samples, const Rect& crop, bool bright)
       : image_(image), samples_(samples), bright_(bright), rgba_(4 * size_t(crop.area())) {}
 

@@ -1,4 +1,4 @@
-// Files that tests write and read, in folders of their own.
+// Temporary folders and files for tests.
 #pragma once
 
 #include <unistd.h>
@@ -13,7 +13,7 @@
 
 namespace emberline::test {
 
-// A folder that is removed with all it holds when the object dies.
+// A folder that is removed with its contents by the destructor.
 class TempFolder {
  public:
   TempFolder() {

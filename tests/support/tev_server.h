@@ -1,5 +1,5 @@
-// A viewer for tests: listens as tev does, and makes images of the packets it gets. Its decoder is
-// written from tev's published layout, not from our encoder.
+// A viewer for tests: listens as tev does and decodes the packets into images. The decoder follows
+// tev's published layout, not our encoder.
 #pragma once
 
 #include <arpa/inet.h>
@@ -28,14 +28,14 @@ struct TevImage {
   int width = 0, height = 0;
   std::vector<std::string> channels;
   std::map<std::string, std::vector<float>> values;  // rows of the whole image from the top
-  std::vector<Rect> updates;                         // as they came
+  std::vector<Rect> updates;                         // in order of arrival
 
   float at(const std::string& channel, int x, int y) const {
     return values.at(channel)[size_t(y) * size_t(width) + size_t(x)];
   }
 };
 
-// Takes numbers and strings off the front of a packet. Throws std::runtime_error at its end.
+// Reads numbers and strings from the front of a packet. Throws std::runtime_error at its end.
 class TevPacketReader {
  public:
   explicit TevPacketReader(const std::vector<unsigned char>& bytes) : bytes_(bytes) {}
@@ -50,7 +50,7 @@ class TevPacketReader {
     for (unsigned char c; (c = byte()) != 0;) text += char(c);
     return text;
   }
-  float number_at(size_t index) const {  // of the floats that begin here
+  float number_at(size_t index) const {  // index into the floats that begin here
     if (at_ + 4 * index + 4 > bytes_.size()) throw std::runtime_error("too few values");
     float value;
     std::memcpy(&value, &bytes_[at_ + 4 * index], 4);
@@ -109,7 +109,8 @@ inline void decode_update(TevPacketReader& packet, TevImages& images) {
   }
 }
 
-// One packet, its length included. Throws std::exception for one that tev would not understand.
+// Decodes one packet, including its length. Throws std::exception for a packet that tev would not
+// understand.
 inline void decode_tev_packet(const std::vector<unsigned char>& bytes, TevImages& images) {
   TevPacketReader packet(bytes);
   if (uint64_t(packet.integer(4)) != bytes.size()) throw std::runtime_error("a wrong length");
@@ -123,21 +124,21 @@ inline void decode_tev_packet(const std::vector<unsigned char>& bytes, TevImages
   }
 }
 
-// Serves one connection, on a thread of its own, until the other side closes it.
+// Serves one connection, on its own thread, until the peer closes it.
 class TevServer {
  public:
   struct Manners {
     bool ipv6 = false;
-    bool reads = true;  // else it accepts and lets everything lie until read_on()
+    bool reads = true;  // otherwise it accepts, but reads nothing until read_on()
     size_t closes_after = std::numeric_limits<size_t>::max();  // bytes
-    useconds_t pause_us = 0;                                   // before each look at the socket
+    useconds_t pause_us = 0;                                   // before each check of the socket
   };
 
   TevServer() : TevServer(Manners()) {}
   explicit TevServer(const Manners& manners) : manners_(manners), reads_(manners.reads) {
     listener_ = ::socket(manners.ipv6 ? AF_INET6 : AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
     if (!manners.reads || manners.pause_us > 0) {
-      // What the system takes for a reader that does not read is little then.
+      // Small, so that the system buffers little for a peer that does not read.
       const int size = 4096;
       ::setsockopt(listener_, SOL_SOCKET, SO_RCVBUF, &size, sizeof size);
     }
@@ -163,21 +164,21 @@ class TevServer {
   TevServer(const TevServer&) = delete;
   TevServer& operator=(const TevServer&) = delete;
 
-  int port() const { return port_; }  // 0 if there is no such network here
+  int port() const { return port_; }  // 0 if this kind of network is missing
   std::string url() const {
     return (manners_.ipv6 ? "tev://[::1]:" : "tev://127.0.0.1:") + std::to_string(port_);
   }
 
   void read_on() { reads_ = true; }
 
-  // Waits for the connection's end. What was wrong with the packets, or "".
+  // Waits for the connection's end. Returns the first fault in the packets, or "".
   std::string wait() {
     if (thread_.joinable()) thread_.join();
     return fault_;
   }
-  // After wait().
+  // Valid after wait().
   const TevImages& images() const { return images_; }
-  // The only one.
+  // The only image.
   const TevImage& image() const { return images_.begin()->second; }
   bool connected() const { return connected_; }
 
@@ -209,7 +210,7 @@ class TevServer {
     ::close(socket);
   }
 
-  // Takes the whole packets off the front.
+  // Decodes the complete packets at the front and removes them.
   void decode(std::vector<unsigned char>& pending) {
     size_t at = 0;
     while (fault_.empty() && pending.size() - at >= 4) {

@@ -1,4 +1,4 @@
-"""A virtual screen, the window on it, and hands: real key and mouse events through XTest."""
+"""A virtual screen, the window on it, and real key and mouse events through XTest."""
 import json
 import os
 import pathlib
@@ -10,7 +10,7 @@ import tempfile
 import time
 import zlib
 
-# Sanitized builds, and machines that do other things beside the tests, are slow.
+# Sanitized builds and busy machines are slow.
 PATIENCE_S = float(os.environ.get("EMBERLINE_VIEW_PATIENCE", "60"))
 
 
@@ -18,12 +18,12 @@ def missing_programs():
     return [name for name in ("Xvfb", "xdotool") if shutil.which(name) is None]
 
 
-# By name xdotool would press alt with them where the keyboard map has them on five levels.
+# Given their names, xdotool would also press alt if the keyboard map has them on five levels.
 FUNCTION_KEYS = {f"F{i + 1}": code for i, code in enumerate([*range(67, 77), 95, 96])}
 
 
 class Display:
-    """An X server of its own, with OpenGL in software."""
+    """A separate X server with software OpenGL."""
 
     def __init__(self, width=1280, height=800):
         read, write = os.pipe()
@@ -49,7 +49,7 @@ class Display:
 
 
 class Window:
-    """A running `emberline view`, followed by its journal."""
+    """A running `emberline view`, observed through its journal."""
 
     def __init__(self, display, binary, *words, size=(1000, 640), environment=None):
         self.display = display
@@ -65,7 +65,7 @@ class Window:
              str(self.journal)],
             env=options, cwd=self.folder, stdout=self.log, stderr=self.log)
 
-    # ---- what it does
+    # ---- observation
 
     def update(self):
         if not self.journal.exists():
@@ -82,7 +82,7 @@ class Window:
         return next((e for e in reversed(self.events) if e["event"] == name), None)
 
     def wait_for(self, name, accept=lambda event: True, since=0, seconds=PATIENCE_S):
-        """The first event of that name, from number `since` on, that is accepted."""
+        """Returns the first event of that name, from number `since` on, that `accept` accepts."""
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             self.update()
@@ -106,7 +106,7 @@ class Window:
         self.log.seek(0)
         return self.log.read()
 
-    # ---- hands
+    # ---- input
 
     def focus(self):
         window = self.display.xdotool("search", "--sync", "--onlyvisible", "--class", "emberline").split()[-1]
@@ -120,7 +120,7 @@ class Window:
         self.display.xdotool("type", "--delay", "5", text)
 
     def screen_of(self, x, y):
-        """The middle of a pixel of the picture."""
+        """Screen coordinates of the centre of a picture's pixel."""
         picture = self.last("placed")
         zoom = picture["zoom"]
         return (round(picture["at"][0] + (x + 0.5) * zoom), round(picture["at"][1] + (y + 0.5) * zoom))
@@ -142,16 +142,16 @@ class Window:
         self.display.xdotool(*words)
 
     def screenshot(self):
-        """What the window shows, by its own key: (width, height, rows of RGB)."""
+        """The window's contents, saved by its own key: (width, height, rows of RGB)."""
         since = self.mark()
         self.key("F12")
         text = self.wait_for("message", lambda e: "picture of the window saved" in e["text"], since)["text"]
         return read_png(self.folder / text.split(": ", 1)[1])
 
-    # ---- its end
+    # ---- exit
 
     def end(self, send=None, seconds=PATIENCE_S):
-        """The exit code after ctrl+Q, or after a signal."""
+        """Returns the exit code after ctrl+Q or a signal."""
         if self.process.poll() is None:
             if send is None:
                 self.key("ctrl+q")
@@ -174,7 +174,7 @@ class Window:
 
 
 def read_png(path):
-    """(width, height, rows) of an 8-bit RGB or RGBA PNG; rows are bytes of RGB."""
+    """Returns (width, height, rows) of an 8-bit RGB or RGBA PNG; rows are bytes of RGB."""
     data = pathlib.Path(path).read_bytes()
     at, packed, header = 8, b"", None
     while at < len(data):
@@ -199,7 +199,7 @@ def read_png(path):
 
 
 def unfilter(kind, row, before, n):
-    """PNG specification, section 9.2."""
+    """Reverses a row filter (PNG specification, section 9.2)."""
     for i in range(len(row)):
         left = row[i - n] if i >= n else 0
         up, corner = before[i], before[i - n] if i >= n else 0

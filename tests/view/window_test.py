@@ -1,4 +1,4 @@
-"""The window as its user meets it: on a virtual screen, with real keys and a real mouse."""
+"""Tests the window as a user would: on a virtual screen, with real keys and a real mouse."""
 import json
 import pathlib
 import random
@@ -13,7 +13,7 @@ import unittest
 import display as screens
 
 BINARY, SCENES = None, None
-SKIPPED = 77  # what ctest takes for "not run"
+SKIPPED = 77  # ctest's exit code for a skipped test
 SIZE = (160, 90)
 
 
@@ -22,13 +22,13 @@ def scene(name="cornell_box"):
 
 
 def small(*more, driver="bisection", spp=4):
-    """A frame that is finished in a moment."""
+    """Arguments for a frame that finishes in a moment."""
     words = [scene(), "--size", f"{SIZE[0]}x{SIZE[1]}", "--driver", driver]
     return words + (["--spp", spp] if spp else []) + list(more)
 
 
 def with_camera(source, target, camera, scale):
-    """A copy of a scene file whose camera is another, under a node of that scale."""
+    """Copies a scene file with another camera, under a node with that scale."""
     data = source.read_bytes()
     length, = struct.unpack_from("<I", data, 12)
     gltf = json.loads(data[20:20 + length])
@@ -56,7 +56,7 @@ class WindowTest(unittest.TestCase):
         return window
 
     def finished(self, *words, **options):
-        """A window whose frame is done, and that has the keyboard."""
+        """A focused window whose frame is finished."""
         window = self.window(*(words or small()), **options)
         window.wait_until_finished()
         window.focus()
@@ -71,7 +71,7 @@ class WindowTest(unittest.TestCase):
     # ---- the picture
 
     def raw(self, window):
-        """The window with its pictures not denoised."""
+        """Turns off denoising in the window."""
         since = window.mark()
         window.key("n")
         window.wait_for("picture", lambda e: not e["denoised"], since)
@@ -123,7 +123,7 @@ class WindowTest(unittest.TestCase):
         window.key("F5")
         window.wait_for("explanation", lambda e: "so far" in e["text"], since)
         window.wait_for("explanation", lambda e: "ended by --spp" in e["text"] and "rounds\n" in e["text"], since)
-        # It stays with that pixel while the cursor goes elsewhere, until another is clicked.
+        # The explanation stays with its pixel until another is clicked.
         since = window.mark()
         window.move_to_pixel(150, 10)
         time.sleep(0.5)
@@ -158,7 +158,7 @@ class WindowTest(unittest.TestCase):
         self.assertEqual(window.wait_until_finished(since)["legend"], "")
 
     def halves(self, window):
-        """Mean grey of the left and of the right half of the picture."""
+        """Mean grey of the left and right half of the picture."""
         left, top = (int(value) for value in window.last("placed")["at"])
         zoom = window.last("placed")["zoom"]
         _, _, rows = window.screenshot()
@@ -202,7 +202,7 @@ class WindowTest(unittest.TestCase):
             pairs = [pair for y in rows for pair in zip(before[y][span], after[y][span])]
             return sum(abs(a - b) for a, b in pairs) / len(pairs)
         self.assertGreater(difference(10, SIZE[0] // 2 - 10), 20)  # the overlay
-        self.assertLess(difference(SIZE[0] // 2 + 10, SIZE[0] - 10), 1)  # the picture of before
+        self.assertLess(difference(SIZE[0] // 2 + 10, SIZE[0] - 10), 1)  # the earlier picture
 
     def test_pictures_are_denoised_from_the_first_on(self):
         window = self.finished(*small(driver="live", spp=4))
@@ -231,7 +231,7 @@ class WindowTest(unittest.TestCase):
         window.wait_for("picture", since=since)
         time.sleep(0.3)
         wiped = window.screenshot()[2]
-        self.raw(window)  # which ends the wipe
+        self.raw(window)  # also ends the wipe
         time.sleep(0.3)
         noisy = window.screenshot()[2]
         left, top = (int(value) for value in window.last("placed")["at"])
@@ -260,7 +260,7 @@ class WindowTest(unittest.TestCase):
 
     def test_a_drag_shows_pictures_before_there_is_a_bucket(self):
         window = self.window(*small("--bucket-size", 160, driver="bucket", spp=16384))
-        window.wait_for("picture", lambda e: e["buckets"] > 0)  # the one, for a minute and more
+        window.wait_for("picture", lambda e: e["buckets"] > 0)  # the only one, which takes more than a minute
         window.focus()
         since = window.mark()
         window.drag((80, 20), steps=40)
@@ -268,7 +268,7 @@ class WindowTest(unittest.TestCase):
         picture = window.wait_for("picture", lambda e: e["edit"] >= edited, since, seconds=20)
         self.assertEqual((picture["driver"], picture["filled"], picture["complete"]), ("bisection", True, False))
 
-    # ---- hands
+    # ---- input
 
     def test_orbit_and_one_undo(self):
         window = self.finished()
@@ -290,7 +290,7 @@ class WindowTest(unittest.TestCase):
         window.wait_for("edits", lambda e: e["camera"] is not None, since)
 
     def picture_rows(self, window, shot):
-        """The rows of the picture, away from its edges and from notes along the lower one."""
+        """The rows of the picture, away from its edges and from notes at the bottom."""
         picture = window.last("placed")
         left, top = (int(value) for value in picture["at"])
         zoom = picture["zoom"]
@@ -328,7 +328,7 @@ class WindowTest(unittest.TestCase):
         window.key("space")
         window.wait_for("settings", lambda e: e["paused"], since)
 
-    # ---- time
+    # ---- animation
 
     def blade(self):
         return self.finished(scene("moving_blade"), *small()[1:])
@@ -359,7 +359,7 @@ class WindowTest(unittest.TestCase):
         at = window.mark()
         time.sleep(0.5)
         self.assertFalse([e for e in window.events[at:] if e["event"] == "edits"])
-        since = window.mark()  # all that played is one step
+        since = window.mark()  # the whole playback is one undo step
         window.key("ctrl+z")
         window.wait_for("edits", lambda e: e["time"] is None, since)
 
@@ -372,7 +372,7 @@ class WindowTest(unittest.TestCase):
         self.assertIsNone(told["time"])
 
     def window_of_a_copy(self):
-        """Of a scene that edits are saved beside, and that may be replaced."""
+        """A window with a copied scene that edits can be saved beside and that may be replaced."""
         box = pathlib.Path(self.window_folder()) / "box.glb"
         shutil.copy(scene(), box)
         window = self.window(box, *small()[1:])
@@ -421,10 +421,10 @@ class WindowTest(unittest.TestCase):
         self.choose_in_dialog(window, "ctrl+shift+s", picture)
         time.sleep(1)
         self.assertEqual(picture.read_text(), "last week's")
-        window.key("Return")  # the dialog asks whether it may
+        window.key("Return")  # confirms the dialog's question
         window.wait_for("message", lambda e: "picture saved" in e["text"], since)
         self.assertEqual(screens.read_png(picture)[0], SIZE[0])
-        # What the scene is made of stays, under any name.
+        # A scene's input must not be overwritten under any name.
         other = box.with_name("other.png")
         other.hardlink_to(box)
         before = box.read_bytes()
@@ -485,7 +485,7 @@ class WindowTest(unittest.TestCase):
         window.key("ctrl+z")
         self.assertEqual(window.wait_for("edits", since=since)["orthographic_height"], heights[3])
         since = window.mark()
-        window.key("ctrl+1")  # a bookmark, another view, and back
+        window.key("ctrl+1")  # set a bookmark, change the view, and return
         window.drag((30, 30))
         window.key("f")
         window.wait_for("edits", lambda e: abs(e["orthographic_height"] - heights[4]) < 1e-9, since)
@@ -530,7 +530,7 @@ class WindowTest(unittest.TestCase):
 
     def choose_in_dialog(self, window, keys, path):
         self.open_dialog(window, keys)
-        window.type(str(path))  # in place of the name that it suggests
+        window.type(str(path))  # replaces the suggested name
         window.key("Return")
 
     def test_an_environment_can_be_opened_and_taken_back(self):
@@ -557,7 +557,7 @@ class WindowTest(unittest.TestCase):
         window.key("Escape")
         time.sleep(0.5)
         since = window.mark()
-        window.key("f")  # the whole scene
+        window.key("f")  # shows the whole scene
         window.wait_for("edits", lambda e: e["camera"], since)
         self.assertTrue(window.last("settings")["region"])
 
@@ -576,7 +576,7 @@ class WindowTest(unittest.TestCase):
         window.wait_until_finished(since)
         self.assertEqual(window.end(), 0)
 
-    # ---- storms
+    # ---- many events
 
     def test_storm_of_edits(self):
         window = self.finished()
@@ -616,7 +616,7 @@ class WindowTest(unittest.TestCase):
         window.focus()
         self.assertEqual(window.end(), 0)
 
-    # ---- what goes wrong
+    # ---- errors
 
     def test_no_display(self):
         absent = ("DISPLAY", "WAYLAND_DISPLAY", "XDG_RUNTIME_DIR")
@@ -640,7 +640,7 @@ class WindowTest(unittest.TestCase):
         self.assertIn("bad.glb", message["text"])
         self.assertGreaterEqual(window.last("picture")["serial"], before)
         self.assertIsNone(next((e for e in window.events[since:] if e["event"] == "scene"), None))
-        time.sleep(0.5)  # until the dialog, which has the keyboard, is gone from the screen
+        time.sleep(0.5)  # until the dialog, which has the keyboard focus, is gone
         since = window.mark()
         window.key("F5")
         window.wait_until_finished(since)
@@ -658,7 +658,7 @@ class WindowTest(unittest.TestCase):
         window.focus()
         self.assertEqual(window.end(), 0)
 
-    # ---- what it writes
+    # ---- files
 
     def test_remembers_its_size(self):
         window = self.finished(size=(777, 555))

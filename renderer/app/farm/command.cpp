@@ -58,7 +58,8 @@ std::string absolute(const std::string& path) {
   return path.empty() ? path : fs::absolute(path).string();
 }
 
-// The jobs run in another folder; and parts keep what the heatmaps need.
+// Makes paths absolute, since the jobs run in another folder, and adds the channels that the
+// heatmaps need.
 RenderOptions farm_frame(const FarmOptions& farm) {
   RenderOptions o = farm.frame;
   for (std::string* path : {&o.scene, &o.resource_root, &o.environment, &o.edits})
@@ -71,7 +72,7 @@ RenderOptions farm_frame(const FarmOptions& farm) {
     const std::string_view name = name_of(aov_table(), *heatmap.quantity->aov);
     o.aovs += (o.aovs.empty() ? "" : ",") + std::string(name);
   }
-  // Nodes of several kinds give the same bits, and a merge takes no others.
+  // All nodes must give the same bits, because a merge refuses parts of different ones.
   o.isa = o.isa.value_or(widest_isa());
   return o;
 }
@@ -81,7 +82,7 @@ bool is_utf8(std::string_view text) {
   return text.empty();
 }
 
-// job.json and settings.json hold UTF-8 alone: the parts, and `farm cancel`, read the names there.
+// job.json and settings.json can hold only UTF-8; the parts and `farm cancel` read names from them.
 void check_names(const RenderOptions& o) {
   std::vector<std::string> names = {o.scene,   o.resource_root, o.environment, o.edits,   o.camera,
                                     o.variant, o.animation,     o.catchers,    o.holdouts};
@@ -92,7 +93,8 @@ void check_names(const RenderOptions& o) {
   }
 }
 
-// The folder may come from another user: what the jobs write must not lead out of it.
+// The folder may come from another user, so a symbolic link must not lead the jobs' writes out of
+// it.
 void check_places(const FarmFolder& folder) {
   std::error_code unknown;
   const auto check = [&](const fs::path& path, fs::file_type wanted) {
@@ -112,7 +114,7 @@ void check_places(const FarmFolder& folder) {
   }
 }
 
-// Checks that need no job.
+// Checks the frame before any job is submitted.
 void check_frame(const RenderOptions& options, uint32_t parts) {
   RenderOptions part = options;
   part.part = FramePart{1, parts};
@@ -147,8 +149,8 @@ void refuse_running(const FarmFolder& folder) {
       folder.path, tasks.size());
 }
 
-// Checkpoints of other settings, or of the scene as it was: the parts would refuse them, and a
-// merge of all of them would be the picture of another frame.
+// Rejects checkpoints of other settings or of an earlier version of the scene. The parts would
+// refuse them, and a merge of such checkpoints alone would give the picture of another frame.
 int check_checkpoints(const FarmFolder& folder, const FrameSettings& settings, uint32_t parts) {
   RenderOptions options;
   static_cast<FrameSettings&>(options) = settings;
@@ -174,7 +176,7 @@ int check_checkpoints(const FarmFolder& folder, const FrameSettings& settings, u
   return there;
 }
 
-// Otherwise the progress of earlier jobs would count as progress of these.
+// Removes the progress of earlier jobs, which would otherwise count for the new ones.
 void forget_progress(const FarmFolder& folder, const std::vector<uint32_t>& parts) {
   std::error_code ignored;
   for (const uint32_t part : parts) fs::remove(folder.progress(part), ignored);
@@ -220,13 +222,14 @@ void write_record(const FarmFolder& folder, const FarmRecord& record) {
   write_file_atomically(folder.file("job.json"), record_json(record));
 }
 
-// The parts as an array, and the merge behind them and `others`, jobs or tasks that are under way.
-// job.json is written after each job: whenever this ends, `farm cancel` finds what was submitted.
+// Submits the parts as an array, and the merge to run after them and after `others` (unfinished
+// jobs or tasks). job.json is rewritten after each job, so that `farm cancel` finds every submitted
+// job even after a crash.
 void submit(const FarmFolder& folder, FarmRecord& record, const std::vector<uint32_t>& parts,
             const std::vector<std::string>& others) {
   std::vector<std::string> waited = others;
   std::vector<uint64_t> submitted;
-  write_record(folder, record);  // a file that cannot be written is known before there are jobs
+  write_record(folder, record);  // fails before any job is submitted
   try {
     if (!parts.empty()) {
       // The script's process gets a signal a minute before the time limit and saves the part.
@@ -300,7 +303,7 @@ bool is_whole(const FarmFolder& folder, uint32_t part, uint32_t parts) {
   }
 }
 
-// Parts that wait or run are left alone; the merge waits for them too.
+// Leaves parts that wait or run alone; the merge waits for them too.
 int retry_frame(const FarmFolder& folder) {
   FarmRecord record = read_record(folder);
   check_places(folder);

@@ -1,11 +1,11 @@
-// OUTPUT.farm: what `emberline farm` keeps of a frame that is rendered in parts.
+// OUTPUT.farm: what `emberline farm` keeps for a frame that is rendered in parts.
 //
-//   settings.json   of the frame, for `render --settings`
-//   part.sh         renders a part, merge.sh makes the picture of them
+//   settings.json   the frame's settings, for `render --settings`
+//   part.sh         renders a part; merge.sh merges the parts
 //   job.json        what was submitted: FarmRecord
-//   progress/       part-K.json, as of render --progress-file
+//   progress/       part-K.json, as written by render --progress-file
 //   logs/           part-K.log, merge.log
-//   merge.json      the report of the merge; there when it is done
+//   merge.json      the merge's report; exists once the merge is done
 #pragma once
 
 #include <algorithm>
@@ -18,19 +18,19 @@
 
 namespace emberline {
 
-// "shot.####.exr" -> "shot.0000.exr": the number of the frame, which is 0 until there is animation.
-// Every run of four or more '#'.
+// "shot.####.exr" -> "shot.0000.exr": replaces every run of four or more '#' by the frame's number,
+// which is always 0 here.
 std::string frame_file(std::string name);
 
-// Absolute paths. None of them has to be there.
+// Absolute paths, which need not exist.
 struct FarmFolder {
-  // `name` is an output as it was given, or the folder itself.
+  // `name` is an output as given by the user, or the folder itself.
   explicit FarmFolder(const std::string& name);
 
   std::string file(const std::string& name) const { return path + "/" + name; }
   std::string progress(uint32_t part) const;
   std::string checkpoint(uint32_t part, uint32_t parts) const;
-  // Slurm reads % and \ in the names of logs, and there is no way to write both. In a folder with
+  // Slurm interprets % and \ in log names, and has no escape for both at once. In a folder with
   // such a name, or with control characters, the scripts open their logs themselves.
   bool slurm_writes_logs() const {
     return std::ranges::none_of(
@@ -44,13 +44,13 @@ struct FarmRecord {
   std::string scene;
   uint32_t parts = 0;
   SlurmRequest request;
-  std::vector<uint64_t> arrays;   // of the parts, the last submitted last
+  std::vector<uint64_t> arrays;   // of the parts, in the order of submission
   std::optional<uint64_t> merge;  // absent: nothing was submitted
 
-  std::vector<uint64_t> jobs() const;  // all of them
+  std::vector<uint64_t> jobs() const;  // arrays and merge
 };
 
-// Throws InputError if there is no record or it is not a valid one: its contents are not trusted.
+// Throws InputError if the record is missing or invalid: its contents are not trusted.
 FarmRecord read_record(const FarmFolder& folder);
 std::string record_json(const FarmRecord& record);
 

@@ -18,8 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// "mv -T" gives the copy its name in one step, on every machine. In a folder that others may write
-// to, only the sticky bit keeps them from replacing the stage.
+// "mv -T" renames the copy atomically, on every machine. In a folder that others may write to, only
+// the sticky bit keeps them from replacing the stage.
 constexpr const char* kStageBegin = R"sh(
 # A copy of the scene on this machine's own disk, named by what it holds. Of two parts that begin at
 # once both copy, and one gives its copy the name. A file that has changed since is not copied. A
@@ -90,7 +90,7 @@ std::string state_of(const fs::path& file) {
   return fmt::format("{} {}.{:09}", size, ns / 1000000000, ns % 1000000000);
 }
 
-// The folder that all of them are in.
+// The deepest folder that contains all files.
 fs::path common_folder(const std::vector<fs::path>& files) {
   fs::path common = files.front().parent_path();
   const auto is_above = [](const fs::path& folder, const fs::path& file) {
@@ -103,12 +103,12 @@ fs::path common_folder(const std::vector<fs::path>& files) {
   return common;
 }
 
-// Copies, by their names in the stage.
+// The files to copy to the scratch folder, under their names there.
 struct Stage {
-  std::string folders, files;  // of the scripts: what mkdir makes, and what each() visits
+  std::string folders, files;  // script text: arguments of mkdir, and the lines of each()
   uint64_t hash = 0;
 
-  // Returns its name there, for the shell.
+  // Returns the file's name in the stage, for the shell.
   std::string add(const fs::path& source, const fs::path& name) {
     hash = fingerprint(name.string(), hash);
     files += fmt::format("  \"$1\" {} {} '{}' &&\n", shell_quoted(source.string()),
@@ -144,13 +144,13 @@ std::string stage_script(const RenderOptions& options) {
          "    mkdir -p" + stage.folders + " &&\n" + fmt::format(fmt::runtime(kStageEnd), staged);
 }
 
-// `rest` of the name as the shell has it.
+// `rest` is appended unquoted, for the shell to expand.
 std::string log_line(const FarmFolder& folder, const std::string& name, const std::string& rest) {
   if (folder.slurm_writes_logs()) return "";
   return "exec >>" + shell_quoted(folder.file("logs/" + name)) + rest + " 2>&1\n";
 }
 
-// With the words that name the scene, for the shell.
+// `scene` is shell text that names the scene.
 std::string part_words(const FarmFrame& frame, const std::string& scene, const std::string& part,
                        const std::string& parts) {
   return fmt::format(
@@ -181,7 +181,7 @@ std::string part_script(const FarmFrame& frame, bool stage) {
       "echo \"part $part of {} on ${{SLURMD_NODENAME:-$(hostname)}}, $(date -u +%FT%TZ)\"\n",
       log_line(frame.folder, "part-", "\"$part\".log"), frame.parts);
   const std::string parts = std::to_string(frame.parts);
-  // exec: what signals this process signals the render.
+  // exec: signals to this process must reach the renderer.
   if (!stage) {
     const std::string scene = shell_quoted(options.scene);
     return text + "exec " + part_words(frame, scene, "\"$part\"", parts) + "\n";
@@ -200,7 +200,7 @@ std::string part_script(const FarmFrame& frame, bool stage) {
          part_words(frame, "\"$scene\"", "\"$part\"", parts) + more + "\n";
 }
 
-// Every part by its name: a folder that another machine shows late may lack one for a pattern.
+// Names every part: a pattern could miss files that a network file system shows late.
 std::string merge_script(const FarmFrame& frame) {
   return fmt::format(
       "#!/bin/sh\n# The picture of all parts.\n{3}"

@@ -1,5 +1,4 @@
-// The commands of a farm: a part, the merge, and the scripts around them. Whatever stands in the
-// names of files is quoted.
+// The commands and scripts of a farm: the parts and the merge. File names are quoted.
 #pragma once
 
 #include <string>
@@ -10,19 +9,19 @@
 namespace emberline {
 
 struct FarmFrame {
-  RenderOptions options;  // absolute paths; outputs and heatmaps with the frame's number
+  RenderOptions options;  // absolute paths; outputs and heatmaps have the frame's number
   FarmFolder folder;
   uint32_t parts = 1;
-  std::string program;  // this one
+  std::string program;  // path of this executable
 };
 
-// One line each. `part` and `parts` go in as they are: "$part", {part}.
+// One line each. `part` and `parts` are inserted unquoted: "$part", {part}.
 std::string part_command(const FarmFrame& frame, const std::string& part, const std::string& parts);
 std::string merge_command(const FarmFrame& frame);
 
-// "sh part.sh K"; in a task of Slurm's array K is its number. With `stage` the scene and its files
-// are copied to the machine's own scratch folder first, once; where that cannot be, the part reads
-// them where they are. Throws InputError for a scene that cannot be read.
+// Runs as "sh part.sh K"; in a task of a Slurm array, K is the task's number. With `stage`, the
+// scene and its files are first copied once to the machine's scratch folder; if that fails, the
+// part reads the originals. Throws InputError for a scene that cannot be read.
 std::string part_script(const FarmFrame& frame, bool stage);
 std::string merge_script(const FarmFrame& frame);
 

@@ -39,7 +39,7 @@ struct ToolResult {
   std::string out, err;
 };
 
-// Both at once: a program that fills one waits until it is read.
+// Reads both pipes at once: a program that fills one blocks until it is read.
 void read_both(Pipe& out, Pipe& err, ToolResult& result) {
   std::array<pollfd, 2> ends = {pollfd{out.read, POLLIN, 0}, pollfd{err.read, POLLIN, 0}};
   while (ends[0].fd >= 0 || ends[1].fd >= 0) {
@@ -54,8 +54,8 @@ void read_both(Pipe& out, Pipe& err, ToolResult& result) {
   }
 }
 
-// The words are the program, which is looked for in PATH, and its arguments; no shell reads them.
-// Nothing where there is no such program. Throws RenderError where the system starts none.
+// Runs words[0], found in PATH, with the other words as arguments and without a shell. Returns
+// nothing if there is no such program. Throws RenderError if it cannot be started.
 std::optional<ToolResult> run_tool(const std::vector<std::string>& words) {
   Pipe out, err;
   posix_spawn_file_actions_t actions;
@@ -107,7 +107,7 @@ bool is_plain(char c) {
   return letter || c == '.' || c == '-' || c == '_';
 }
 
-// In names that Slurm shows.
+// For names that Slurm shows.
 std::string plain(std::string text) {
   std::ranges::replace_if(
       text, [](char c) { return !is_plain(c); }, '_');

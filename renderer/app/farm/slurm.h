@@ -1,4 +1,4 @@
-// Slurm's commands: what is asked of them, and what they answer.
+// Calls Slurm's commands and parses their answers.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace emberline {
 
-// The resources that each job requests; absent: what the partition gives.
+// The resources that each job requests. Absent: the partition's default.
 struct SlurmRequest {
   std::string partition;
   std::optional<int> cpus;  // absent: a whole node
@@ -18,18 +18,18 @@ struct SlurmRequest {
   std::optional<int> minutes;
 };
 
-// A list of letters, digits, "_", "-", "." and ","; or nothing.
+// A list of letters, digits, "_", "-", "." and ",", or empty.
 bool is_partition(const std::string& text);
 
-// Throws RenderError where this machine has no Slurm.
+// Throws RenderError if this machine has no Slurm.
 void require_slurm();
 
-// Submits `script`, which runs in `folder`, as a job with these further words, and returns its
-// number. Throws RenderError with what sbatch says.
+// Submits `script` as a job that runs in `folder`, with extra sbatch arguments, and returns its
+// number. Throws RenderError with sbatch's message.
 uint64_t submit_job(const SlurmRequest& request, const std::string& folder,
                     const std::string& script, const std::vector<std::string>& words);
 
-// A job, or a task of an array, that waits or runs.
+// A job, or a task of an array, that is queued or running.
 struct SlurmTask {
   uint64_t job = 0;
   std::optional<uint32_t> task;
@@ -38,14 +38,15 @@ struct SlurmTask {
 
   std::string id() const;  // "JOB_TASK" or "JOB"
 };
-// The tasks of these jobs; nothing without Slurm or if its controller does not answer.
+// The unfinished tasks of these jobs. Returns nothing if there is no Slurm or its controller does
+// not answer.
 std::optional<std::vector<SlurmTask>> queued_tasks(std::span<const uint64_t> jobs);
 
-// How those ended that are over, by "JOB" or "JOB_TASK": "FAILED", "NODE_FAIL". Empty without
-// accounting.
+// The final states of finished jobs and tasks ("FAILED", "NODE_FAIL"), keyed by "JOB" or
+// "JOB_TASK". Empty without accounting.
 std::map<std::string, std::string> ended_tasks(std::span<const uint64_t> jobs);
 
-// Throws RenderError. Jobs that are over are none of its business.
+// Throws RenderError. Finished jobs are ignored.
 void cancel_jobs(std::span<const uint64_t> jobs);
 
 }  // namespace emberline

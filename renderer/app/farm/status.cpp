@@ -29,7 +29,7 @@ constexpr std::string_view kStates[] = {"waiting", "running", "done",
 
 std::string_view state_name(PartState state) { return kStates[size_t(state)]; }
 
-// The last line that is not empty, of the last 4 KiB.
+// The last non-empty line within the last 4 KiB.
 std::string last_line(const std::string& path) {
   try {
     const auto file = InputFile::open_if_there(path);
@@ -44,7 +44,7 @@ std::string last_line(const std::string& path) {
   }
 }
 
-// False where there is no such file, or one that cannot be.
+// Returns false if there is no such file or its contents are invalid.
 bool read_progress(const std::string& path, PartStatus& status) {
   constexpr double kLongest = 1e12;
   try {
@@ -69,7 +69,7 @@ bool read_progress(const std::string& path, PartStatus& status) {
   }
 }
 
-// The share that is done of a part without a progress file.
+// The finished share of a part without a progress file.
 double share_of_checkpoint(const std::string& path) {
   try {
     return InputFile::open_if_there(path) ? StoredFrame(path).share() : 0.0;
@@ -78,7 +78,7 @@ double share_of_checkpoint(const std::string& path) {
   }
 }
 
-// Slurm's tasks by "JOB_TASK" or "JOB".
+// Slurm's tasks, keyed by "JOB_TASK" or "JOB".
 struct Queue {
   bool known = false;
   std::map<std::string, SlurmTask> tasks;
@@ -95,7 +95,7 @@ struct Queue {
   }
 };
 
-// The part knows how far it is; Slurm knows whether it runs.
+// The part's own file says how far it is; Slurm says whether it runs.
 void apply(const Queue& queue, const std::string& id, PartStatus& status) {
   if (!queue.known || status.state == kDone) return;
   if (const auto task = queue.tasks.find(id); task != queue.tasks.end()) {
@@ -109,12 +109,12 @@ void apply(const Queue& queue, const std::string& id, PartStatus& status) {
   }
   const auto ended = queue.ended.find(id);
   if (ended != queue.ended.end()) status.message = printable(ended->second);
-  if (status.message == "COMPLETED") {  // what it says itself may come late
+  if (status.message == "COMPLETED") {  // the part's own report may arrive late
     status.state = kDone;
     status.done = 1;
     status.message.clear();
   } else if (status.state != kStopped) {
-    status.state = kFailed;  // killed, or it has not begun
+    status.state = kFailed;  // killed, or never started
   }
 }
 
@@ -128,7 +128,7 @@ void explain(const std::string& log, PartStatus& status) {
   status.message = status.message.empty() ? line : status.message + ": " + line;
 }
 
-// Without Slurm only the part itself says that it runs.
+// Without Slurm, a running part that has not written for a minute becomes kUnknown.
 void doubt(const std::string& progress, PartStatus& status) {
   using namespace std::chrono;
   std::error_code error;
@@ -148,7 +148,7 @@ PartStatus part_status(const FarmFolder& folder, const FarmRecord& record, const
   if (!told) status.done = share_of_checkpoint(folder.checkpoint(part, record.parts));
   if (!told && !queue.known) status.state = record.arrays.empty() ? kWaiting : kUnknown;
   if (!told && status.done == 1) status.state = kDone;
-  // The last array that has it.
+  // Use the last array that contains the part.
   std::string id;
   for (const uint64_t array : record.arrays) {
     const std::string task = fmt::format("{}_{}", array, part);
@@ -176,7 +176,7 @@ PartStatus merge_status(const FarmFolder& folder, const FarmRecord& record, cons
   return status;
 }
 
-// Parts that wait take as long as the others, as many at once as run now.
+// Assumes that waiting parts take as long as the others, and that as many run at once as now.
 std::optional<double> time_left(const std::vector<PartStatus>& parts) {
   double sum = 0, longest = 0, whole_s = 0, waiting = 0, lengths = 0, running = 0;
   for (const PartStatus& part : parts) {
@@ -244,7 +244,7 @@ std::string status_json(const FarmStatus& status) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-// Parts that wait for their turn or are done are counted alone.
+// Waiting and finished parts are only counted, not listed.
 std::string status_text(const FarmStatus& status) {
   std::string text = printable(status.output) + fmt::format(": {} parts", status.parts.size());
   for (size_t i = 0; i < std::size(kStates); ++i) {

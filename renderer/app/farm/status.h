@@ -1,4 +1,4 @@
-// emberline farm status: how far each part is, from its progress file and what Slurm knows.
+// `emberline farm status`: the progress of each part, from its progress file and from Slurm.
 #pragma once
 
 #include <cstdint>
@@ -10,18 +10,18 @@
 
 namespace emberline {
 
-// Of stopped parts a checkpoint goes on; failed ones say why in their log. kUnknown: neither the
-// part nor Slurm says.
+// A stopped part has a checkpoint to resume from; a failed part has the reason in its log.
+// kUnknown: neither the part nor Slurm reports a state.
 enum class PartState : uint8_t { kWaiting, kRunning, kDone, kStopped, kFailed, kUnknown };
 
 struct PartStatus {
   uint32_t part = 0;  // 0: the merge
   PartState state = PartState::kWaiting;
-  double done = 0;  // of 1
+  double done = 0;  // fraction, 0 to 1
   uint64_t samples = 0;
   std::optional<double> elapsed_s, left_s;
-  std::string node;     // of Slurm, or else the host
-  std::string message;  // of what failed or waits: the last line of the log, or Slurm's word
+  std::string node;     // from Slurm, or else the host
+  std::string message;  // why it failed or waits: the log's last line, or Slurm's reason
 };
 
 struct FarmStatus {
@@ -29,11 +29,11 @@ struct FarmStatus {
   std::vector<PartStatus> parts;
   PartStatus merge;
   double done = 0;
-  std::optional<double> left_s;  // of all parts; absent: nothing tells
+  std::optional<double> left_s;  // for all parts; absent: unknown
 };
 
-// Throws InputError where there is no farm of this output. What a part's files hold is not trusted:
-// one that cannot be is a warning.
+// Throws InputError if this output has no farm. The parts' files are not trusted: an invalid one
+// causes a warning.
 FarmStatus farm_status(const FarmFolder& folder);
 
 std::string status_text(const FarmStatus& status);

@@ -10,7 +10,7 @@ namespace {
 
 bool is_lower(char c) { return std::islower(static_cast<unsigned char>(c)) != 0; }
 
-// ".gltf or .glb", ".png, .jpg": but not what ends a word, as in "FILE.checkpoint".
+// ".gltf or .glb", ".png, .jpg"; but not the end of a word, as in "FILE.checkpoint".
 std::vector<std::string> suffixes_in(const std::string& text) {
   std::vector<std::string> found;
   for (size_t dot = text.find('.'); dot != std::string::npos; dot = text.find('.', dot + 1)) {
@@ -22,7 +22,7 @@ std::vector<std::string> suffixes_in(const std::string& text) {
   return found;
 }
 
-// Adds the words of a type that are values themselves: "all" of "NAME|INDEX|all".
+// Adds the literal values of a type: "all" of "NAME|INDEX|all".
 void add_literals(OptionHelp& help) {
   std::istringstream words(help.type);
   for (std::string word; std::getline(words, word, '|');) {

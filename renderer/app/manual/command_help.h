@@ -1,5 +1,4 @@
-// What the commands and their options say of themselves, as plain data: for man pages and
-// completion.
+// The help of commands and options as plain data, for man pages and completion.
 #pragma once
 
 #include <string>
@@ -13,12 +12,12 @@ class App;
 namespace emberline {
 
 struct OptionHelp {
-  std::vector<std::string> names;  // "-o", "--output"; an argument has one, without dashes
-  bool argument = false;           // given by its place
-  std::string type;                // of its value; empty: it has none
+  std::vector<std::string> names;  // "-o", "--output"; a positional one has no dashes
+  bool argument = false;           // positional
+  std::string type;                // of its value; empty for a flag
   std::string text;                // a paragraph
-  std::vector<std::pair<std::string, std::string>> values;  // valid names, and what they mean
-  std::vector<std::string> suffixes;  // of the files that it names: those of which `text` speaks
+  std::vector<std::pair<std::string, std::string>> values;  // valid names and their meanings
+  std::vector<std::string> suffixes;  // of the files that it names, taken from `text`
   bool required = false, repeats = false;
 };
 
@@ -31,15 +30,14 @@ struct CommandHelp {
 
 CommandHelp command_help(const CLI::App& root);
 
-// Man pages.
-// man(7) of one command; those below the root have pages of their own, those below them a section.
+// A man(7) page of one command. Each subcommand of the root has a page of its own, and deeper ones
+// have a section of their parent's page.
 std::string manual_page(const CommandHelp& command);
 // "emberline-render.1"
 std::string manual_name(const CommandHelp& command);
 
-// What a shell completes after `emberline`: commands, options, names that an option takes, files by
-// their suffix.
-// To be sourced; needs bash 4 and no other file.
+// What a shell completes after `emberline`: commands, options, values, and files by suffix. To be
+// sourced; needs bash 4 and no other file.
 std::string bash_completion(const CommandHelp& root);
 // For a folder of $fpath, as _emberline.
 std::string zsh_completion(const CommandHelp& root);

@@ -27,7 +27,7 @@ Words last_words(const std::vector<CommandHelp>& commands) {
 
 bool names_file(const OptionHelp& option) { return option.type == "FILE" || option.argument; }
 
-// Options that are completed alike share a line.
+// Options with the same completion share a line.
 std::string bash_value(const OptionHelp& option) {
   if (!option.values.empty()) {
     return fmt::format("{}='{}'", option.type == "LIST" ? "list" : "words",
@@ -99,7 +99,7 @@ constexpr const char* kBashTail = R"(  esac
 complete -F _emberline emberline
 )";
 
-// In single quotes, inside of [...] of _arguments: the first clause.
+// Text for single quotes within [...] of _arguments: the first clause of `text`.
 std::string zsh_text(const std::string& text) {
   std::string out;
   for (const char c : text.substr(0, text.find_first_of(";:["))) {
@@ -118,7 +118,7 @@ std::string zsh_value(const OptionHelp& option) {
   return fmt::format("_files -g \"*.({})\"", fmt::join(option.suffixes, "|"));
 }
 
-// `farm` takes a scene or a command, whose output follows.
+// `farm` takes a scene or a subcommand, which is followed by its output.
 std::string zsh_argument(const OptionHelp& option, const Words& commands) {
   const std::string& name = option.names.front();
   const std::string value = zsh_value(option);

@@ -9,12 +9,12 @@
 namespace emberline {
 namespace {
 
-// groff_char(7): what would be typeset as something else.
+// Characters that roff would typeset differently, see groff_char(7).
 constexpr std::pair<char, const char*> kEscapes[] = {
     {'\\', "\\e"}, {'-', "\\-"}, {'\'', "\\(aq"}, {'`', "\\(ga"}, {'^', "\\(ha"}, {'~', "\\(ti"}};
 
 std::string roff(const std::string& text) {
-  // These would begin a request.
+  // A leading '.' or '\'' would begin a request.
   std::string out = text.starts_with('.') || text.starts_with('\'') ? "\\&" : "";
   for (const char c : text) {
     const auto* const found = std::ranges::find(kEscapes, c, &std::pair<char, const char*>::first);
@@ -68,7 +68,7 @@ std::string option_entries(const CommandHelp& command) {
   return text;
 }
 
-// A section of the root's page alone.
+// Only the root's page has this section.
 std::string commands_section(const CommandHelp& root) {
   std::string text = ".SH COMMANDS\nEach has a page of its own.\n";
   for (const CommandHelp& command : root.commands) {
