@@ -1,5 +1,5 @@
 // Views of the first surface for debugging a scene: `normal`, `uv`, `albedo`, `depth` and
-// `material_id`. Values are linear; nothing hit is black with alpha 0.
+// `material_id`. Values are linear; a miss is black with alpha 0.
 #include <cmath>
 
 #include "integrators/integrator_kinds.h"

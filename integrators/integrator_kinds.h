@@ -1,4 +1,4 @@
-// The integrators that the table is made of.
+// The factories that the integrator table uses.
 #pragma once
 
 #include "integrators/integrator.h"

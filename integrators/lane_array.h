@@ -1,4 +1,4 @@
-// Room for one object per sample of a batch, constructed only for the samples that need it.
+// Storage for one object per sample of a batch, constructed only for the samples that need it.
 #pragma once
 
 #include <algorithm>
@@ -13,11 +13,11 @@ namespace emberline {
 
 template <class T>
 class LaneArray {
-  static_assert(std::is_trivially_destructible_v<T>);  // nobody destroys them
+  static_assert(std::is_trivially_destructible_v<T>);  // destructors are never called
 
  public:
   T& emplace(int lane) { return *::new (static_cast<void*>(slots_[lane].bytes)) T(); }
-  // Constructs what `make` returns, in place.
+  // Constructs the result of `make` in place.
   template <class Make>
   T& emplace_result(int lane, const Make& make) {
     return *::new (static_cast<void*>(slots_[lane].bytes)) T(make());
@@ -31,10 +31,10 @@ class LaneArray {
   Slot slots_[kRayBatch];
 };
 
-// Which samples of a batch take part in a stage, in order.
+// The samples of a batch that take part in a stage, in order.
 class LaneList {
  public:
-  // Once each.
+  // Each lane is added at most once.
   void add(int lane) {
     assert(count_ < kRayBatch);
     lanes_[count_++] = lane;
@@ -45,7 +45,7 @@ class LaneList {
   int operator[](int i) const { return lanes_[i]; }
   const int* begin() const { return lanes_; }
   const int* end() const { return lanes_ + count_; }
-  // Drops the lanes for which `keep` says no.
+  // Removes the lanes for which `keep` returns false.
   template <class Keep>
   void filter(const Keep& keep) {
     int kept = 0;

@@ -5,11 +5,10 @@
 
 namespace emberline {
 
-// How open the hemisphere above a point is, by one ray whose direction follows the cosine around
+// Openness of the hemisphere above a point, from one ray with a cosine-weighted direction around
 // the shading normal (S. Zhukov, A. Iones, G. Kronin, "An Ambient Light Illumination Model", EGWR
 // 1998). Rays end after a fifth of the scene's radius, chosen by eye on interiors, which would be
-// black with rays of any length. Takes the BSDF's numbers of the slot; `rays` counts, if it is
-// there.
+// black without a limit. Uses the slot's random numbers for the BSDF; `rays` may be null.
 float openness(const Scene& scene, const ShadedPoint& point, float time, PixelSamples& samples,
                SampleRays* rays);
 

@@ -1,4 +1,4 @@
-// The state of a batch of paths: what the path loop, glass and the recorders share.
+// The state of a batch of paths, shared by the path loop, glass and the recorders.
 #pragma once
 
 #include <cassert>
@@ -17,19 +17,19 @@
 namespace emberline {
 
 // Bounces between the camera and the light that a ray finds. Mirrors and smooth glass count only
-// behind another surface.
+// after another surface.
 enum class Bounces : uint8_t { kNone, kOne, kMore };
 inline Bounces after_bounce(Bounces before, bool delta) {
   if (before == Bounces::kNone) return delta ? Bounces::kNone : Bounces::kOne;
   return Bounces::kMore;
 }
 
-// A path's vertex and how the ray that leaves it was sampled: weights the emission that the ray
+// A path's vertex and how its outgoing ray was sampled, for the MIS weight of emission that the ray
 // finds.
 struct LastVertex {
   LightQuery query;
   float bsdf_pdf = 0.0f;
-  int light_samples = 0;  // taken there; 0: emission found by the ray counts in full
+  int light_samples = 0;  // taken at the vertex; 0: emission found by the ray counts in full
 };
 
 struct Path {
@@ -37,28 +37,27 @@ struct Path {
   SurfaceHit hit;
   Rgb throughput = Rgb(1.0f);
   Rgb radiance = Rgb(0.0f);
-  float eta_scale = 1.0f;  // radiance compression by refraction so far; for roulette only
-  // Russian roulette for this ray: the probability to scatter where it hits, and to be traced.
+  float eta_scale = 1.0f;  // radiance compression by refraction so far; only for roulette
+  // Roulette probabilities of this ray: to scatter where it hits, and to be traced.
   float survival = 1.0f, ray_survival = 1.0f;
-  // Scattering events so far. Going straight through a smooth thin wall is none, so that a light
-  // sample that sees through walls and a scattered ray agree on which paths there are.
+  // Scattering events so far. Going straight through a smooth thin wall is not counted, so that
+  // light samples, which see through walls, and scattered rays agree on which paths exist.
   uint32_t events = 0;
   Bounces bounces = Bounces::kNone;
   LastVertex last;
   SampleRays rays;
 };
 
-// A light sample at a vertex.
 struct Connection {
   LightSample light;
-  Rgb scattered;  // BSDF x cosine towards it
+  Rgb scattered;  // BSDF x cosine towards the light
   Rgb radiance;
   float bsdf_pdf;
   Vec3f from, target;
 };
 
-// Everything is indexed by lane, a sample's place in the batch. No path's value depends on which
-// others are in its batch (law 1).
+// Arrays are indexed by lane, a sample's index in the batch. No path depends on the other paths of
+// its batch (law 1).
 struct PathBatch {
   PathBatch(const IntegratorSettings& all_settings, const SampleBatch& sample_batch,
             PixelSamples& pixel_samples, std::span<SampleValue> sample_values)
@@ -75,8 +74,8 @@ struct PathBatch {
   bool intersect(const Ray& ray, SurfaceHit* hit) {
     return scene.intersect(ray, coverage_key(scene, samples), hit);
   }
-  // Fetches a hit's triangle while the next ray is traced, and its vertices one ray later.
-  // `*before` is the lane of the last call, -1 at first.
+  // Prefetches a hit's triangle while the next ray is traced, and its vertices one ray later.
+  // `*before` is the lane of the previous call, -1 at first.
   void prefetch_hit(int lane, int* before) {
     scene.prefetch_triangle(paths[lane].hit);
     if (*before >= 0) scene.prefetch_vertices(paths[*before].hit);
@@ -87,8 +86,8 @@ struct PathBatch {
     path.radiance = fma(path.throughput, light, path.radiance);
   }
 
-  // Whether no surface is in the way of the lane's connection; multiplies its light by what
-  // coverage lets through.
+  // Whether no surface blocks the lane's connection; multiplies its light by the transmittance of
+  // partial coverage.
   bool is_visible(int lane, CoverageKey key) {
     Connection& c = connections[lane];
     Path& path = paths[lane];
@@ -98,10 +97,9 @@ struct PathBatch {
     return through != 0.0f;
   }
 
-  // Radiance of the environment along camera rays.
   void find_background(const LaneList& missed, Rgb* radiance) const;
-  // Its radiance along the paths' rays, and the density with which an environment sample at the
-  // vertex `from` of each ray takes the ray's direction.
+  // Environment radiance along the paths' rays, and the pdf with which an environment sample at the
+  // ray's vertex `from` would take the ray's direction.
   void find_environment(const LaneList& missed, const LastVertex* const* from, Rgb* radiance,
                         float* pdf);
 
@@ -112,7 +110,7 @@ struct PathBatch {
   PixelSamples& samples;
   const std::span<SampleValue> values;
 
-  uint32_t depth = 0;  // surfaces before the current one
+  uint32_t depth = 0;  // number of surfaces before the current one
   LaneList alive;
   LaneArray<Path> paths;
   LaneArray<ShadedPoint> points;

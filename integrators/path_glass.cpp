@@ -18,7 +18,7 @@ void PathGlass::skip_hidden_faces(LaneList* missed) {
   });
 }
 
-// Another face in the place of the one that was hit.
+// Replaces the hit by another face.
 void PathGlass::find_face(const Ray& ray, const SurfaceHit& face, float offset, int lane) {
   SurfaceHit& hit = b_.paths[lane].hit;
   hit = {hit.t, face.u, face.v, face.instance, face.primitive};
@@ -26,7 +26,7 @@ void PathGlass::find_face(const Ray& ray, const SurfaceHit& face, float offset, 
   b_.points[lane].surface.offset = offset;
 }
 
-// Follows the ray through hidden faces of solids, to a surface that it sees; false: there is none.
+// Follows the ray through hidden faces of solids to a visible surface. False: there is none.
 bool PathGlass::find_seen_face(int lane) {
   Path& path = b_.paths[lane];
   ShadedPoint& point = b_.points[lane];
@@ -43,20 +43,20 @@ bool PathGlass::find_seen_face(int lane) {
     }
     if (!next_face(&ray, lane)) return false;
   }
-  // A solid's face may lie in this one.
+  // A face of a solid may coincide with this surface.
   if (b_.scene.solids()->may_touch(path.hit.instance, path.hit.primitive)) {
     point.surface.offset *= SolidCrossing::kReach;
   }
   return true;
 }
 
-// Whether the path sees the faces that it crosses, or a surface that lies in them. Then the hit is
-// the one that scatters.
+// Whether the path sees the faces that it crosses, or a surface that lies in them. If so, the hit
+// becomes the face or surface that scatters.
 bool PathGlass::is_seen(const SolidCrossing& crossing, const Ray& ray, int lane) {
   const SurfaceHit& hit = b_.paths[lane].hit;
   Interior& near = near_[lane];
   b_.points[lane].surface.offset = crossing.offset();
-  // A back face met outside of all solids: the camera stands in an open one.
+  // A back face met outside of all solids means that the camera is inside an open one.
   if (crossing.back() && near.empty()) near.enter(b_.scene, hit.instance);
   if (const SurfaceHit* surface = crossing.surface()) {
     find_face(ray, *surface, crossing.offset(), lane);
@@ -70,7 +70,7 @@ bool PathGlass::is_seen(const SolidCrossing& crossing, const Ray& ray, int lane)
   return true;
 }
 
-// Moves the ray on from a hidden face to its next hit; false: there is none.
+// Moves the ray from a hidden face to its next hit. False: there is none.
 bool PathGlass::next_face(Ray* ray, int lane) {
   Path& path = b_.paths[lane];
   ShadedPoint& point = b_.points[lane];
@@ -103,7 +103,7 @@ void PathGlass::find_indices(int lane) {
   }
 }
 
-// Light that panes tint has three shares; alpha is one.
+// Tinted panes count by luminance, since alpha is a single value.
 void PathGlass::show_nothing_behind(LaneList* missed) {
   if (b_.lights.environment() && !b_.settings.transparent) return;
   missed->filter([this](int lane) {
@@ -124,8 +124,8 @@ bool PathGlass::arrives(int lane, CoverageKey key) {
   return arrives;
 }
 
-// Whether walls or hidden faces may be on the way to the light. A way through coverage is one of
-// chance there, and an expectation otherwise.
+// Whether walls or hidden faces may lie between the vertex and the light. crosses_faces() decides
+// coverage at random, is_visible() takes its expectation.
 bool PathGlass::may_cross_faces(int lane) {
   const Solids* solids = b_.scene.solids();
   const bool inside = !states_[lane].to_light->empty();
@@ -147,8 +147,8 @@ bool PathGlass::crosses_faces(int lane, CoverageKey key) {
   return true;
 }
 
-// Counts light that is lost behind smooth solid glass, which bends it, since only light samples
-// find it. Which samples are looked at is a function of the sample alone.
+// Counts light that misses a surface because smooth solid glass bends it; only light samples find
+// such light. Which samples are examined depends only on the sample.
 void PathGlass::count_light_sample(int lane, CoverageKey key, bool arrives) {
   const Connection& c = b_.connections[lane];
   OpticsCounters* const optics = b_.batch.optics;

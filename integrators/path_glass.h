@@ -1,7 +1,7 @@
 // Glass in the path loop: the solids that a path is inside of, thin walls and dispersion.
 //
-// PathLoop has one of the two classes below as a policy and calls its hooks; `lane` numbers a path
-// of the batch.
+// PathLoop takes one of the two classes below as a policy and calls its hooks; `lane` is a path's
+// index in the batch.
 #pragma once
 
 #include <utility>
@@ -48,14 +48,13 @@ class PathGlass {
     if (b_.batch.interiors) near_[lane] = b_.batch.interiors[size_t(lane)];
   }
 
-  // Moves the hits on hidden faces of solids on to surfaces that the paths see. Paths that leave
-  // the scene go from b_.alive to `missed`.
+  // Moves hits on hidden faces of solids to surfaces that the paths see. Paths that leave the scene
+  // move from b_.alive to `missed`.
   void skip_hidden_faces(LaneList* missed);
 
-  // Gives the surface its index of refraction, or makes a face of a flat solid a thin wall.
+  // Sets the surface's index of refraction, or turns a face of a flat solid into a thin wall.
   void find_indices(int lane);
 
-  // Multiplies the throughput by the absorption on the way to the surface.
   void absorb(int lane) {
     if (!near_[lane].solid()) return;
     const float distance = way_so_far(lane) - states_[lane].absorbed_to;
@@ -63,23 +62,23 @@ class PathGlass {
   }
 
   static bool transmits(const SurfaceBsdf& bsdf) { return bsdf.transmits_non_delta(); }
-  // Whether a path that may not scatter goes on here.
+  // Whether a path that may not scatter continues here.
   bool is_clear_wall(int lane) { return is_smooth_wall(b_.scene, b_.paths[lane].hit); }
 
-  // The vertex whose light sample may find what the ray finds: where it was scattered. Since then
-  // it may have come straight through smooth thin walls, which a light sample sees through, too.
+  // The vertex where the ray was scattered; its light samples may find the same light as the ray.
+  // The ray may have passed smooth thin walls since, which light samples also see through.
   const LastVertex& scattered_at(int lane) { return states_[lane].vertex; }
-  // From that vertex to the hit.
+  // Distance from that vertex to the hit.
   float distance_from(int lane) {
     if (states_[lane].walls == 0) return b_.paths[lane].hit.t;
     return (b_.points[lane].surface.position - states_[lane].vertex.query.point).length();
   }
 
-  // Where nothing is behind the panes that the camera sees, the sample's alpha is what they hold
-  // back. Takes those paths off the list if the camera does not see the environment.
+  // If the camera does not see the environment, sets the alpha of camera paths that leave the scene
+  // through panes to what the panes block, and removes these paths from the list.
   void show_nothing_behind(LaneList* missed);
 
-  // Connections: a light sample leaves the vertex along wi, in local space.
+  // A light sample leaves the vertex along wi, in local space.
   void connect(int lane, const Vec3f& wi) {
     State& state = states_[lane];
     const bool passes = wi.z < 0.0f && b_.points[lane].surface.material->is_solid();
@@ -87,10 +86,10 @@ class PathGlass {
     const PathWavelength& wavelength = state.wavelength;
     if (wavelength.bends && wi.z < 0.0f) b_.connections[lane].scattered *= wavelength.weight;
   }
-  // Whether the connection's light reaches the vertex; multiplies it by what the way lets through.
+  // Whether the connection's light reaches the vertex; multiplies it by the transmittance.
   bool arrives(int lane, CoverageKey key);
 
-  // The BSDF sample has been taken.
+  // Applies the effects of the BSDF sample.
   void scatter(int lane, const BsdfSample& next) {
     Path& path = b_.paths[lane];
     path.eta_scale *= next.eta_scale;
@@ -102,14 +101,14 @@ class PathGlass {
   bool goes_straight(int lane, const BsdfSample& next) {
     return next.delta && next.transmitted && b_.points[lane].material.bsdf.thin_walled;
   }
-  // The path goes straight on. False: through too many walls.
+  // The path passes a wall straight on. False: it has passed too many.
   bool pass_wall(int lane) {
     states_[lane].absorbed_to = 0.0f;
     if (++states_[lane].walls <= kMostWalls) return true;
     if (b_.batch.optics) b_.batch.optics->rays_ended_at_walls++;
     return false;
   }
-  // The path is scattered.
+  // The path leaves a vertex that scattered it.
   void leave(int lane) {
     State& state = states_[lane];
     state.absorbed_to = 0.0f;
@@ -119,15 +118,16 @@ class PathGlass {
 
  private:
   struct State {
-    LastVertex vertex;   // where the path was scattered
-    uint32_t walls = 0;  // passed since
+    LastVertex vertex;   // where the path was last scattered
+    uint32_t walls = 0;  // passed since then
     PathWavelength wavelength;
-    // Distance along the ray at which the solid around it changed last, at a hidden face.
+    // Ray distance of the last hidden face where the solid changed; absorption is applied up to it.
     float absorbed_to = 0.0f;
-    const Interior* to_light = nullptr;  // where the way to the sampled light begins
+    const Interior* to_light = nullptr;  // the solids at the start of the connection
   };
 
-  // From point to point: hit.t starts at the offset origin, which matters in a thin slab.
+  // Measured between surface points: hit.t starts at the offset origin, which matters in thin
+  // slabs.
   float way_so_far(int lane) {
     if (b_.depth == 0) return b_.paths[lane].hit.t;
     return (b_.points[lane].surface.position - b_.paths[lane].last.query.point).length();
@@ -143,8 +143,8 @@ class PathGlass {
 
   PathBatch& b_;
   LaneArray<State> states_;
-  LaneArray<Interior> near_;  // where the ray is
-  LaneArray<Interior> far_;   // behind the surface that it hit, if that is a face of a solid
+  LaneArray<Interior> near_;  // the solids around the ray
+  LaneArray<Interior> far_;   // the solids behind the hit surface, if it is a face of a solid
 };
 
 }  // namespace emberline

@@ -1,5 +1,5 @@
-// `path`: unidirectional path tracing with next-event estimation. One light sample and one BSDF
-// sample per vertex, combined by the balance heuristic (Veach & Guibas 1995, "Optimally Combining
+// `path`: unidirectional path tracing with next-event estimation. Light samples and one BSDF sample
+// per vertex are combined by the balance heuristic (Veach & Guibas 1995, "Optimally Combining
 // Sampling Techniques for Monte Carlo Rendering").
 //
 // `direct` is the same with a depth limit of 1.
@@ -16,8 +16,8 @@ class PathIntegrator final : public Integrator {
  public:
   explicit PathIntegrator(const IntegratorSettings& settings) : settings_(settings) {}
 
-  // All four path loops of the program: scenes without glass and batches without recorders pay for
-  // neither.
+  // The four instances of the path loop: scenes without glass do not pay for glass, and batches
+  // without recorders do not pay for recorders.
   void estimate(const SampleBatch& batch, PixelSamples& samples,
                 std::span<SampleValue> values) const override {
     const bool glass = batch.scene.passes_light();

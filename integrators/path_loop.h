@@ -1,8 +1,8 @@
 // The path loop: intersect, shade, add emitted light, sample a light, sample the BSDF, roulette.
 //
 // The paths of a batch advance together. Each stage runs over all lanes before the next one begins,
-// so that one path's cache misses and divisions overlap with the arithmetic of the others. Against
-// one path after another this is 1.08 times as fast on FlightHelmet and 1.05 on a Cornell box.
+// so that one path's cache misses and divisions overlap with the arithmetic of others. This is 1.08
+// times as fast as one path at a time on FlightHelmet, and 1.05 times on a Cornell box.
 #pragma once
 
 #include <algorithm>
@@ -42,21 +42,30 @@ class PathLoop : private PathBatch {
   }
 
  private:
-  // Russian roulette starts with this scattering event: short paths carry most of the light.
+  // Russian roulette starts with this scattering event, since short paths carry most of the light.
   static constexpr uint32_t kRouletteDepth = 2;
+<<<<<<< HEAD
   // A path with throughput t is continued with probability kRouletteScale sqrt(t): between 1 and t,
   // since what it will find is unknown. If the ray may reach an environment, often the brightest
   // light, it is traced with kRayRouletteScale sqrt(t) already; the rest of the roulette follows at
   // the surface that it hits. Ours; figures: tests/bench/results/noise.md.
+=======
+  // A path with throughput t continues with probability kRouletteScale sqrt(t), which lies between
+  // 1 and t because the light ahead is unknown. If the ray may reach an environment, often the
+  // brightest light, it is traced with the higher probability kRayRouletteScale sqrt(t), and the
+  // surface that it hits completes the roulette. We chose the values; measurements are in
+  // tests/bench/results.
+>>>>>>> eng-b
   static constexpr float kRouletteScale = 1.5f;
   static constexpr float kRayRouletteScale = 4.0f;
-  // Ends no path with more than 95 %, so that no survivor's weight grows by more than 20.
+  // Limits the probability to end a path to 95 %, so that a survivor's weight grows at most 20
+  // times.
   static constexpr float kMinSurvival = 0.05f;
 
   static float survival(float scale, float root) {
     return std::clamp(scale * root, kMinSurvival, 1.0f);
   }
-  // Balance heuristic. For n samples of a technique, pass n times its density.
+  // Balance heuristic. For n samples of a technique, pass n times its pdf.
   static float balance(float pdf, float other_pdf) { return pdf / (pdf + other_pdf); }
 
   // ---- intersect
@@ -118,8 +127,8 @@ class PathLoop : private PathBatch {
     if (!missed.empty()) leave_scene(&missed);
   }
 
-  // The second part of the roulette, with the number that let the ray be traced. Surfaces that
-  // shine are always shaded.
+  // The second part of the roulette, with the random number that let the ray be traced. Emissive
+  // surfaces are always shaded.
   bool survives_hit(Path* path) {
     if (path->survival == path->ray_survival) return true;
     const Material& material = scene.material_of(path->hit.instance);
@@ -141,7 +150,7 @@ class PathLoop : private PathBatch {
     recorders_.met_surfaces();
   }
 
-  // From surface points to materials and BSDFs.
+  // Evaluates the materials and BSDFs of the surface points.
   void shade() {
     for (const int lane : alive) {
       samples.resume_sample(lane);
@@ -159,7 +168,7 @@ class PathLoop : private PathBatch {
 
   // ---- emitted light
 
-  // Ends the paths that may not scatter.
+  // Also ends the paths that may not scatter.
   void add_emission() {
     alive.filter([this](int lane) {
       Path& path = paths[lane];
@@ -219,8 +228,8 @@ class PathLoop : private PathBatch {
 
   // ---- sample a light
 
-  // A surface that is seen, also in a mirror or through smooth glass, takes several samples. All
-  // others take one: behind a bounce, the bounce is noisier than the choice of a light.
+  // Surfaces that are visible, also in mirrors or through smooth glass, take several samples.
+  // Others take one, since the bounce before them adds more noise than the choice of a light.
   void sample_lights() {
     LaneList sampled;
     for (const int lane : alive) {
@@ -236,8 +245,8 @@ class PathLoop : private PathBatch {
     }
   }
 
-  // Takes the i-th light sample. A surface under a smooth coat and what is seen in that coat draw
-  // the same numbers beyond the first sample.
+  // Takes the i-th light sample. Beyond the first, a surface under a smooth coat and the surface
+  // reflected in that coat use the same random numbers.
   void connect_lanes(LaneList lanes, int i) {
     LightRequest requests[kRayBatch];
     LightSample* out[kRayBatch] = {};
@@ -256,7 +265,7 @@ class PathLoop : private PathBatch {
     for (const int lane : lanes) add_connection(lane);
   }
 
-  // Sets up the light that arrives if nothing is in the way. False: there is none.
+  // Sets up the light that arrives if nothing blocks it. False: no light.
   bool connect(int lane) {
     const ShadedPoint& point = points[lane];
     Connection& c = connections[lane];
@@ -276,7 +285,7 @@ class PathLoop : private PathBatch {
     samples.resume_sample(lane);
     const CoverageKey key = coverage_key(scene, samples);
     if (!glass_.arrives(lane, key)) return;
-    // balance / (n pdf) = 1 / (n pdf + other); a point-like light has no other technique.
+    // balance / (n pdf) = 1 / (n pdf + other); only light sampling finds point-like lights.
     const float light_pdf = float(paths[lane].last.light_samples) * c.light.pdf;
     const Rgb light =
         c.scattered * c.radiance / (c.light.delta ? light_pdf : light_pdf + c.bsdf_pdf);
@@ -292,7 +301,7 @@ class PathLoop : private PathBatch {
                        {samples.get(surface_dim::kBsdfX), samples.get(surface_dim::kBsdfY)});
   }
 
-  // Chooses the path's next ray. False: the path ends here.
+  // Samples the path's next ray. False: the path ends here.
   bool scatter(int lane) {
     Path& path = paths[lane];
     samples.resume_sample(lane);

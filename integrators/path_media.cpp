@@ -24,9 +24,9 @@ void set_relative_ior(const Interior& near, const Interior& far, PixelSamples& s
   };
   BsdfParameters& bsdf = point.material.bsdf;
   bsdf.ior = ior_of(*inner);
-  // 0 reflects everything, whatever is around it.
+  // An index of 0 reflects everything, whatever surrounds it.
   if (!outer || !(bsdf.ior > 0.0f) || !(outer->ior() > 0.0f)) return;
-  // The lobe's index is at least 1, its `inside` the denser side.
+  // The lobe expects an index of at least 1, with `inside` meaning the denser side.
   bsdf.ior /= ior_of(*outer);
   if (bsdf.ior < 1.0f) {
     bsdf.ior = 1.0f / bsdf.ior;
@@ -46,8 +46,8 @@ void make_wall(const Interior& around, ShadedPoint& point) {
 
 namespace {
 
-// The rest of a way to a light, from `from`. As Scene::visible has it: aimed anew, and t = 1 is the
-// far point exactly.
+// The remaining ray towards a light. As in Scene::visible, it is aimed anew from each origin, and t
+// = 1 is exactly the target.
 class WayToLight {
  public:
   WayToLight(const LightSample& light, const Vec3f& target, float time)
@@ -56,7 +56,7 @@ class WayToLight {
     return light_.distance == kInfinity ? Ray{origin, light_.direction, kInfinity, time_}
                                         : Ray{origin, target_ - origin, 1.0f, time_};
   }
-  // The ray has come to the light or past it.
+  // Whether the ray has reached or passed the light.
   bool ended(const Ray& ray) const { return !(dot(ray.direction, light_.direction) > 0.0f); }
 
  private:
@@ -65,7 +65,7 @@ class WayToLight {
   const float time_;
 };
 
-// What the surface that was hit lets straight through; `*beyond` is where the way goes on.
+// Straight-through transmittance of the hit surface; the connection continues at `*beyond`.
 Rgb through_wall(const Scene& scene, const Vec3f& direction, float time, const SurfaceHit& hit,
                  const Interior& around, float u_texture, Vec3f* beyond) {
   ShadedPoint point = shade(scene, Ray{Vec3f(0.0f), direction, kInfinity, time}, hit, u_texture);
@@ -74,18 +74,19 @@ Rgb through_wall(const Scene& scene, const Vec3f& direction, float time, const S
   return point.bsdf().straight_through();
 }
 
-// A way to a light through hidden faces of solids.
+// Takes a connection through hidden faces of solids.
 class HiddenFaces {
  public:
   HiddenFaces(const Scene& scene, const Vec3f& from, Interior* interior, float* travelled)
       : scene_(scene), start_(from), interior_(interior), travelled_(travelled) {
     *travelled = 0.0f;
   }
-  // Whether a face of a solid may be a hidden one.
+  // Whether a face of a solid can be hidden.
   bool may_be_hidden(const SurfaceHit& hit) const {
     return scene_.solids() && (!interior_->empty() || scene_.solids()->lets_through(hit.instance));
   }
-  // Whether it is; then the way goes on at `*beyond`, less `*through`.
+  // Whether the face is hidden; if so, the connection continues at `*beyond`, and `*through` is
+  // attenuated.
   bool cross(const Ray& ray, const Vec3f& direction, const SurfaceHit& hit,
              CoverageKey coverage_key, Rgb* through, Vec3f* beyond) {
     SurfaceInteraction surface;
@@ -128,7 +129,7 @@ Rgb through_clear_faces(const Scene& scene, Vec3f from, const LightSample& light
     if (way.ended(ray)) return through;
     SurfaceHit hit;
     rays->shadow++;
-    // One key for the whole way: no part of it is met twice.
+    // One coverage key for the whole connection, since no part of it is traced twice.
     if (!scene.intersect(ray, coverage_key, &hit)) {
       return scene.behind_flush_emitter(from, light, time, coverage_key) ? Rgb(0.0f) : through;
     }
@@ -147,7 +148,7 @@ Rgb through_clear_faces(const Scene& scene, Vec3f from, const LightSample& light
 
 bool blocked_by_glass_alone(const Scene& scene, Vec3f from, const LightSample& light,
                             const Vec3f& target, float time, CoverageKey coverage_key) {
-  constexpr int kMostFaces = 64;  // a light behind more of them counts as blocked by other things
+  constexpr int kMostFaces = 64;  // a light behind more faces counts as blocked by other things
   const WayToLight way(light, target, time);
   bool met_solid = false;
   for (int faces = 0; faces < kMostFaces; ++faces) {

@@ -1,4 +1,4 @@
-// What a light that was sampled sends towards a point.
+// Radiance and visibility of a sampled light.
 #pragma once
 
 #include "renderer/scene/scene.h"
@@ -6,14 +6,14 @@
 
 namespace emberline {
 
-// Of a point sampled on a triangle, at its brightest.
+// Radiance of a point sampled on a triangle, before emission_share().
 [[gnu::always_inline]] inline Rgb triangle_radiance(const Scene& scene, const LightSample& light,
                                                     const EmissiveTriangle& triangle,
                                                     const Material& material, float time,
                                                     PixelSamples& samples) {
   if (material.emits_evenly()) return material.emission();
   const SurfaceAttributes attributes = scene.emitter_attributes(triangle, time, light.barycentric);
-  // A number of its own: the emitter's texel must not depend on which texel this vertex took.
+  // A separate random number: the emitter's texel must not depend on this vertex's texel.
   const float u_texture = material.needs_uv() ? samples.extra() : 0.0f;
   Rgb radiance = material.emission(attributes, u_texture);
   if (material.layers().clearcoat > 0.0f) {
@@ -24,17 +24,17 @@ namespace emberline {
     radiance *= emission_through_coat(layers.parameters.clearcoat,
                                       dot(light.direction, light.emitter_normal));
   }
-  // A path sees the emitter only where it covers; the light sample must agree on average.
-  // Decided apart from the emission, as a ray's coverage is: a card that is bright where it is
-  // clear shows the product of the means.
+  // A path sees the emitter only where it covers, and the light sample must agree on average. As
+  // for rays, coverage is independent of emission: a card that is bright where it is clear shows
+  // the product of the means.
   if (material.alpha_mode() != AlphaMode::kOpaque) {
     radiance *= material.coverage(attributes, samples.extra());
   }
   return radiance;
 }
 
-// Radiance that a sampled light sends towards the point, and whether anything blocks the way is
-// the caller's question; `target` is where that question's ray ends.
+// Unoccluded radiance from a sampled light towards `from`. `target` is the end of the visibility
+// ray that the caller traces.
 inline Rgb emitted_radiance(const Scene& scene, const LightSample& light, const Vec3f& from,
                             float time, PixelSamples& samples, Vec3f* target) {
   if (light.kind != LightKind::kTriangle) {
@@ -50,7 +50,7 @@ inline Rgb emitted_radiance(const Scene& scene, const LightSample& light, const 
   return material.emission_changes() ? radiance * material.emission_share(time) : radiance;
 }
 
-// Share of the way to a sampled light that is clear: 0 if a surface is in between. `target` is what
+// Transmittance towards a sampled light; 0 if a surface blocks it. `target` is what
 // emitted_radiance() returned.
 inline float transmittance(const Scene& scene, const LightSample& light, const Vec3f& from,
                            const Vec3f& target, float time, CoverageKey key) {

@@ -1,4 +1,4 @@
-// From a hit to a frame and material values: the part that every integrator that shades shares.
+// From a hit to a surface frame and material values; shared by all integrators that shade.
 #pragma once
 
 #include <optional>
@@ -17,7 +17,7 @@ struct ShadedPoint {
   SurfaceFrame frame;                     // both normals on wo's side
   Vec3f wo;                               // towards the viewer, unit
   MaterialPoint material;                 // the material's values here
-  std::optional<LayerParameters> layers;  // where it has any
+  std::optional<LayerParameters> layers;  // empty if the material has none
 
   [[gnu::always_inline]] SurfaceBsdf bsdf() const {
     const Vec3f local_wo = frame.shading.to_local(wo);
@@ -31,8 +31,8 @@ struct ShadedPoint {
   }
 };
 
-// Shading in steps, the mesh, its textures and the material, so that whoever shades many points can
-// let the memory of one wait for that of the others.
+// Shading in steps (mesh, textures, material), so that code that shades many points can overlap
+// their memory accesses.
 inline void find_surface(const Scene& scene, const Ray& ray, const SurfaceHit& hit,
                          ShadedPoint* p) {
   scene.interaction(hit, ray.time, &p->surface);
@@ -45,7 +45,7 @@ inline void find_texels(float u_texture, const ShadedPoint& p, TexelPlaces* texe
   p.surface.material->find_texels(p.surface.attributes, u_texture, texels);
 }
 
-// The layers of a material that has some, their directions turned to local shading space.
+// The layers of a material that has some, with directions in local shading space.
 void find_layers(const TexelPlaces& texels, ShadedPoint* point);
 
 inline void find_material(const TexelPlaces& texels, ShadedPoint* point) {
@@ -72,7 +72,7 @@ inline ShadedPoint shade(const Scene& scene, const Ray& ray, const SurfaceHit& h
   return p;
 }
 
-// The AOVs of a camera ray's first surface, as far as the batch asks for them.
+// The AOVs of a camera ray's first surface that the batch asks for.
 inline void fill_first_hit(const SampleBatch& batch, const SurfaceHit& hit,
                            const ShadedPoint& point, float time, const Rgb& albedo, FirstHit* out) {
   if (batch.hit_id) out->id = point.surface.instance + 1;

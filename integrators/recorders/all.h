@@ -1,4 +1,4 @@
-// All recorders of the path loop. Each is on if the batch asks for what it records.
+// All recorders of the path loop. Each is on if the batch asks for its output.
 #pragma once
 
 #include "integrators/recorders/catchers.h"
@@ -11,7 +11,7 @@
 
 namespace emberline {
 
-// Calls each hook (hooks.h) of several recorders, in their order.
+// Calls each hook (hooks.h) of several recorders, in order.
 template <class... Recorders>
 class RecorderList : Recorders... {
  public:
@@ -40,7 +40,7 @@ class RecorderList : Recorders... {
   void ended(const LaneList& hit) { (Recorders::ended(hit), ...); }
 };
 
-// The clamp comes first, so that the others record the light that is left.
+// The clamp comes first, so that the others record the remaining light.
 using AllRecorders =
     RecorderList<ClampRecorder, FirstHitRecorder, LightGroupRecorder, PathLayerRecorder,
                  FeatureRecorder, CatcherRecorder, OcclusionRecorder>;

@@ -6,7 +6,7 @@
 namespace emberline {
 namespace {
 
-// Surfaces in a row that a way to a light may pass: ours, more than a scene has.
+// Limit on the surfaces between a catcher and a light; chosen to exceed any real scene.
 constexpr int kMostPassed = 10'000;
 
 Ray ray_to(const LightSample& light, const Vec3f& from, const Vec3f& target, float time) {
@@ -14,7 +14,7 @@ Ray ray_to(const LightSample& light, const Vec3f& from, const Vec3f& target, flo
                                      : Ray{from, target - from, 1.0f, time};
 }
 
-// Whether a surface of the plate is on the way to a light.
+// Whether a surface of the plate blocks the light.
 bool plate_blocks(const Scene& scene, const SurfaceRoles& roles, Vec3f from,
                   const LightSample& light, const Vec3f& target, float time, CoverageKey key,
                   SampleRays* rays) {

@@ -1,5 +1,5 @@
-// Ends camera paths at holdouts and hidden catchers (SurfaceRoles), and records what shadow
-// catchers receive of the lights, with the scene's other objects and without (CatcherSample).
+// Ends camera paths at holdouts and hidden catchers (SurfaceRoles), and records the light that
+// shadow catchers receive with and without the scene's other objects (CatcherSample).
 #pragma once
 
 #include <span>
@@ -28,8 +28,8 @@ class CatcherRecorder : public Recorder {
       caught_[size_t(lane)].background = luminance(b_.paths[lane].throughput);
     }
   }
-  // Samples the lights at catchers when the paths are done, with the numbers of the catchers' own
-  // light samples, so that no path has other numbers because of catchers.
+  // Samples lights at catchers after the paths have ended, with the random numbers of the catchers'
+  // own light samples, so that catchers do not change the random numbers of paths.
   void ended(const LaneList&) {
     if (lanes_.empty() || b_.lights.empty()) return;
     for (const int lane : lanes_) catch_light(lane);
@@ -39,8 +39,8 @@ class CatcherRecorder : public Recorder {
   struct Catch {
     Ray ray;
     SurfaceHit hit;
-    uint32_t slot;  // of the surface's numbers
-    float weight;   // what panes in front of it let through
+    uint32_t slot;  // slot of the surface's random numbers
+    float weight;   // transmittance of the panes in front of it
   };
   bool goes_on(int lane);
   void catch_light(int lane);

@@ -1,4 +1,4 @@
-// Clamps indirect light (IntegratorSettings::clamp_indirect) and records what that takes.
+// Clamps indirect light (IntegratorSettings::clamp_indirect) and records what it removes.
 #pragma once
 
 #include "integrators/recorders/hooks.h"
@@ -23,7 +23,7 @@ class ClampRecorder : public Recorder {
     if (!taken_ || b_.paths[lane].bounces != Bounces::kMore) return light;
     return clamp(lane, groups_.of_environment(), light);
   }
-  // The vertex itself is one more bounce.
+  // The vertex itself counts as one more bounce.
   Rgb connected(int lane, const Rgb& light) {
     if (!taken_ || b_.paths[lane].bounces == Bounces::kNone) return light;
     return clamp(lane, groups_.of_connection(lane), light);
@@ -34,7 +34,7 @@ class ClampRecorder : public Recorder {
   }
 
  private:
-  // Leaves light that is not finite as it is, so that the film finds and counts it.
+  // Does not change non-finite light, so that the film finds and counts it.
   Rgb clamp(int lane, uint32_t group, const Rgb& light) {
     const Rgb& throughput = b_.paths[lane].throughput;
     const Rgb contribution = throughput * light;
@@ -50,7 +50,7 @@ class ClampRecorder : public Recorder {
 
   BatchLightGroups groups_{b_};
   ClampedLight* const taken_ = b_.batch.clamped;  // null: nothing is clamped
-  LaneArray<Rgb> lost_;                           // by the lane's sample
+  LaneArray<Rgb> lost_;                           // by lane
 };
 
 }  // namespace emberline

@@ -1,5 +1,5 @@
-// Records DenoiserFeatures. A denoiser is guided by the surfaces that mirrors and clear glass show,
-// not by the mirrors.
+// Records DenoiserFeatures: of the surfaces seen in mirrors and through clear glass, not of the
+// mirrors.
 #pragma once
 
 #include <algorithm>
@@ -42,8 +42,8 @@ class FeatureRecorder : public Recorder {
   enum class Seen : uint8_t { kOnTheWay, kThere, kPast };
   struct State {
     Seen seen = Seen::kOnTheWay;
-    float length = 0.0f;       // of the path
-    float axial_share = 0.0f;  // of its length that is along the viewing axis
+    float length = 0.0f;       // of the path so far
+    float axial_share = 0.0f;  // depth over distance, along the camera ray
   };
 
   static Rgb at_most_1(const Rgb& colour) {
@@ -52,7 +52,7 @@ class FeatureRecorder : public Recorder {
   void leave(int lane, const Rgb& light) {
     if (states_[lane].seen == Seen::kOnTheWay) background(lane, light);
   }
-  // A path that ends before it meets a surface that scatters in all directions shows its last one.
+  // A path that ends before it meets a non-specular surface keeps the features of its last surface.
   void see_surface(int lane) {
     State& state = states_[lane];
     if (state.seen == Seen::kOnTheWay) {

@@ -7,7 +7,7 @@
 
 namespace emberline {
 
-// The groups of what lights the paths of a batch; all 0 if the batch has none.
+// Light groups of the light that paths find; 0 if the batch has no light groups.
 class BatchLightGroups {
  public:
   explicit BatchLightGroups(PathBatch& batch) : b_(batch), groups_(batch.batch.light_groups) {}

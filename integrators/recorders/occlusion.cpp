@@ -11,7 +11,8 @@ bool OcclusionRecorder::wanted(const SampleBatch& batch) {
 }
 
 void OcclusionRecorder::ended(const LaneList&) {
-  constexpr uint32_t kOcclusionSlot = 1u << 25;  // beyond those of any path and its light samples
+  constexpr uint32_t kOcclusionSlot = 1u
+                                      << 25;  // beyond the slots of paths and their light samples
   for (const int lane : seen_) {
     b_.samples.resume_sample(lane);
     b_.samples.start_slot(kOcclusionSlot);

@@ -15,8 +15,8 @@ class OcclusionRecorder : public Recorder {
     seen_.add(lane);
     points_.emplace(lane) = b_.points[lane];
   }
-  // When the paths are done, with numbers that no path has: no other channel changes. The ray is
-  // not counted, since what a pixel costs decides where adaptive samples go.
+  // Runs after the paths, with random numbers that no path uses, so that no other channel changes.
+  // The ray is not counted, since the cost of a pixel steers adaptive sampling.
   void ended(const LaneList&);
 
  private:

@@ -1,4 +1,4 @@
-// Records the radiance by what the first surface did with the light (PathLayer).
+// Records the radiance by light-path layer (PathLayer).
 #pragma once
 
 #include <algorithm>
@@ -48,8 +48,8 @@ class PathLayerRecorder : public Recorder {
   enum class Kind : uint8_t { kNone, kReflected, kTransmitted };
   struct Event {
     Kind kind = Kind::kNone;
-    bool again = false;       // it has scattered since
-    Rgb diffuse = Rgb(0.0f);  // share of the reflection
+    bool again = false;       // scattered once more since then
+    Rgb diffuse = Rgb(0.0f);  // diffuse share of the reflection
   };
 
   // The event at the path's vertex if the path leaves along wi, in local space.
@@ -74,7 +74,7 @@ class PathLayerRecorder : public Recorder {
     }
     add(lane, first, PathLayer::kEmission, light);
   }
-  // `unscattered` is the layer of light that no surface has scattered.
+  // `unscattered` is the layer for light that no surface has scattered.
   void add(int lane, const Event& first, PathLayer unscattered, const Rgb& light) {
     if (first.kind == Kind::kNone) return add_to(lane, unscattered, light);
     if (first.kind == Kind::kTransmitted) return add_to(lane, PathLayer::kTransmission, light);

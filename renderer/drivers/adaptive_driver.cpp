@@ -24,14 +24,14 @@
 namespace emberline {
 namespace {
 
-// About a millisecond of work, which a requested picture has to wait for.
+// About a millisecond of work, which a picture request may have to wait for.
 constexpr uint64_t kPartSamples = 4096;
 
-// Samples of a pixel on the way to the pilot.
+// Samples per pixel in the step before the pilot.
 constexpr uint32_t kStepSamples = 4;
 
-// The tree places the first sample of one pixel in kTreePart; the others follow in tiles. By then
-// the tree has found the picture's features, and asking it costs as much as a sample of a simple
+// The tree places the first sample of one pixel in kTreePart; the other pixels follow in tiles. By
+// then the tree has found the picture's features, and a query costs as much as a sample of a simple
 // scene.
 constexpr size_t kTreePart = 16;
 constexpr size_t kTreePartPixels = 256;
@@ -42,8 +42,8 @@ uint32_t least_of(std::span<const uint32_t> counts) {
 
 class AdaptiveDriver final : public FrameDriver {
  public:
-  // `shown`: before it is finished. Then the frame is complete from the first samples on, and can
-  // be shown at any moment.
+  // `shown`: the picture is shown before the frame is finished. All pixels then get a first sample
+  // before others follow, so the picture is complete early.
   AdaptiveDriver(const Frame& frame, const Rect& crop, const DriverSettings& settings, bool shown)
       : crop_(crop),
         settings_(settings),
@@ -74,7 +74,7 @@ class AdaptiveDriver final : public FrameDriver {
       if (!settings_.keep_tree && !settings_.explained) tree_.reset();
       stage_ = Stage::kPilotStep;
       ++pass_;
-      const std::span<const uint32_t> pilot = planner_.targets();  // the same for all pixels
+      const std::span<const uint32_t> pilot = planner_.targets();  // equal for all pixels
       if (!pilot.empty() && pilot[0] >= 2 * kStepSamples) return bring_all_to(kStepSamples, false);
     }
     if (stage_ == Stage::kPilotStep) {
@@ -170,8 +170,8 @@ class AdaptiveDriver final : public FrameDriver {
     return planner_.stop_so_far(i, have_[i]);
   }
 
-  // Mixed, an unbiased frame is the mean of all its samples: rounds are not kept by light group.
-  // Nor are the shadows that are in alpha.
+  // A mix shows an unbiased frame as the mean of all samples, since averages over rounds do not
+  // include light groups. They do not include the shadows in alpha, either.
   void resolve(const FilmTile& film, std::span<float> rgba, const LightMix* mix) const override {
     FrameDriver::resolve(film, rgba, mix);
     if (!mix && !averages_.empty()) {
@@ -188,7 +188,7 @@ class AdaptiveDriver final : public FrameDriver {
 
   void end(FilmTile& film, PixelStop cut_short) override {
     ended_ = cut_short;
-    if (!finished() && least_of(have_) > 0) {  // else the last decision has looked
+    if (!finished() && least_of(have_) > 0) {  // otherwise plan() has just updated the planner
       planner_.look(film);
       planner_.write_variances(&film);
     }
@@ -249,7 +249,7 @@ class AdaptiveDriver final : public FrameDriver {
                                    have_[i] == 1 ? "" : "s", fate_of(i));
     const auto out = std::back_inserter(text);
     fmt::format_to(out, "mean {:.6g} {:.6g} {:.6g}\n", mean.x, mean.y, mean.z);
-    if (!planner_.errors().error.empty()) {  // there was a round to plan
+    if (!planner_.errors().error.empty()) {  // at least one round was planned
       fmt::format_to(out, "error now {:.4g}{}\n", planner_.errors().error[i],
                      settings_.adaptive.threshold > 0
                          ? fmt::format(", threshold {:.4g}", settings_.adaptive.threshold)
@@ -288,10 +288,10 @@ class AdaptiveDriver final : public FrameDriver {
 
  private:
   enum class Stage {
-    kTree,       // first samples where the refinement tree asks for them
-    kFirst,      // a first sample for the others
-    kPilotStep,  // else, for as long as the pilot takes, pixels with all of it would stand beside
-                 // pixels with one sample, which looks like dirt on the picture
+    kTree,       // first samples chosen by the refinement tree
+    kFirst,      // first samples of all other pixels
+    kPilotStep,  // a few samples for every pixel: a longer pilot alone would show pixels with all
+                 // of it next to pixels with one sample, which looks like dirt
     kPilot,
     kRounds,
     kFinished,
@@ -300,7 +300,7 @@ class AdaptiveDriver final : public FrameDriver {
   size_t index(int x, int y) const { return crop_.index_of(x, y); }
   int x_of(size_t i) const { return crop_.x_of(i); }
   int y_of(size_t i) const { return crop_.y_of(i); }
-  // Every pixel has a sample.
+  // Whether every pixel has a sample.
   bool covered() const { return stage_ > Stage::kFirst; }
 
   std::optional<Round> next_of_tree() {
@@ -311,14 +311,14 @@ class AdaptiveDriver final : public FrameDriver {
     return round();
   }
 
-  // How many pixels get their first sample where the tree asks for it.
+  // How many pixels get their first sample from the tree.
   size_t refined_pixels() const {
     const bool whole = find_estimator(settings_.adaptive.estimator).whole_tree;
     return whole ? have_.size() : (have_.size() + kTreePart - 1) / kTreePart;
   }
 
-  // A tree is what its values make of it, so it is made again. Its wanted pixels are those of the
-  // round under way.
+  // The tree is a function of its values, so only these are saved and the tree is rebuilt. Its
+  // wanted pixels are those of the current round.
   void archive_tree(Archive& archive) {
     std::vector<float> rgb;
     for (size_t leaf = 0; tree_ && leaf < tree_->sample_count(); ++leaf) {
@@ -345,7 +345,7 @@ class AdaptiveDriver final : public FrameDriver {
     if (under_way) wanted_ = tree_->next_round(refined_pixels() - values.size());
   }
 
-  // Until each pixel has as many samples as `targets` says.
+  // A round that brings each pixel to the samples in `targets`.
   Round bring_to(std::span<const uint32_t> targets, bool ends_pass) {
     targets_ = targets;
     parts_ = cut_into_parts(order_, have_, targets, kPartSamples);
@@ -364,7 +364,7 @@ class AdaptiveDriver final : public FrameDriver {
 
   size_t turn(size_t part) const { return shown_ ? turns_[part] : part; }
 
-  // Between two rounds it is as if all pixels were to get more.
+  // Between two rounds, all pixels count as wanting more.
   PixelStop stop_of(size_t i, PixelStop cut_short) const {
     if (have_[i] == 0) return PixelStop::kNone;
     const bool wants_more =
@@ -388,8 +388,8 @@ class AdaptiveDriver final : public FrameDriver {
     return fmt::format("so far: {} by the end of round {}", target, planner_.round());
   }
 
-  // Pixels without samples, from those that the tree has asked for, as `rgba` shows them. The film
-  // knows the colour of some more pixels than the tree.
+  // Fills pixels without samples from the pixels that the tree has sampled, with their values in
+  // `rgba`. The film has samples for more pixels than the tree.
   void fill_from_tree(const FilmTile& film, std::span<float> rgba) const {
     const auto sampled_for = [&](uint32_t leaf) {
       const Vec2i pixel = tree_->sampled_pixel(leaf);
@@ -421,23 +421,23 @@ class AdaptiveDriver final : public FrameDriver {
   const bool shown_, smooth_;
   RoundPlanner planner_;
   RoundAverages averages_;
-  std::optional<RefinementTree> tree_;  // until every pixel has a sample, or kept
+  std::optional<RefinementTree> tree_;  // until every pixel has a sample, unless kept
   std::vector<uint32_t> order_;
-  std::vector<uint32_t> have_;  // samples of each pixel
+  std::vector<uint32_t> have_;  // samples of each pixel so far
   Stage stage_;
   int pass_ = 1;
-  bool ends_pass_ = false;  // the round under way does
-  bool averaged_ = false;   // the averages have the last round
-  // The round under way: of the tree, these pixels; else the samples that each pixel is to have,
-  // the parts' places in order_, and their turns.
+  bool ends_pass_ = false;  // whether the current round does
+  bool averaged_ = false;   // averages_ includes the last round
+  // The current round: the pixels that the tree wants; or the target count of each pixel, the
+  // bounds of the parts in order_, and the order in which the parts are rendered.
   std::span<const Vec2i> wanted_;
   std::span<const uint32_t> targets_;
-  std::vector<uint32_t> even_;  // targets that are the same for all
+  std::vector<uint32_t> even_;  // equal targets for all pixels
   std::vector<size_t> parts_;
   std::vector<uint32_t> turns_;
   std::vector<float> gains_;
-  std::optional<PixelStop> ended_;  // end() was called, with this
-  int followed_from_ = 0;  // the round in which the recorded pixel was asked for; 0: before all
+  std::optional<PixelStop> ended_;  // set by end()
+  int followed_from_ = 0;  // round in which recording of the pixel began; 0: from the start
 };
 
 }  // namespace
@@ -459,8 +459,8 @@ FilmExtras adaptive_film_extras(const DriverSettings& settings) {
 }
 
 uint64_t adaptive_bytes_per_pixel(const DriverSettings& settings) {
-  // The planner's planes and halves, order, counts and gains, and the tree at its largest, with two
-  // nodes for each sample. tests/cli/limits_test.cpp compares the two.
+  // The planner's planes and halves; order, counts and gains; and the tree at its largest, with two
+  // nodes for each sample. tests/cli/limits_test.cpp compares this with bytes().
   constexpr uint64_t kPlanner = 28 * sizeof(float), kOrder = 3 * sizeof(uint32_t);
   constexpr uint64_t kTree = 2 * 36 + sizeof(uint32_t);
   constexpr uint64_t kAverages = 10 * sizeof(double);

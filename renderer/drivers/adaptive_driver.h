@@ -1,10 +1,11 @@
 // `adaptive`: samples go where the error is, round by round (after Painter & Sloan 1989,
-// "Antialiased Ray Tracing by Adaptive Progressive Refinement", with today's estimators beside
+// "Antialiased Ray Tracing by Adaptive Progressive Refinement", with modern estimators besides
 // theirs).
 //
-// First one sample for every pixel, in the order of the refinement tree; then the estimator's
-// pilot; then rounds: at each barrier the planner decides from the film how many samples every
-// pixel gets next. If the picture is not shown before it is finished, it begins with the pilot.
+// It starts with one sample for every pixel, in the order of the refinement tree, then takes the
+// estimator's pilot samples, then rounds: at each barrier the planner decides from the film how
+// many samples each pixel gets next. Drivers whose picture is shown only when finished start with
+// the pilot.
 #pragma once
 
 #include <memory>
@@ -14,7 +15,7 @@
 
 namespace emberline {
 
-// Both throw UsageError for an unknown estimator. A tile is not shown before it is finished.
+// Both throw UsageError for an unknown estimator. A tile's picture is shown only when finished.
 std::unique_ptr<FrameDriver> adaptive_driver(const Frame& frame, const Rect& crop,
                                              const DriverSettings& settings);
 std::unique_ptr<FrameDriver> adaptive_tile_driver(const Frame& frame, const Rect& tile,
@@ -22,7 +23,7 @@ std::unique_ptr<FrameDriver> adaptive_tile_driver(const Frame& frame, const Rect
 
 FilmExtras adaptive_film_extras(const DriverSettings& settings);
 
-// The most that FrameDriver::bytes() reaches, per pixel.
+// Upper bound of FrameDriver::bytes(), per pixel.
 uint64_t adaptive_bytes_per_pixel(const DriverSettings& settings);
 
 }  // namespace emberline

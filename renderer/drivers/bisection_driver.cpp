@@ -14,15 +14,14 @@
 namespace emberline {
 namespace {
 
-// Samples of a part after the first pass: about a millisecond of work. A part is also what stays
-// together in the frame, and so in the caches; larger ones gain little (tests/bench/results).
+// Samples of a part after the first pass: about a millisecond of work on neighbouring pixels.
+// Larger parts improve the use of caches only a little (tests/bench/results).
 constexpr uint64_t kPartSamples = 4096;
 
-// Rounds of the first pass.
 constexpr uint64_t kFirstPassRounds = 100;
 
-// Parts of such a round: for many threads to share, but fewer where they would not hold two batches
-// of samples.
+// Parts in a round of the first pass: enough for many threads, but fewer if a part would otherwise
+// hold less than two batches of samples.
 constexpr uint64_t kFirstPassParts = 64, kLeastFirstPassParts = 16;
 constexpr uint64_t kTwoBatches = 32;
 
@@ -31,7 +30,7 @@ PartShape shape_of(const SampleRange& samples, BisectionAxis axis) {
   return axis == BisectionAxis::kRows ? PartShape::kRow : PartShape::kColumn;
 }
 
-// Lines of pixels in the first pass; later, lines of cells whose pixels stay together.
+// Lines of pixels in the first pass, lines of cells in later ones.
 std::vector<BisectionStep> steps_of(const Rect& crop, const SampleRange& samples,
                                     BisectionAxis axis) {
   const uint64_t cell_pixels =
@@ -39,7 +38,7 @@ std::vector<BisectionStep> steps_of(const Rect& crop, const SampleRange& samples
   return bisection_steps(crop.width(), crop.height(), axis, square_cell(cell_pixels));
 }
 
-// The coverage of the first pass after these parts, which lie in one step.
+// Coverage of the first pass after these parts, which lie in one step.
 BisectionCoverage coverage(const BisectionPass& pass, const RenderedParts& parts, size_t begin) {
   const size_t step = pass.step_of(begin), first = pass.first_part(step);
   if (parts.complete && parts.end == pass.first_part(step + 1)) return {step + 1, 0, 0};
@@ -70,7 +69,7 @@ size_t bisection_round_end(const BisectionPass& pass, size_t first, uint64_t fra
 
 namespace {
 
-// A round is a hundredth of the first pass at most, or one of the further passes.
+// A round is at most a hundredth of the first pass, or one of the later passes.
 class BisectionDriver final : public FrameDriver {
  public:
   BisectionDriver(const Frame& frame, const Rect& crop, const DriverSettings& settings)
@@ -106,8 +105,8 @@ class BisectionDriver final : public FrameDriver {
     return pass().parts.pixels(begin_ + part) * passes_[pass_].sample_count;
   }
 
-  // When a pass is stopped, all pixels of later parts are without its samples, and of those before
-  // only what was cut short lacks any.
+  // After a stop request, later parts have none of the pass's samples; of the earlier ones, only
+  // the parts that were cut short lack any.
   void rendered(const RenderedParts& parts, const FilmTile& film) override {
     const BisectionPass& all = pass().parts;
     const RenderedParts of_pass{begin_ + parts.begin, begin_ + parts.end, parts.complete, {}};
@@ -166,7 +165,7 @@ class BisectionDriver final : public FrameDriver {
   }
 
  private:
-  // One pass, and the lines that it goes by.
+  // One pass and its steps.
   struct Pass {
     Pass(const Rect& crop, const SampleRange& samples, BisectionAxis axis)
         : steps(steps_of(crop, samples, axis)),
@@ -184,11 +183,11 @@ class BisectionDriver final : public FrameDriver {
   const std::vector<SampleRange> passes_;
   const Pass first_;
   std::optional<Pass> later_;
-  size_t pass_ = 0;             // which of the passes is under way
-  size_t begin_ = 0, end_ = 0;  // of its parts: the round under way
+  size_t pass_ = 0;             // index of the current pass
+  size_t begin_ = 0, end_ = 0;  // its parts in the current round
   BisectionCoverage coverage_;  // of the first pass
-  uint32_t least_samples_ = 0;  // of the requested ones
-  uint32_t extended_ = 0;       // samples of every pixel in the frame that this one extends
+  uint32_t least_samples_ = 0;  // minimum over pixels, of the requested samples
+  uint32_t extended_ = 0;       // samples of every pixel in the frame that is extended
 };
 
 }  // namespace

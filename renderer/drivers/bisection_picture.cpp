@@ -31,7 +31,7 @@ std::vector<LineBlend> blend_lines(std::span<const int> lines, int size,
   assert(!lines.empty());
   std::vector<LineBlend> blends;
   blends.reserve(size_t(size));
-  size_t next = 0;  // the first line at or after this one
+  size_t next = 0;  // the first sampled line at or after i
   for (int i = 0; i < size; ++i) {
     while (next < lines.size() && lines[next] < i) ++next;
     const int above = next < lines.size() ? lines[next] : lines.back();
@@ -50,12 +50,12 @@ std::vector<LineBlend> blend_lines(std::span<const int> lines, int size,
 
 namespace {
 
-// How the rows and columns of the picture come from a lattice.
+// The blends that make the picture's rows and columns from a lattice.
 struct View {
   std::vector<LineBlend> columns, rows;
 };
 
-// How much of a pixel row of the step under way has samples.
+// Which pixels of a row of the current step have samples: all, some or none.
 enum class RowState : uint8_t { kComplete, kMixed, kEmpty };
 
 bool sampled(const FilmTile& film, int x, int y) {
@@ -67,8 +67,8 @@ View view_of(const BisectionPicture& p, const PixelLattice& lattice) {
           blend_lines(lattice.rows, p.film.rect().height(), p.reconstruction)};
 }
 
-// The sampled pixels of a first step that was cut short. That step is one line or one pixel, so
-// they form a lattice, too.
+// The sampled pixels of a first step that was cut short. They form a lattice, since that step is
+// one line or one pixel.
 PixelLattice sampled_of_first_step(const BisectionPicture& p) {
   PixelLattice lattice;
   const PixelLattice& first = p.steps.front().added;
@@ -82,8 +82,8 @@ PixelLattice sampled_of_first_step(const BisectionPicture& p) {
   return lattice;
 }
 
-// Row states of the current step. Uses the schedule rather than the film, whose memory would
-// otherwise be touched too early.
+// Row states of the current step, from the schedule: reading the film would commit its memory too
+// early.
 std::vector<RowState> row_states(const BisectionPicture& p) {
   std::vector<RowState> states(size_t(p.film.rect().height()), RowState::kComplete);
   const std::vector<int>& rows = p.steps[p.coverage.complete_steps].added.rows;
@@ -100,7 +100,7 @@ std::vector<RowState> row_states(const BisectionPicture& p) {
   return states;
 }
 
-// Makes rows of the picture, one after the other, from rows of the film.
+// Computes consecutive rows of the picture from rows of the film.
 class RowReader {
  public:
   RowReader(const FilmTile& film, const LightMix* mix)
@@ -109,7 +109,7 @@ class RowReader {
   void row(const View& view, int y, float* out) {
     const LineBlend& rows = view.rows[size_t(y)];
     if (rows.lower == rows.upper) {
-      // Many rows of an early picture are the one above.
+      // In an early picture, many rows equal the previous one.
       if (view_ == &view && single_.line == rows.lower) {
         std::copy_n(single_.values, kChannels * width_, out);
       } else {
@@ -126,7 +126,7 @@ class RowReader {
     }
   }
 
-  // The row just made is about to be changed: not to be copied from.
+  // Call before changing the last row, so that it is not copied from.
   void forget() { view_ = nullptr; }
 
  private:
@@ -149,7 +149,7 @@ class RowReader {
     }
   }
 
-  // A row of the film, its gaps filled.
+  // Expands a row of the film, filling its gaps.
   void expand(const View& view, int y, float* out) const {
     float lower[kChannels], upper[kChannels];
     const LineBlend* before = nullptr;
@@ -166,7 +166,7 @@ class RowReader {
     }
   }
 
-  // An expanded row, kept for the rows of the picture that follow; `other` is not given up for it.
+  // An expanded row, cached for the following rows of the picture; does not evict `other`.
   const float* held(const View& view, int line, int other) {
     for (const Held& h : held_) {
       if (h.view == &view && h.line == line) return h.values.data();
@@ -183,7 +183,7 @@ class RowReader {
   const LightMix* mix_;
   size_t width_;
   const View* view_ = nullptr;
-  Source single_;  // the row that was last copied, and where to
+  Source single_;  // the last copied row, and its destination
   Held held_[2];
 };
 
@@ -210,7 +210,7 @@ void BisectionPicture::resolve(std::span<float> rgba, const LightMix* mix) const
            sampled(film, columns.lower, rows.upper) && sampled(film, columns.upper, rows.upper);
   };
 
-  // Rows enough that the one above is there to be copied, few enough for every thread to get some.
+  // Large enough to copy rows from the previous one, small enough to occupy all threads.
   constexpr size_t kGrain = 16;
   parallel_ranges(height, kGrain, [&](size_t begin, size_t end) {
     RowReader from_coarse(film, mix), from_fine(film, mix);

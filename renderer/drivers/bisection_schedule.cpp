@@ -10,8 +10,8 @@
 namespace emberline {
 namespace {
 
-// Pixels a side of what a square part lists together: 16 of them share a batch of samples, whose
-// camera rays are traced together and want to be near to each other.
+// Side of the tiles in which square parts list their pixels: 16 pixels share a batch of samples,
+// whose camera rays are traced together and should be close to each other.
 constexpr size_t kTile = 4;
 
 constexpr NamedValue<BisectionAxis> kAxes[] = {
@@ -33,8 +33,8 @@ std::vector<int> merged(const std::vector<int>& a, const std::vector<int>& b) {
   return lines;
 }
 
-// Whole lines, level by level, along one axis; `lines` and `across` are that axis's member of a
-// lattice and the other's.
+// Whole lines, level by level, along one axis. `lines` is the lattice member of that axis, `across`
+// that of the other.
 std::vector<BisectionStep> line_steps(int size, int length, std::vector<int> PixelLattice::*lines,
                                       std::vector<int> PixelLattice::*across) {
   std::vector<BisectionStep> steps;
@@ -54,7 +54,7 @@ std::vector<BisectionStep> lattice_steps(int width, int height) {
   const std::vector<std::vector<int>> rows = bisection_levels(height);
   const PixelLattice middle{columns[0], rows[0]};
   std::vector<BisectionStep> steps = {{middle, middle}};
-  size_t i = 1, j = 1;  // levels done; the gaps are about width / 2^i and height / 2^j
+  size_t i = 1, j = 1;  // complete levels; the gaps are about width / 2^i and height / 2^j
   while (i < columns.size() || j < rows.size()) {
     const bool wider = int64_t(width) << j >= int64_t(height) << i;
     const PixelLattice& before = steps.back().complete;
@@ -73,7 +73,7 @@ std::vector<BisectionStep> lattice_steps(int width, int height) {
   return steps;
 }
 
-// The lines [0, size) that a list of cells holds.
+// The lines of [0, size) that the cells cover.
 std::vector<int> lines_of_cells(const std::vector<int>& cells, int cell, int size) {
   std::vector<int> lines;
   for (const int c : cells) {
@@ -90,7 +90,7 @@ BisectionPass::Blocks cut(const PixelLattice& lattice, PartShape shape, uint64_t
   } else if (shape == PartShape::kColumn) {
     blocks.height = std::min<uint64_t>(rows, part_pixels);
   } else {
-    // A few rows or columns make long blocks rather than small ones.
+    // With only a few rows or columns, blocks become long instead of small.
     blocks.height = std::min(rows, size_t(square_cell(part_pixels).height));
     blocks.width = std::min<uint64_t>(columns, part_pixels / blocks.height);
     blocks.height = std::min<uint64_t>(rows, part_pixels / blocks.width);
@@ -121,7 +121,6 @@ std::vector<std::vector<int>> bisection_levels(int size) {
     int begin, end;
   };
   std::vector<std::vector<int>> levels;
-  // The queue, a level at a time.
   std::vector<Interval> queue, next;
   if (size > 0) queue.push_back({0, size});
   while (!queue.empty()) {

@@ -22,10 +22,10 @@ struct Cell {
   int x, y;
 };
 
-// Step at which Hilbert's curve over a 2^k x 2^k grid passes cell (x, y). Bit by bit from the
-// highest: each pair of bits of the step names a quadrant, and turns what is found below it.
-// 4 x 4, cell (3, 0), k = 2: its quadrant, right and above, is the last (3), and in there it is,
-// turned, right and above again (3): step 15.
+// Step at which Hilbert's curve over a 2^k x 2^k grid passes cell (x, y). From the highest bit
+// down, each pair of bits of the step selects a quadrant and rotates the curve inside it. Example
+// for k = 2: cell (3, 0) is in the last quadrant (3), right and above, and there again in the last
+// one (3) after the rotation: step 15.
 uint64_t hilbert_step(int k, uint32_t x, uint32_t y) {
   uint64_t step = 0;
   for (int bit = k - 1; bit >= 0; --bit) {
@@ -42,8 +42,8 @@ uint64_t hilbert_step(int k, uint32_t x, uint32_t y) {
   return step;
 }
 
-// By sorting rather than by walking the curve, which would visit the whole square around a frame
-// of one column: 65536 x 1 buckets took two minutes.
+// Sorts instead of walking the curve, which would visit the whole square around a frame of one
+// column: 65536 x 1 buckets took two minutes.
 std::vector<Cell> hilbert_cells(int columns, int rows) {
   const int k = std::bit_width(uint32_t(std::max(columns, rows)) - 1);
   std::vector<std::pair<uint64_t, Cell>> steps;
@@ -60,7 +60,7 @@ std::vector<Cell> hilbert_cells(int columns, int rows) {
   return cells;
 }
 
-// The part [first, last) of the steps of a leg that has 0 <= from + step * i < size.
+// Clips the steps [first, last) of a leg to those with 0 <= from + step * i < size.
 void clip_leg(int from, int step, int size, int& first, int& last) {
   if (step == 0 && (from < 0 || from >= size)) last = first;
   if (step > 0) {
@@ -119,7 +119,7 @@ std::vector<Rect> bucket_schedule(const Rect& crop, int bucket_size, BucketOrder
   assert(bucket_size > 0);
   std::vector<Rect> buckets;
   if (crop.empty()) return buckets;
-  // A list of more would take longer to make and hold than the buckets save.
+  // A longer list would cost more time and memory than the buckets save.
   constexpr uint64_t kMostBuckets = 1 << 24;
   if (bucket_count(crop, bucket_size) > kMostBuckets) {
     throw UsageError("`bucket-size`: " + std::to_string(bucket_size) +
@@ -147,8 +147,8 @@ uint64_t bucket_count(const Rect& crop, int bucket_size) {
   return uint64_t((crop.width() + size - 1) / size * ((crop.height() + size - 1) / size));
 }
 
-// While the order is made: a step of the curve and a cell, or a cell and the bucket, of each; then
-// the buckets twice, an error and a count. An output adds where its tiles are.
+// For each bucket while the order is made: a curve step and a cell, or a cell and a bucket. Later:
+// the bucket twice, an error and a count. Outputs also store where its tiles are.
 uint64_t bucket_list_bytes(const Rect& crop, int bucket_size) {
   constexpr uint64_t kBytes = 48;
   return kBytes * bucket_count(crop, bucket_size);

@@ -1,5 +1,5 @@
-// The order of `bucket`: the frame in buckets, each finished, then streamed out and let go, so that
-// memory does not grow with the frame.
+// The order of `bucket`. Each bucket is finished, streamed out and released, so memory does not
+// grow with the frame.
 #pragma once
 
 #include <cstddef>
@@ -25,18 +25,17 @@ std::span<const NamedValue<BucketOrder>> bucket_order_table();
 std::vector<Rect> bucket_schedule(const Rect& crop, int bucket_size, BucketOrder order,
                                   uint32_t seed);
 
-// The number of buckets, and the bytes of the lists of buckets that a frame makes.
+// The number of buckets, and the memory of a frame's bucket lists.
 uint64_t bucket_count(const Rect& crop, int bucket_size);
 uint64_t bucket_list_bytes(const Rect& crop, int bucket_size);
 
-// The side of a tile of whole buckets: the least multiple of the bucket size that has `least`
-// pixels.
+// Side of a tile of whole buckets: the least multiple of the bucket size that is at least `least`.
 int tile_of_buckets(int bucket_size, int least);
 
-// The row-by-row number of a bucket, independent of the order.
+// Index of a bucket in row-by-row order, whatever the schedule.
 size_t bucket_number(const Rect& crop, const Rect& bucket, int bucket_size);
 
-// The buckets that this number of threads work on at once: their count, and the largest sides.
+// Buckets that `threads` threads work on at once: their count and largest sides.
 struct BucketsAtWork {
   int64_t count = 0;
   int width = 0, height = 0;

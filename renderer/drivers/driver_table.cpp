@@ -9,8 +9,8 @@
 namespace emberline {
 namespace {
 
-// Our choice: a frame of 4096x4096 pixels has 65536 of these tiles, and buckets of 16 pixels and
-// more stay as they are.
+// Our choice: a frame of 4096 x 4096 pixels has 65536 of these tiles, and buckets of 16 pixels or
+// more are not joined.
 constexpr int kLeastTile = 16;
 
 bool has_threshold(const DriverSettings& settings) { return settings.adaptive.threshold > 0.0f; }

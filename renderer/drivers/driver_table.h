@@ -1,4 +1,4 @@
-// The drivers by name.
+// The table of drivers, and factories for them.
 #pragma once
 
 #include <cstdint>
@@ -27,12 +27,12 @@ struct DriverSettings {
   Reconstruction reconstruction = Reconstruction::kDuplicate;
   AdaptiveSettings adaptive = {};
   std::optional<Vec2i> explained = {};  // the pixel for FrameDriver::explain()
-  bool extending = false;               // a finished frame with fewer samples; its pilot is done
-  bool keep_tree = false;               // for DriverFacts::tree
-  int cryptomattes = 0, cryptomatte_levels = 0;  // FilmExtras'
+  bool extending = false;  // extends a finished frame with fewer samples, whose pilot is done
+  bool keep_tree = false;  // for DriverFacts::tree
+  int cryptomattes = 0, cryptomatte_levels = 0;  // as in FilmExtras
 };
 
-// How many samples each pixel gets.
+// How samples are distributed over the pixels.
 enum class Sharing : uint8_t { kEven, kEvenWithoutThreshold, kByError };
 
 struct DriverEntry {
@@ -40,7 +40,6 @@ struct DriverEntry {
   std::string_view summary;
   Sharing sharing;
   bool tiles;  // as in DriverFactory
-  // Makes a driver for these pixels of the frame.
   std::unique_ptr<FrameDriver> (*create)(const Frame& frame, const Rect& pixels,
                                          const DriverSettings& settings);
   FilmExtras (*film_extras)(const DriverSettings& settings);
@@ -48,30 +47,29 @@ struct DriverEntry {
 };
 std::span<const DriverEntry> driver_table();
 
-// Throws UsageError that lists the valid names.
+// Throws UsageError with the valid names.
 const DriverEntry& find_driver(std::string_view name);
 
-// The side of the tiles that are delivered, and of the EXR's tiles: buckets. A driver of the whole
-// frame joins small buckets, since each tile costs its outputs some time.
+// Side of the delivered tiles, which are also the EXR's tiles: one bucket. Drivers of the whole
+// frame join small buckets, since each tile costs the outputs some time.
 int tile_size(const DriverEntry& driver, int bucket_size);
 
-// Makes the drivers of a frame.
 struct DriverFactory {
-  // One driver for each tile, which is finished and released before the next; otherwise one for the
-  // whole crop, which can be shown at any time.
+  // true: one driver for each tile, which is finished and released before the next. false: one
+  // driver for the whole crop, which can be shown at any time.
   bool tiles = false;
   int tile_size = 64;  // pixels; also for delivering a whole crop
   BucketOrder tile_order = BucketOrder::kHilbert;
   FramePart part = {};  // of the tiles
   FilmExtras film_extras = {};
-  uint64_t bytes_per_pixel = 0;  // the most that a driver takes, without the film
+  uint64_t bytes_per_pixel = 0;  // upper bound for a driver, without its film
   std::function<std::unique_ptr<FrameDriver>(const Frame& frame, const Rect& pixels)> create;
 };
 
-// The extras of the driver's film, without light groups.
+// Extras of the driver's film, without light groups.
 FilmExtras film_extras(const DriverEntry& driver, const DriverSettings& settings);
 
-// Throws what find_driver() does.
+// Throws what find_driver() throws.
 DriverFactory driver_factory(std::string_view driver, const DriverSettings& settings);
 
 }  // namespace emberline

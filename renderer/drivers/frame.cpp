@@ -84,7 +84,7 @@ void RenderCounters::merge(const RenderCounters& other) {
 }
 
 void RenderCounters::archive(Archive& archive) {
-  constexpr uint64_t kMost = UINT64_MAX / 4;  // sums of a few stay numbers
+  constexpr uint64_t kMost = UINT64_MAX / 4;  // so that sums of a few counters do not overflow
   for (uint64_t* count : {&rays.camera, &rays.scatter, &rays.shadow, &samples, &non_finite_samples,
                           &optics.rays_ended_at_walls, &optics.solids_forgotten,
                           &optics.point_light_samples, &optics.blocked_by_glass}) {
@@ -100,7 +100,7 @@ void RenderCounters::archive(Archive& archive) {
 void FrameDriver::resolve(const FilmTile& film, std::span<float> rgba, const LightMix* mix) const {
   if (mix) return relight(film, *mix, rgba);
   const Rect& pixels = film.rect();
-  constexpr size_t kGrain = 4096;  // as relight()
+  constexpr size_t kGrain = 4096;  // as in relight()
   parallel_ranges(size_t(pixels.area()), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) film.rgba(pixels.x_of(i), pixels.y_of(i), &rgba[4 * i]);
   });

@@ -21,11 +21,11 @@ class CryptomatteIds;  // renderer/scene
 class EmptyPixels;     // renderer/scene
 class PixelFilter;     // renderer/film
 
-// A sample that came out NaN or infinite: enough to replay it.
+// Enough to replay a sample that was NaN or infinite.
 struct NonFiniteSample {
   int x = 0, y = 0;
   uint32_t sample = 0;
-  uint32_t seed = 0;  // the frame's, or its round's
+  uint32_t seed = 0;  // of the frame, or of the sample's round
 };
 
 struct RayCounters {
@@ -49,7 +49,7 @@ struct RenderCounters {
   RayCounters rays;
   uint64_t samples = 0;
   uint64_t non_finite_samples = 0;
-  std::vector<NonFiniteSample> located;       // the first few, in (y, x, sample) order
+  std::vector<NonFiniteSample> located;       // the first ones in (y, x, sample) order
   uint32_t min_samples = 0, max_samples = 0;  // per pixel of the crop
   ClampedLight clamped;                       // by --clamp-indirect
   OpticsCounters optics;
@@ -57,13 +57,13 @@ struct RenderCounters {
 
   static constexpr size_t kLocatedLimit = 16;
   void locate(const NonFiniteSample& sample);
-  // Adds everything except min_samples and stopped, which no worker knows.
+  // Adds everything except min_samples and stopped, which workers do not know.
   void merge(const RenderCounters& other);
   // Saves or loads everything except `stopped`.
   void archive(Archive& archive);
 };
 
-// Warns if limits of glass have kept light from the picture.
+// Warns if the limits for glass removed light from the picture.
 void warn_of_optics(const OpticsCounters& counters);
 
 // Everything that is constant while a frame renders. Referenced objects must outlive it.
@@ -74,23 +74,23 @@ struct Frame {
   const Sampler& sampler;
   const PixelFilter& filter;
   int width = 0, height = 0;
-  Rect crop;                       // the rendered pixels; the whole frame, if it is not cropped
-  uint32_t first_sample = 0;       // of every pixel; samples of a film are counted from here on
-  uint32_t samples_per_pixel = 1;  // of every pixel; of adaptive sampling on average, or 0
+  Rect crop;                       // the rendered pixels; the whole frame if not cropped
+  uint32_t first_sample = 0;       // of every pixel; a film's samples are counted from here
+  uint32_t samples_per_pixel = 1;  // of every pixel; with adaptive sampling the average, or 0
   uint32_t seed = 0;
   StreamCount streams = StreamCount::kOne;
-  // Samples after which the half of the film changes: 8, with the stream (samplers/sampler.h).
+  // Samples after which the film's half changes; equal to the streams' block (samplers/sampler.h).
   uint32_t half_block = 8;
   AovSet aovs;
-  double shutter_frames = 1.0;  // open time of the shutter; 1 for an instant, for velocity()
+  double shutter_frames = 1.0;  // time that the shutter is open; 1 for an instant; for velocity()
   bool exact_counts = true;     // every pixel gets exactly samples_per_pixel
-  float clamp_indirect = 0.0f;  // the integrator's
-  // Groups of the built scene whose light is kept apart, if the integrator can separate lights
+  float clamp_indirect = 0.0f;  // of the integrator
+  // Light groups of the built scene that are recorded separately, if the integrator supports it
   // (IntegratorEntry). Null: none.
   const LightGroups* light_groups = nullptr;
-  // Ids of the built scene, kept for each pixel (FilmExtras has room for them). Null: none.
+  // Cryptomatte ids of the built scene, recorded for each pixel (FilmExtras has room). Null: none.
   const CryptomatteIds* cryptomattes = nullptr;
-  // Roles in the built scene. Null: camera rays see the same surfaces as other rays.
+  // Surface roles of the built scene. Null: camera rays see the same surfaces as other rays.
   const SurfaceRoles* roles = nullptr;
   // Pixels whose camera rays are not traced. Null: all are traced.
   std::shared_ptr<const EmptyPixels> empty_pixels;
@@ -104,7 +104,7 @@ struct Frame {
   }
   // Whether samples have a time.
   bool moves() const;
-  // The counters that a worker, or a loaded state, begins with.
+  // The initial counters of a worker or of a loaded state.
   RenderCounters no_counts() const;
   FilmExtras with_light_groups(FilmExtras extras) const;
 };

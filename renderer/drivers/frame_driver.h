@@ -1,8 +1,7 @@
-// A frame driver decides which pixels get the next samples. It only decides, as data: RenderJob
-// (renderer/engine) carries the decisions out, pauses, and calls the sink. Drivers are
-// interchangeable: for equal sample counts they produce equal bits (law 2), because every sample is
-// a pure function of the frame (law 1) and each pixel's samples are added in index order by one
-// owner.
+// A frame driver decides which pixels get the next samples, and returns its decisions as data.
+// RenderJob (renderer/engine) renders them, pauses and calls the sink. Drivers are interchangeable:
+// equal sample counts give equal bits (law 2), because every sample is a pure function of the frame
+// (law 1) and each pixel's samples are added in index order by one owner.
 #pragma once
 
 #include <cstdint>
@@ -30,25 +29,25 @@ struct PixelWork {
   bool operator==(const PixelWork&) const = default;
 };
 
-// The work before the driver decides again: parts of about a millisecond each, begun in order and
-// carried out in parallel. No pixel is in two parts.
+// The work until the driver decides again: parts of about a millisecond each, started in order and
+// rendered in parallel. No pixel is in two parts.
 struct Round {
   size_t parts = 0;
-  uint32_t seed = 0;       // of its samples
-  int pass = 0;            // the first brings every pixel its first sample
-  bool ends_pass = false;  // with the last part
+  uint32_t seed = 0;       // of the round's samples
+  int pass = 0;            // in pass 1 every pixel gets its first sample
+  bool ends_pass = false;  // the last part completes the pass
   bool operator==(const Round&) const = default;
 };
 
-// The parts [begin, end) of a round.
+// Parts [begin, end) of a round.
 struct RenderedParts {
   size_t begin = 0, end = 0;
-  bool complete = true;  // false: a stop request came before all was done; the parts after `end`
-                         // have not begun, and of those before only these may lack samples
+  bool complete = true;  // false: a stop request ended the round. Parts after `end` were not
+                         // started; of those before, only the parts below may lack samples.
   std::span<const size_t> cut_short = {};
 };
 
-// Further facts of some drivers, valid at a pause or after the last round.
+// Additional data of some drivers, valid at a pause or after the last round.
 struct DriverFacts {
   // The tree that placed the first samples, if DriverSettings::keep_tree is set.
   const RefinementTree* tree = nullptr;
@@ -56,21 +55,21 @@ struct DriverFacts {
   const PixelLattice* lattice = nullptr;
 };
 
-// Drives one film: the crop's, or a tile's. After next(), rendered() is called for all parts of the
-// round, in one or more calls, before next() is called again. Only expand() may be called while
+// Drives one film: the whole crop, or a tile. After next(), rendered() is called for all parts of
+// the round, in one or more calls, before next() is called again. Only expand() may be called while
 // samples are added.
 class FrameDriver {
  public:
   virtual ~FrameDriver() = default;
 
   // Decides from the film, which has all samples of earlier rounds, and writes its estimates of
-  // sample variances into it. Absent: the frame is finished, or a stop was requested meanwhile.
+  // sample variances into the film. Empty: the frame is finished, or a stop was requested
+  // meanwhile.
   virtual std::optional<Round> next(FilmTile& film, const std::stop_token& stop) = 0;
-  // The current round, as next() returned it; has no parts before the first.
+  // The current round, as next() returned it; without parts before the first one.
   virtual Round round() const = 0;
-  // Writes a part of the round into an empty list. Called from worker threads, concurrently.
+  // Appends a part's work to an empty list. Called from worker threads, concurrently.
   virtual void expand(size_t part, std::vector<PixelWork>& list) const = 0;
-  // The number of samples of a part.
   virtual uint64_t samples(size_t part) const = 0;
   // Reports that the film has the samples of these parts.
   virtual void rendered(const RenderedParts& parts, const FilmTile& film) = 0;
@@ -79,32 +78,31 @@ class FrameDriver {
   virtual bool finished() const = 0;
   // The smallest number of samples of any pixel.
   virtual uint32_t least_samples(const FilmTile& film) const = 0;
-  // Expected RMS error of the displayed picture as of the last decision, if that is known.
+  // Expected RMS error of the displayed picture at the last decision, if known.
   virtual std::optional<double> error_estimate() const { return std::nullopt; }
-  // Why the pixel gets no more samples, if that is decided by now; kGoingOn otherwise.
+  // Why the pixel gets no more samples, if already decided; otherwise kGoingOn.
   virtual PixelStop stop_so_far(const FilmTile& film, int x, int y) const = 0;
   // LivePicture::resolve(): shows the film, unless the driver fills in pixels.
   virtual void resolve(const FilmTile& film, std::span<float> rgba, const LightMix* mix) const;
   // Whether resolve() shows other values than the film's means for pixels with samples.
   virtual bool shows_other_means() const { return false; }
   virtual DriverFacts facts() const { return {}; }
-  // Explains to people, in lines of text, what decided the pixel's number of samples so far. Call
-  // at a pause or at the end. Empty: the driver decides nothing for single pixels.
+  // Text for people: what has decided the pixel's number of samples so far. Call at a pause or at
+  // the end. Empty: the driver decides nothing for single pixels.
   virtual std::string explain(const FilmTile& /*film*/, int /*x*/, int /*y*/) const { return {}; }
-  // Call at a pause: records what happens to this pixel from now on for explain(), instead of the
-  // settings' pixel.
+  // Call at a pause: records this pixel from now on for explain(), instead of the settings' pixel.
   virtual void follow(int /*x*/, int /*y*/) {}
-  // After the last round: writes into the film why each pixel stopped (`cut_short` for those that a
-  // stop request ended), and does all other work that visits every pixel once more.
+  // After the last round: writes each pixel's stop reason into the film (`cut_short` for pixels
+  // that a stop request ended), and does all other work that visits every pixel once more.
   virtual void end(FilmTile& film, PixelStop cut_short) = 0;
 
-  // Saves or loads the state between two parts, when rendered() was called for all samples in the
-  // film. A new driver of the same frame, settings and pixels continues to the same bits. The
-  // caller keeps which parts of round() are done. Throws InputError while loading.
+  // Saves or loads the state between two parts; rendered() must have been called for all samples in
+  // the film. A new driver with the same frame, settings and pixels continues to the same bits. The
+  // caller stores which parts of round() are done. Throws InputError while loading.
   virtual void archive(Archive& archive, const FilmTile& film) = 0;
-  // Called for a new driver whose settings extend those of a finished frame: loads that frame's
-  // state and continues from its film. A driver that requests samples by number alone begins at the
-  // first one; its caller leaves out the samples that the film has.
+  // For a new driver whose settings extend those of a finished frame: loads that frame's state and
+  // continues from its film. Drivers that request samples by number only start at the first sample;
+  // the caller skips samples that the film already has.
   virtual void extend(Archive& /*finished*/, const FilmTile& /*film*/) {}
 
   // Memory of the driver, without the film.

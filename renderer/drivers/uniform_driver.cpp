@@ -54,7 +54,7 @@ class UniformDriver final : public FrameDriver {
   const Rect pixels_;
   const uint32_t seed_, samples_per_pixel_;
   bool begun_ = false;
-  int rows_ = 0;  // complete
+  int rows_ = 0;  // number of complete rows
 };
 
 }  // namespace

@@ -40,7 +40,6 @@ void add_of_hit(const FilmSample& sample, double* sums) {
   }
 }
 
-// The mean of a member of FirstHit.
 template <auto kMember>
 constexpr ChannelRow of_first_hit(std::string_view name, Components components, Kind kind, Use use,
                                   SumGroup group, std::string_view unit, std::string_view summary,
@@ -57,7 +56,7 @@ constexpr ChannelRow of_first_hit(std::string_view name, Components components, 
           .background = background};
 }
 
-// One value that the film has of each pixel.
+// A row with one value per pixel, computed from the film.
 template <float (*kValue)(const FilmTile&, size_t i)>
 constexpr ChannelRow one_value(std::string_view name, Kind kind, Feed feed, Use use,
                                std::string_view summary, std::string_view unit = {},
@@ -101,7 +100,7 @@ void count_rays(const FilmSample& sample, uint32_t* numbers) {
   numbers[1] += sample.value.rays.scatter;
   numbers[2] += sample.value.rays.shadow;
 }
-// What the sums round away is less than what a depth, a float, has already lost.
+// Rounding in the sums is below the precision of depth, a float.
 void add_depth_and_square(const FilmSample& sample, double* sums) {
   const auto depth = double(sample.value.first_hit.depth);
   sums[0] += depth;
@@ -132,7 +131,7 @@ constexpr ChannelRow kRows[] = {
          "from the two streams with two-stream or `streams` 2; else as if samples were "
          "independent, an upper estimate for stratified ones",
      .put = put_variance},
-    // Over all samples: a pixel half covered shows half the albedo, as a denoiser wants.
+    // Over all samples, as denoisers expect: a half-covered pixel has half the albedo.
     of_first_hit<&FirstHit::albedo>("albedo", kRgb, Kind::kMean, Use::kColour, SumGroup::kSurface,
                                     "", "directional albedo of the first surface"),
     of_first_hit<&FirstHit::normal>("N", kXyz, Kind::kMean, Use::kNumber, SumGroup::kSurface, "",
@@ -252,7 +251,7 @@ constexpr ChannelRow kRows[] = {
                 "fifth of the scene's radius; 1 where nothing is hit",
      .add = add_of_hit<&FirstHit::openness>,
      .background = 1.0f},
-    // Named by the scene; their channels lie behind those of the film.
+    // Rows named by the scene; their channels follow those of the film.
     {.name = "light",
      .components = kRgb,
      .kind = Kind::kMean,
@@ -284,7 +283,7 @@ static_assert(is_named(Aov::kVariance, "variance") && is_named(Aov::kVelocity, "
               is_named(Aov::kRays, "rays"));
 static_assert(std::size(kRows) <= AovSet::kMost);
 
-// "albedo.R", but "R" of the picture's own.
+// "albedo.R", but plain "R" for the picture.
 std::string name_of_component(const ChannelRow& row, std::string_view component) {
   if (&row == &kRows[size_t(Aov::kPicture)]) return std::string(component);
   return fmt::format("{}.{}", row.name, component);

@@ -1,4 +1,4 @@
-// The channels of a picture: one table, and everything that is done with channels loops over it.
+// The table of a picture's channels. All code that handles channels loops over it.
 #pragma once
 
 #include <cstdint>
@@ -15,8 +15,7 @@ namespace emberline {
 class FilmTile;
 struct FilmSample;
 
-// A row of channel_table() by its place there. Only rows that code asks for by name have an
-// enumerator.
+// Index of a row in channel_table(). Only rows that code refers to by name have an enumerator.
 enum class Aov : uint8_t {
   kPicture,  // R G B A
   kSamples,
@@ -28,7 +27,7 @@ enum class Aov : uint8_t {
   kUv,
   kVelocity,
   kClamped,
-  kDirect,  // as in PathLayer
+  kDirect,  // the light-path layers, in the order of PathLayer
   kIndirect,
   kEmission,
   kTransmission,
@@ -51,21 +50,21 @@ enum class ChannelKind : uint8_t {
   kVarianceOfHits,
   kFirstHit,  // of the first sample that hits a surface
   kCount,     // sum over all samples
-  kAssigned,  // no sample's doing
+  kAssigned,  // set from outside, not by samples
   kRatio,     // of two sums
   kDerived,   // from other sums
-  kIds,       // ids and how much of the pixel each covers
+  kIds,       // ids and their coverage of the pixel
 };
 
-// Where the values of a channel come from.
+// Source of a channel's values.
 enum class ChannelFeed : uint8_t {
   kRadiance,
   kFirstHit,  // SampleValue::first_hit
-  kHitId,     // first_hit.id alone
+  kHitId,     // first_hit.id only
   kRays,      // SampleValue::rays
   kClamping,
   kLights,
-  kPaths,  // what the path loop records of a whole path
+  kPaths,  // recorded by the path loop
   kCatchers,
   kFeatures,  // DenoiserFeatures and SampleShares
   kClock,
@@ -73,46 +72,46 @@ enum class ChannelFeed : uint8_t {
   kMerge,
 };
 
-// How exactly a file must keep the values.
+// Precision that a file must keep.
 enum class ChannelUse : uint8_t {
-  kColour,  // half floats, and lossy compression
-  kNumber,  // half floats
+  kColour,  // half floats and lossy compression allowed
+  kNumber,  // half floats allowed
   kExact,   // neither
-  kWhole,   // whole numbers of 32 bits
+  kWhole,   // 32-bit integers
 };
 
-// Neighbouring rows that share a block of sums: a film that has one of them keeps the sums of all.
-// A row of kNone has a block of its own.
+// Adjacent rows that share a block of sums: a film with one of them keeps the sums of all. A row of
+// kNone has its own block.
 enum class SumGroup : uint8_t { kNone, kSurface, kPlace, kClamped, kShadow };
 
 std::string_view name_of(ChannelKind kind);  // "mean of hits"
-// Whether a file may hold half floats of it.
+// Whether a file may store the channel as half floats.
 inline bool may_be_half(ChannelUse use) {
   return use == ChannelUse::kColour || use == ChannelUse::kNumber;
 }
 
 struct ChannelRow {
-  std::string_view name;  // the layer of an EXR, and what the setting calls it
-  std::span<const std::string_view> components = {};  // none: one value, of the layer's name
+  std::string_view name;  // name of the EXR layer and of the setting's value
+  std::span<const std::string_view> components = {};  // empty: one value, named like the layer
   ChannelKind kind;
   ChannelFeed feed;
   ChannelUse use;
   std::string_view unit = {};        // empty: none, or that of radiance
-  std::string_view setting = "aov";  // that asks for it; empty: it is always there
+  std::string_view setting = "aov";  // the setting that requests it; empty: always present
   std::string_view summary;
-  bool denoised = false;  // `denoise` makes a clean one of it
-  // Adds a finite sample to the row's sums. There is one sum for each component unless `sums` says
-  // otherwise. kMeanOfHits and kVarianceOfHits get only the samples that hit a surface.
+  bool denoised = false;  // `denoise` also writes a denoised version
+  // Adds a finite sample to the row's sums: one sum per component unless `sums` says otherwise.
+  // kMeanOfHits and kVarianceOfHits get only the samples that hit a surface.
   SumGroup group = SumGroup::kNone;
   void (*add)(const FilmSample& sample, double* sums) = nullptr;
   uint32_t sums = 0;
-  float background = 0.0f;  // without such a sample
-  // For kCount: adds a sample to the row's numbers, one for each component. For kFirstHit: writes
-  // the sample's number, and is called until that is not 0.
+  float background = 0.0f;  // value if no sample hit a surface
+  // kCount: adds a sample to the row's counters, one per component. kFirstHit: writes the sample's
+  // number; called until it is not 0.
   void (*count)(const FilmSample& sample, uint32_t* numbers) = nullptr;
-  // Writes the values of pixel i. Null: the film makes them from the sums by their kind.
+  // Writes the values of pixel i. Null: the film computes them from the sums according to `kind`.
   void (*put)(const FilmTile& film, size_t i, float* values) = nullptr;
-  // The names of the channels, where a list of components does not do.
+  // The channel names, if `components` cannot express them.
   std::vector<PictureChannel> (*channels)() = nullptr;
 
   size_t size() const { return components.empty() ? 1 : components.size(); }
@@ -122,23 +121,23 @@ struct ChannelRow {
   }
 };
 
-// All channels, in the order in which pictures have them.
+// All channels, in picture order.
 std::span<const ChannelRow> channel_table();
 const ChannelRow& row_of(Aov aov);
-// The rows that the setting `aov` can ask for.
+// The rows that the setting `aov` accepts.
 std::span<const NamedValue<Aov>> aov_table();
 
-// The rows that a film has beside those that are always there.
+// The rows that a film has in addition to those always present.
 class AovSet {
  public:
   static constexpr size_t kMost = 64;
   void insert(Aov aov) { bits_ |= bit(aov); }
   bool contains(Aov aov) const { return (bits_ & bit(aov)) != 0; }
   bool empty() const { return bits_ == 0; }
-  // Whether one of the rows comes from this feed, or keeps sums in this group.
+  // Whether a row in the set has this feed, or keeps sums in this group.
   bool needs(ChannelFeed feed) const;
   bool needs(SumGroup group) const;
-  // "variance,N" -> set. Throws UsageError that lists the valid names.
+  // Parses "variance,N". Throws UsageError with the valid names.
   static AovSet parse(std::string_view list);
 
  private:
@@ -146,7 +145,7 @@ class AovSet {
   uint64_t bits_ = 0;
 };
 
-// The rows of a film, in the order of the table; the channels of one and of all of them.
+// The rows of a film in table order; the channels of one row, and of all rows of a film.
 std::vector<const ChannelRow*> rows_of(const AovSet& aovs);
 std::vector<PictureChannel> channels_of(const ChannelRow& row);
 std::vector<PictureChannel> film_channels(const AovSet& aovs);

@@ -11,7 +11,7 @@
 namespace emberline {
 namespace {
 
-// Room for 2^44 contributions of the limit, and a unit of at most 2^-16 of it.
+// Room for more than 2^43 contributions at the limit; the unit is at most 2^-16 of the limit.
 constexpr uint64_t kMostUnits = uint64_t(1) << 60;
 
 double luminance_of(const std::array<uint64_t, 3>& sum) {
@@ -25,7 +25,7 @@ ClampedLight::ClampedLight(float limit, int groups)
   assert(limit > 0.0f && std::isfinite(limit));
 }
 
-// A power of two: nothing is rounded but what is added.
+// A power of two, so only the added values are rounded.
 double ClampedLight::unit() const { return std::ldexp(1.0, std::ilogb(limit_) - 16); }
 
 void ClampedLight::add(Sum* sum, const Rgb& radiance) const {

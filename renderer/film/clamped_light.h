@@ -1,7 +1,7 @@
-// What --clamp-indirect took from a frame's light, all of it and group by group.
+// Light that --clamp-indirect removes from a frame, in total and for each light group.
 //
-// Sums are whole numbers of a unit far below the limit, so that they do not depend on the order in
-// which threads and parts are added up.
+// Sums are multiples of a unit far below the limit, so they do not depend on the order in which
+// threads and parts are added.
 #pragma once
 
 #include <array>
@@ -17,27 +17,27 @@ class Archive;
 class ClampedLight {
  public:
   ClampedLight() = default;  // nothing is clamped
-  // limit: the largest channel of a contribution that is left alone; finite, > 0. groups: light
-  // groups that are told apart.
+  // limit: the largest channel value that is not clamped; finite, > 0. groups: the number of light
+  // groups that are counted separately.
   ClampedLight(float limit, int groups);
 
   bool clamps() const { return limit_ > 0.0f; }
   float limit() const { return limit_; }
 
-  // Light that was taken, of a group if those are told apart; and what a sample has in the end.
-  // Finite.
+  // take() adds the radiance removed from a contribution of a group (ignored if groups are not
+  // counted separately), keep() the final radiance of a sample. Finite.
   void take(uint32_t group, const Rgb& radiance);
   void keep(const Rgb& radiance) { add(&kept_, radiance); }
-  // Of the same frame.
+  // `other` is of the same frame.
   void merge(const ClampedLight& other);
-  // Loads what is of the same limit and as many groups, and nothing else.
+  // Loading accepts only the same limit and number of groups.
   void archive(Archive& archive);
 
-  // Radiance; over `samples` it is the mean that the picture lacks.
+  // Mean radiance over `samples` that the picture lacks.
   Rgb taken(uint64_t samples) const { return mean(taken_, samples); }
   Rgb taken_of_group(size_t group, uint64_t samples) const { return mean(groups_[group], samples); }
   size_t groups() const { return groups_.size(); }
-  // Of the luminance that there would be; 0 without any.
+  // Removed share of the luminance before clamping; 0 if there is none.
   double share() const;
 
  private:

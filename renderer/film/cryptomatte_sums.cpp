@@ -88,7 +88,7 @@ float CryptomatteSums::resolve(size_t kind, double samples, std::span<Rank> rank
     ranks[i] = {ids[i], to_finite_float(std::max(weights[i], 0.0) * scale)};
     if (!(ranks[i].coverage > 0.0f)) ranks[i] = {};
   }
-  // Of equals the smaller id, so that the order of their samples does not show.
+  // Ties go to the smaller id, so that the order of samples does not matter.
   std::sort(ranks.begin(), ranks.begin() + ptrdiff_t(levels_), [](const Rank& a, const Rank& b) {
     return a.coverage != b.coverage ? a.coverage > b.coverage : a.id < b.id;
   });

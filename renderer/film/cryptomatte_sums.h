@@ -1,11 +1,11 @@
-// Which things each pixel shows, and how much of it each covers: the ranks of Cryptomatte
-// (J. Friedman, A. Jones, "Fully automatic ID mattes with support for motion blur and
-// transparency", SIGGRAPH 2015 posters; specification 1.2).
+// Cryptomatte: which objects a pixel shows, and how much of it each covers (J. Friedman, A. Jones,
+// "Fully automatic ID mattes with support for motion blur and transparency", SIGGRAPH 2015 posters;
+// specification 1.2).
 //
-// Of each pixel and kind a list of so many ids is kept, and the sum of the filter weights of the
-// samples that saw each. An id that finds the list full takes the place of the least sum, which is
-// added to what was dropped: nothing is lost without being counted. A pixel's samples come in index
-// order from one owner, so the list depends on nothing else.
+// For each kind, a pixel keeps a list of ids, and for each id the summed filter weights of the
+// samples that saw it. If the list is full, a new id replaces the one with the least sum, which is
+// added to the dropped weight, so no weight is lost. One owner adds a pixel's samples in index
+// order, so the list depends on nothing else.
 #pragma once
 
 #include <cstddef>
@@ -22,14 +22,15 @@ namespace emberline {
 enum class CryptomatteKind : uint8_t { kObject, kMaterial, kAsset };
 // The table behind --cryptomatte, its --help and its error message.
 std::span<const NamedValue<CryptomatteKind>> cryptomatte_table();
-// "object,asset" -> those, in table order, each once. Throws UsageError that lists the valid names.
+// Parses "object,asset" to kinds in table order, without duplicates. Throws UsageError with the
+// valid names.
 std::vector<CryptomatteKind> parse_cryptomattes(std::string_view list);
 
-// A view of the lists of one pixel, which its film holds.
+// A view of a pixel's lists, which its film owns.
 class CryptomatteSums {
  public:
-  // The lists of a film with these kinds and levels: id_bytes() at `ids`, 0 a free place, and
-  // weight_bytes() at `weights`, what was dropped behind each list.
+  // `ids` points at id_bytes(), with 0 for a free slot; `weights` points at weight_bytes(), where
+  // each list ends with the dropped weight.
   CryptomatteSums(uint32_t* ids, double* weights, const FilmExtras& extras)
       : ids_(ids),
         weights_(weights),
@@ -38,7 +39,7 @@ class CryptomatteSums {
   static size_t id_bytes(const FilmExtras& extras);
   static size_t weight_bytes(const FilmExtras& extras);
 
-  // A sample that saw something: an id for each kind, none of them 0.
+  // Adds a sample that hit something; one nonzero id for each kind.
   void add(float filter_weight, std::span<const uint32_t> ids);
   void merge(const CryptomatteSums& more);
 
@@ -46,11 +47,11 @@ class CryptomatteSums {
     uint32_t id = 0;  // 0: none
     float coverage = 0.0f;
   };
-  // Of one kind, the largest first; `ranks` has room for all levels. Returns the share of the pixel
-  // that was dropped. Together they are the alpha of so many samples, at most 1: a filter with
-  // negative lobes may leave [0, 1], coverage may not.
+  // Writes the ranks of one kind, largest coverage first; `ranks` has room for all levels. Returns
+  // the share of the pixel that was dropped. Together they are the alpha of `samples` samples,
+  // limited to [0, 1], which filters with negative lobes may leave.
   float resolve(size_t kind, double samples, std::span<Rank> ranks) const;
-  // Ids that are floats, too, as files have them, and sums of weights.
+  // Whether ids are valid as floats, which is how files store them, and weights are in range.
   bool is_sound() const;
 
  private:

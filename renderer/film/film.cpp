@@ -20,7 +20,7 @@ bool is_of_lights(Sums block) {
          block == Sums::kHalfLightRests;
 }
 
-// The values of a row with these sums of so many samples.
+// The values of a row whose sums are over `count` samples.
 void put_sums(const ChannelRow& row, const double* sums, double count, float* values) {
   if (row.kind == ChannelKind::kVarianceOfHits) {
     const double spread = count > 1 ? std::max(0.0, sums[1] - sums[0] * sums[0] / count) : 0.0;
@@ -46,7 +46,7 @@ bool is_finite(const FilmSample& sample) {
 void FilmTile::reset(const Rect& rect) {
   rect_ = rect;
   part_ = 0;
-  // The last sums of light are read one float beyond.
+  // relit() reads one float beyond the last light sums.
   const bool light = has(Sums::kLights) || has(Sums::kLayers);
   buffer_.reset(pixels() * layout_.bytes_per_pixel() + (light ? sizeof(float) : 0));
   planes_.clear();
@@ -134,8 +134,8 @@ void FilmTile::add_film(const FilmTile& other) {
   }
 }
 
-// Before the sums are added: what stands for a mean is weighted by the samples behind it. The
-// variance of a sample, n times that of a mean of n, comes to the same weights.
+// Call before the sums are merged. Shown values and sample variances are averaged, weighted by
+// sample counts; for the variances this equals pooling the variances of the means.
 void FilmTile::add_means_of(const FilmTile& other, size_t i, double here, double there) {
   if (!sample_variances_.empty()) {
     SampleVariance& variance = sample_variances_[i];
@@ -177,7 +177,7 @@ Rgb FilmTile::mean(int x, int y) const {
 
 FilmTile::Surface FilmTile::surface(int x, int y) const {
   const size_t i = index(x, y);
-  // In the order of the rows of the group: albedo, N, Z.
+  // The sums are in the order of the group's rows: albedo, N, Z.
   const double* const sums = at<double>(Sums::kSurface, i);
   const uint32_t hits = hits_at(layout_.part(Sums::kSurface), pixel(i));
   const auto per = float(1.0 / this->sums(i).samples());
@@ -204,12 +204,12 @@ double FilmTile::variance_of_mean(size_t i, size_t c) const {
   const double n0 = sums.count[0], n1 = sums.count[1], n = n0 + n1;
   if (knows_sample_variance(i)) return double(sample_variances_[i].rgb[c]) / n;
   if (n0 > 0 && n1 > 0) {
-    // Two independent streams: the square of their means' difference is the variance of a sample
-    // times (1 / n0 + 1 / n1), whatever the samples of one stream owe to each other.
+    // Two independent streams: the squared difference of their means estimates the variance of a
+    // sample times (1 / n0 + 1 / n1), however correlated the samples within a stream are.
     return square(sums.rgb[0][c] / n0 - sums.rgb[1][c] / n1) * (n0 * n1) / (n * n);
   }
-  // One stream: as if its samples were independent, (sum of squares - n mean^2) / (n (n - 1)).
-  // Non-finite samples count as the black they were added as.
+  // One stream, with samples taken as independent: (sum of squares - n mean^2) / (n (n - 1)).
+  // Non-finite samples count as black.
   const double sum = sums.rgb[0][c] + sums.rgb[1][c];
   const double spread = squares(i)[c] - (n > 0 ? sum * sum / n : 0.0);
   return n > 1 ? std::max(0.0, spread) / (n * (n - 1)) : 0.0;
@@ -224,13 +224,13 @@ void FilmTile::put_rgba(size_t i, float* out) const {
   const double n = sums.samples();
   const double scale = n > 0 ? 1.0 / n : 0.0;
   for (int c = 0; c < 3; ++c) out[c] = to_finite_float((sums.rgb[0][c] + sums.rgb[1][c]) * scale);
-  // A filter with negative lobes may leave [0, 1]; coverage may not.
+  // Filters with negative lobes may leave [0, 1].
   double alpha = sums.alpha;
   if (has(Sums::kShadow)) alpha += shadow_alpha(at<double>(Sums::kShadow, i));
   out[3] = to_finite_float(std::clamp(alpha * scale, 0.0, 1.0));
 }
 
-// Where something else than the mean is shown, each layer is its share of that.
+// If the pixel shows a value other than its mean, the layers are scaled to add up to that value.
 void FilmTile::put_layer(size_t i, PathLayer layer, float* rgb) const {
   const PixelSums& sums = this->sums(i);
   const double n = sums.samples();
@@ -263,7 +263,7 @@ void FilmTile::resolve(std::vector<float>& out, size_t more) const {
   }
 }
 
-// The values of a row, every `stride`-th.
+// Writes the row's values of each pixel, `stride` floats apart.
 void FilmTile::resolve_row(const ChannelRow& row, std::span<float> out, size_t stride) const {
   if (row.put) {
     for (size_t i = 0; i < pixels(); ++i) row.put(*this, i, &out[i * stride]);
@@ -291,7 +291,7 @@ void FilmTile::archive(Archive& archive) {
     if (part.bytes > 0) {
       std::byte* const plane = sums_at<std::byte>(part, pixel(0));
       archive.values(std::span(plane, pixels() * part.bytes));
-      // Checkpoints have an unused number behind all sums of light.
+      // The checkpoint format has an unused float after each block of light sums.
       float unused = 0.0f;
       if (is_of_lights(part.block)) archive.values(std::span(&unused, 1));
     }
@@ -306,10 +306,10 @@ void FilmTile::archive(Archive& archive) {
   if (archive.loading()) check(archive);
 }
 
-// What was loaded may have been written by anybody.
+// Validates loaded sums: a checkpoint is untrusted input.
 void FilmTile::check(const Archive& archive) const {
   for (size_t i = 0; i < pixels(); ++i) archive.check(layout_.is_sound(pixel(i)));
-  // A bool that is neither is no bool to C++: looked at as the byte that it is.
+  // The byte of a bool may be neither 0 nor 1 here, and reading such a bool is undefined behaviour.
   const auto is_flag = [](const bool& flag) {
     uint8_t byte;
     std::memcpy(&byte, &flag, sizeof byte);

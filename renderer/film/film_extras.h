@@ -1,17 +1,17 @@
-// What a film keeps beside its channels.
+// Sums that a film keeps in addition to its channels.
 #pragma once
 
 namespace emberline {
 
-// What a driver wants accumulated for its own decisions, beside the channels.
+// Sums requested by drivers and outputs.
 struct FilmExtras {
-  bool squares = false;  // of the radiance: the variance of a sample
-  bool rays = false;     // traced for a pixel: what its samples cost
-  // Room for set_sample_variance(), if the `variance` channel is asked for: 16 bytes a pixel.
+  bool squares = false;  // of the radiance, for the variance of a sample
+  bool rays = false;     // rays traced for a pixel, as the cost of its samples
+  // Room for set_sample_variance(), if the film has the `variance` channel: 16 bytes per pixel.
   bool sample_variance = false;
-  // What each of so many groups gave: 24 bytes a pixel for each, and 24 more. -1: not kept apart.
+  // Number of light groups, at 24 bytes per pixel each plus 24; -1: light groups are not recorded.
   int light_groups = -1;
-  // Lists of so many ids for each of so many kinds: CryptomatteSums.
+  // Number of Cryptomatte kinds, and of ids kept for each (CryptomatteSums).
   int cryptomattes = 0, cryptomatte_levels = 0;
 };
 

@@ -16,8 +16,8 @@ namespace {
 
 using Part = FilmLayout::Part;
 
-// ---- Blocks. merge() adds what another film has of the pixel; is_sound() says whether the sums
-// can be those of samples; add() takes a sample, which counts as black unless it is `finite`.
+// ---- Blocks. merge() adds another film's sums of the pixel; is_sound() says whether samples can
+// have produced the sums; add() takes a sample, which counts as black unless it is `finite`.
 
 struct PixelBlock : PixelSums {
   void merge(const PixelSums& more) {
@@ -30,7 +30,7 @@ struct PixelBlock : PixelSums {
     if (id == 0) id = more.id;
   }
   bool is_sound() const {
-    constexpr uint32_t kMost = 1u << 25;  // of one stream
+    constexpr uint32_t kMost = 1u << 25;  // per stream
     return count[0] <= kMost && count[1] <= kMost && non_finite <= count[0] + count[1] &&
            all_finite(&rgb[0][0], 6) && std::isfinite(alpha);
   }
@@ -90,7 +90,7 @@ struct Halves : HalfSums {
   }
 };
 
-// The sums of rows, and the number of their samples.
+// The sums of a part's rows, and the number of samples in them.
 struct RowBlock {
   const Part& part;
   double* sums;
@@ -114,7 +114,7 @@ struct RowBlock {
   bool is_sound() const { return all_finite(sums, part.sums); }
 };
 
-// The numbers of a row: counts, or those of the first sample.
+// The counters of a kCount row, or the number of a kFirstHit row.
 struct NumberBlock {
   const ChannelRow& row;
   uint32_t* numbers;
@@ -133,7 +133,7 @@ struct NumberBlock {
   static bool is_sound() { return true; }
 };
 
-// Light by group or by path; of the second half of the samples alone.
+// Light by group or by layer; with kSecondHalf, of the second half of the samples only.
 template <const LightGroupValues* FilmSample::*kValues, bool kSecondHalf = false>
 struct LightBlock : LightGroupSums {
   LightBlock(const FilmLayout& layout, const Part& part, const FilmPixel& at)
@@ -155,7 +155,7 @@ struct MatteBlock : CryptomatteSums {
   }
 };
 
-// What is behind another block, and has no sums of its own.
+// Storage that belongs to the preceding block, which adds to it, merges it and checks it.
 struct Rest {
   Rest(const FilmLayout&, const Part&, const FilmPixel&) {}
   static void merge(const Rest&) {}
@@ -166,14 +166,14 @@ struct Rest {
 
 struct SumsType {
   size_t alignment;
-  size_t (*bytes)(const FilmContents& contents);  // a pixel; 0: not kept
+  size_t (*bytes)(const FilmContents& contents);  // per pixel; 0: not kept
   SumGroup group;
   void (*add)(const FilmLayout&, const Part&, const FilmPixel&, const FilmSample&, bool finite);
   void (*merge)(const FilmLayout&, const Part&, const FilmPixel& at, const FilmPixel& more);
   bool (*is_sound)(const FilmLayout&, const Part&, const FilmPixel&);
 };
 
-// A block as an object: itself, or made of where it is.
+// A block as an object: constructed as a view if it is one, otherwise the stored object.
 template <class Block>
 decltype(auto) block_at(const FilmLayout& layout, const Part& part, const FilmPixel& at) {
   if constexpr (std::is_constructible_v<Block, const FilmLayout&, const Part&, const FilmPixel&>) {
@@ -208,7 +208,7 @@ constexpr SumsType with_channel() {
       [](const FilmContents& c) { return c.aovs.contains(kAov) ? sizeof(Block) : 0; });
 }
 
-// make_part() finds out how large it is.
+// `bytes` says only whether the block is present; make_part() computes its size.
 template <SumGroup kGroup>
 constexpr SumsType with_group() {
   return type_of_block<RowBlock, double>(
@@ -255,7 +255,6 @@ static_assert(std::size(kTypes) == kNamedSums);
 constexpr SumsType kSumsOfRow = type_of_block<RowBlock, double>(nullptr);
 constexpr SumsType kNumbersOfRow = type_of_block<NumberBlock, uint32_t>(nullptr);
 
-// Of rows with sums.
 void set_rows(std::span<const ChannelRow> rows, Part& part) {
   part.rows = rows;
   for (const ChannelRow& row : rows) {
@@ -276,7 +275,7 @@ Part make_part(Sums block, const FilmContents& contents) {
   return part;
 }
 
-// Of a row that shares no sums; without bytes if it has none.
+// The part of a row that shares no sums; 0 bytes if the row has none.
 Part part_of_row(const ChannelRow& row) {
   Part part{.block = Sums::kOfRow};
   if (row.add && row.group == SumGroup::kNone) set_rows({&row, 1}, part);
@@ -294,7 +293,7 @@ const SumsType& type_of(const Part& part) {
 
 }  // namespace
 
-// Planes of large numbers first, so that all are aligned whatever the number of pixels.
+// Planes are ordered by alignment, largest first, so all are aligned for any number of pixels.
 FilmLayout::FilmLayout(const FilmContents& contents) : contents_(contents) {
   for (size_t i = 0; i < kNamedSums; ++i) parts_.push_back(make_part(Sums(i), contents));
   for (const ChannelRow* row : rows_of(contents.aovs)) {

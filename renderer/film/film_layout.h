@@ -1,8 +1,8 @@
-// The sums that a film keeps of each pixel: blocks, as the channels in use need them.
+// The sums that a film keeps for each pixel, as blocks chosen by the channels in use.
 //
-// A block knows how a sample is added, how the sums of two films are merged and whether sums that
-// were loaded are sound; copying and saving are the same for all. A film has one buffer, in which
-// each block is a plane, so that a picture, or one under other lights, reads only what it needs.
+// A block knows how to add a sample, merge the sums of two films and validate loaded sums; copying
+// and saving are the same for all. Each block is a plane of the film's one buffer, so resolving or
+// relighting a picture reads only the planes that it needs.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +17,7 @@
 
 namespace emberline {
 
-// A pixel's sums over its samples, each times its filter weight.
+// Sums over a pixel's samples, each times its filter weight.
 struct PixelSums {
   double rgb[2][3];  // by stream
   double alpha;
@@ -28,24 +28,24 @@ struct PixelSums {
   double samples() const { return double(count[0]) + double(count[1]); }
 };
 
-// In pixels a frame, over the samples that hit a surface; where none did, over all samples.
+// Sums in pixels per frame, over the samples that hit a surface; over all samples if none did.
 struct VelocitySums {
   double x, y;
   uint32_t count;
-  uint32_t of_surfaces;  // 1 or 0
+  uint32_t of_surfaces;  // 1 if the sums are over surfaces, else 0
 };
 
-// The channels and extras that a film is asked for.
+// The channels and extras of a film.
 struct FilmContents {
   AovSet aovs;
   FilmExtras extras;
 };
 
-// In the order in which checkpoints have them.
+// In checkpoint order.
 enum class Sums : uint8_t {
-  kPixel,    // PixelSums; of every film
+  kPixel,    // PixelSums; always present
   kSquares,  // double[3]: of weighted R G B
-  kRays,     // uint32_t: traced for the pixel
+  kRays,     // uint32_t: rays traced for the pixel
   kSurface,  // the sums of a SumGroup
   kPlace,
   kVelocity,  // VelocitySums
@@ -54,19 +54,19 @@ enum class Sums : uint8_t {
   kStop,     // PixelStop
   kLights,   // LightGroupSums, in two blocks
   kLightRests,
-  kLayers,  // the same of PathLayers
+  kLayers,  // LightGroupSums of PathLayers
   kLayerRests,
   kShadow,
   kHalves,      // HalfSums
-  kHalfLights,  // LightGroupSums of the samples of the second half
+  kHalfLights,  // LightGroupSums of the second half of the samples
   kHalfLightRests,
   kMattes,  // CryptomatteSums, in two blocks
   kMatteWeights,
-  kOfRow,  // the sums, or the numbers (uint32_t), of a row that shares none; any number of blocks
+  kOfRow,  // sums or counters (uint32_t) of a row that shares none; any number of blocks
 };
 inline constexpr size_t kNamedSums = size_t(Sums::kOfRow);
 
-// A pixel of a film: its number, and where the planes of the film's parts begin.
+// A pixel of a film: its index, and the start of each part's plane.
 struct FilmPixel {
   std::byte* const* planes;
   size_t number;
@@ -78,55 +78,54 @@ class FilmLayout {
 
   struct Part {
     Sums block = Sums::kPixel;
-    size_t place = 0;   // among the parts
-    size_t bytes = 0;   // a pixel; 0: the film does not have it
-    size_t offset = 0;  // bytes a pixel of the planes before it
-    // For a SumGroup and kOfRow: the rows, how many sums they have, and whether only samples that
-    // hit a surface count; if so, the number of those samples (uint32_t) follows the sums.
+    size_t place = 0;   // index among the parts
+    size_t bytes = 0;   // per pixel; 0: the film lacks the part
+    size_t offset = 0;  // bytes per pixel of the preceding planes
+    // For a SumGroup and kOfRow: the rows, their number of sums, and whether only samples that hit
+    // a surface count. If so, the number of those samples (uint32_t) follows the sums.
     std::span<const ChannelRow> rows = {};
     size_t sums = 0;
     bool of_hits = false;
   };
   const FilmContents& contents() const { return contents_; }
-  // In the order of Sums, also those that the film does not have.
+  // In the order of Sums, including parts that the film lacks.
   const std::vector<Part>& parts() const { return parts_; }
   const Part& part(Sums block) const { return parts_[size_t(block)]; }
   bool has(Sums block) const { return part(block).bytes > 0; }
   size_t bytes_per_pixel() const { return bytes_; }
 
-  // A row that has sums or numbers: its part, and where they begin in it.
+  // The part of a row with sums or counters, and their position in it.
   struct RowSums {
     const Part* part;
     size_t first;
   };
   RowSums sums_of(const ChannelRow& row) const;
 
-  // Adds a sample to a pixel, in index order. One that is not `finite` counts as black.
+  // Adds a sample to a pixel, in index order. A sample that is not `finite` counts as black.
   void add(const FilmPixel& at, const FilmSample& sample, bool finite) const;
-  // Adds the sums that another film with the same layout has of the pixel.
+  // Adds another film's sums of the pixel; both have the same layout.
   void merge(const FilmPixel& at, const FilmPixel& more) const;
-  // Whether these can be the sums of samples: finite, and within what the arithmetic is made for.
+  // Whether samples can have produced these sums: finite, and within the limits of the arithmetic.
   bool is_sound(const FilmPixel& at) const;
-  // Asks for the memory of a pixel ahead of add().
+  // Prefetches a pixel's memory ahead of add().
   void prefetch(const FilmPixel& at) const;
 
  private:
   FilmContents contents_;
   std::vector<Part> parts_;
-  std::vector<Part> added_;  // those that take samples, beside PixelSums
+  std::vector<Part> added_;  // parts that take samples, except PixelSums
   size_t bytes_ = 0;
 };
 
-// A block of a pixel.
 template <class T>
 T* sums_at(const FilmLayout::Part& part, const FilmPixel& at) {
   return reinterpret_cast<T*>(at.planes[part.place] + part.bytes * at.number);
 }
-// The number of samples in the sums of a part that counts only those that hit a surface.
+// The number of samples in a part that counts only samples that hit a surface.
 inline uint32_t& hits_at(const FilmLayout::Part& part, const FilmPixel& at) {
   return *reinterpret_cast<uint32_t*>(sums_at<double>(part, at) + part.sums);
 }
-// Sums of light in two blocks, of which this is the first.
+// `block` is the first of the two blocks of light sums.
 LightGroupSums lights_at(const FilmLayout& layout, Sums block, const FilmPixel& at);
 CryptomatteSums mattes_at(const FilmLayout& layout, const FilmPixel& at);
 

@@ -1,4 +1,4 @@
-// All that a film is told of one sample.
+// One sample, as it is added to a film.
 #pragma once
 
 #include <cstdint>
@@ -14,19 +14,19 @@ class LightGroupValues;
 struct FilmSample {
   const SampleValue& value;
   float filter_weight = 1.0f;
-  int half = 0;  // 0 or 1: the stream that the sample belongs to
-  // Of the channels that want them; null or empty otherwise.
+  int half = 0;  // the stream of the sample: 0 or 1
+  // Inputs of optional channels; null or empty if not needed.
   const DenoiserFeatures* features = nullptr;
   const SampleShares* shares = nullptr;
   const CatcherSample* catcher = nullptr;
   const LightGroupValues* lights = nullptr;  // by light group
   const LightGroupValues* layers = nullptr;  // by light path, in the order of PathLayers
-  int lane = 0;                              // of these two
-  std::span<const uint32_t> ids = {};        // that Cryptomatte has of what was hit, one a kind
+  int lane = 0;                              // of the sample, in `lights` and `layers`
+  std::span<const uint32_t> ids = {};        // Cryptomatte ids of the hit, one per kind
 };
 
-// False if the radiance, the first hit, the features or the catcher's values are NaN or infinite:
-// the sample is then rejected in all channels.
+// False if the radiance, first hit, features or catcher values are NaN or infinite. Such a sample
+// counts as black in all channels.
 bool is_finite(const FilmSample& sample);
 
 }  // namespace emberline

@@ -13,7 +13,7 @@ namespace {
 
 double box(double) { return 1.0; }
 
-// sigma = radius / 3, less its value at the edge so that it ends at zero: pbrt-v4's Gaussian with
+// sigma = radius / 3, minus the value at the edge so that it ends at zero: pbrt-v4's Gaussian with
 // its defaults (radius 1.5, sigma 0.5).
 double gaussian(double x) { return std::exp(-4.5 * x * x) - std::exp(-4.5); }
 
@@ -34,8 +34,8 @@ double mitchell(double x) {
   return -7.0 / 18.0 * (2.0 - t) * (2.0 - t) * (t - 8.0 / 7.0);
 }
 
-// Radii as the production renderers choose them: Blackman-Harris spans three pixels in Blender's
-// Cycles (its "1.5 px" is doubled), the Gaussian and Mitchell are pbrt-v4's.
+// Radii follow production renderers: Blackman-Harris spans three pixels in Cycles (its "1.5 px" is
+// doubled); the Gaussian and Mitchell are pbrt-v4's.
 constexpr FilterEntry kFilters[] = {
     {"box", "the pixel's square; sharpest without ringing, aliases most", 0.5f, box},
     {"gaussian", "soft; sigma is a third of the radius", 1.5f, gaussian},
@@ -68,7 +68,7 @@ PixelFilter::PixelFilter(const FilterEntry& entry, float radius)
     const double f = entry.profile(double(i) / kBins);
     magnitude[i] = std::abs(f) < negligible ? 0.0 : std::abs(f);
   }
-  // Masses of the trapezia, signed by the profile in the middle of each bin.
+  // Areas of the trapezoids, signed by the profile in the middle of each bin.
   double cdf[kBins + 1] = {};
   double signed_sum = 0.0;
   for (int i = 0; i < kBins; ++i) {

@@ -1,4 +1,4 @@
-// What a film writes of its sums.
+// Conversion of a film's sums to finite floats.
 #pragma once
 
 #include <algorithm>
@@ -8,8 +8,8 @@
 
 namespace emberline {
 
-// Sums, and squares of finite radiance, may exceed float, and those of a checkpoint that somebody
-// else has written double, too; what is written stays finite (law 4). NaN, of such sums, is 0.
+// Sums and squares of finite radiance may exceed float, and sums from a foreign checkpoint even
+// double, but what is written must be finite (law 4). NaN becomes 0.
 inline float to_finite_float(double x) {
   constexpr double kMost = std::numeric_limits<float>::max();
   return std::isnan(x) ? 0.0f : float(std::clamp(x, -kMost, kMost));

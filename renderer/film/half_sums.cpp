@@ -15,7 +15,7 @@ std::array<float, kFeatureValues> values_of(const DenoiserFeatures& features) {
           features.normal.y, features.normal.z, features.nearness, features.visibility};
 }
 
-// Four sums more at a time: no lane is NaN, since none of the sums is infinite.
+// Adds four values. No lane becomes NaN, since all sums stay finite.
 void add_finite(Color4 more, float* sums) {
   constexpr float kMost = std::numeric_limits<float>::max();
   Color4 sum;

@@ -21,7 +21,7 @@ Color4 load4(const float* p) {
   return four;
 }
 
-// Three floats: the fourth is the next pixel's, which may be another thread's.
+// Three floats only: the fourth belongs to the next pixel, which another thread may own.
 Color4 load3(const float* p) { return Color4{p[0], p[1], p[2], 0.0f}; }
 void store3(Color4 value, float* p) { std::memcpy(p, &value, 3 * sizeof(float)); }
 
@@ -29,15 +29,15 @@ void store3(Color4 value, float* p) { std::memcpy(p, &value, 3 * sizeof(float));
 
 void LightGroupSums::add_to(size_t at, Color4 value) {
   const Color4 sum = load3(&sums_[at]);
-  // Knuth's exact sum (The Art of Computer Programming, volume 2, section 4.2.2, theorem B), and
-  // Dekker's of a large and a small number: whatever they are, the pair holds their sum.
+  // Knuth's exact sum (The Art of Computer Programming, volume 2, section 4.2.2, theorem B), then
+  // Dekker's for a large and a small number: the pair holds the sum of any two values.
   const Color4 rounded = sum + value;
   const Color4 of_value = rounded - sum;
   const Color4 left_out = (sum - (rounded - of_value)) + (value - of_value) + load3(&rests_[at]);
   Color4 total = rounded + left_out;
   Color4 rest = left_out - (total - rounded);
   if (!(std::abs(total[0] + total[1] + total[2]) <= kMost)) [[unlikely]] {
-    // Finite samples may add up to more than a float holds.
+    // Finite samples may add up to more than a float can hold.
     for (int c = 0; c < 3; ++c) {
       if (std::abs(total[c]) <= kMost) continue;
       total[c] = std::clamp(rounded[c], -kMost, kMost);
@@ -96,7 +96,7 @@ void LightGroupSums::relit(const LightMix& mix, float* rgba) const {
   Color4 sum = splat4(0.0f);
   for (size_t group = 0; group < mix.size(); ++group) {
     sums += 3;
-    // The fourth float is the next group's, and of no interest.
+    // The fourth float belongs to the next group and is ignored.
     sum = fma(load4(sums) * splat4(scale), mix.data()[group], sum);
   }
   for (int c = 0; c < 3; ++c) rgba[c] = std::clamp(sum[c], -kMost, kMost);

@@ -3,7 +3,7 @@
 namespace emberline {
 
 void LightGroupValues::add(int lane, uint32_t group, const Rgb& throughput, const Rgb& radiance) {
-  if (group >= uint32_t(groups_)) return;  // of a light that gives none
+  if (group >= uint32_t(groups_)) return;  // the light has no group
   Rgb& value = values_[size_t(lane) * size_t(groups_) + group];
   const uint64_t bit = uint64_t(1) << group;
   if (!(lit_[lane] & bit)) {

@@ -1,7 +1,9 @@
-// What each light group gave to each sample of a batch, on its way from the integrator to the film.
+// Radiance from each light group for each sample of a batch, passed from the integrator to the
+// film.
 //
-// A group is a number; whose light it is, renderer/scene/light_groups.h says. A sample that a group
-// did not reach costs nothing: a bit says so, and its value is neither cleared nor added.
+// A group is an index (renderer/scene/light_groups.h). A bit per sample and group marks the values
+// in use; other values are neither cleared nor added, so groups that do not reach a sample cost
+// nothing.
 #pragma once
 
 #include <bit>
@@ -13,7 +15,7 @@
 
 namespace emberline {
 
-// As many as a word has bits.
+// One bit each in a 64-bit word.
 inline constexpr int kMostLightGroups = 64;
 
 class LightGroupValues {
@@ -21,16 +23,16 @@ class LightGroupValues {
   explicit LightGroupValues(int groups = 0)
       : groups_(groups), values_(kRayBatch * size_t(groups)) {}
 
-  // No light in any sample; and in one.
+  // Clears all samples, or one.
   void clear() {
     for (uint64_t& lit : lit_) lit = 0;
   }
   void clear(int lane) { lit_[lane] = 0; }
 
-  // Adds throughput x radiance to what the group gave the lane's sample.
+  // Adds throughput x radiance to the group's value for the lane's sample.
   void add(int lane, uint32_t group, const Rgb& throughput, const Rgb& radiance);
 
-  // body(group, radiance) for each group that reached the sample, in ascending order.
+  // Calls body(group, radiance) for each group that reached the sample, in ascending order.
   template <typename Body>
   void for_each(int lane, const Body& body) const {
     for (uint64_t left = lit_[lane]; left != 0; left &= left - 1) {
@@ -41,7 +43,7 @@ class LightGroupValues {
 
  private:
   int groups_;
-  uint64_t lit_[kRayBatch] = {};  // bit g: the value of group g counts
+  uint64_t lit_[kRayBatch] = {};  // bit g: the value of group g is in use
   std::vector<Rgb> values_;       // by lane, then by group
 };
 

@@ -1,6 +1,6 @@
-// A finished or unfinished picture under other lights, without a new ray: light adds up, so the
-// picture is the sum of what each light group gave to it, each times how much brighter it is now
-// (Dorsey, Arvo & Greenberg 1995, "Interactive Design of Complex Time-Dependent Lighting").
+// Relights a picture, finished or not, without new rays: light is additive, so the picture is the
+// sum of the light groups, each times its change in brightness (Dorsey, Arvo & Greenberg 1995,
+// "Interactive Design of Complex Time-Dependent Lighting").
 #pragma once
 
 #include <span>
@@ -14,14 +14,13 @@ namespace emberline {
 class FilmTile;
 class LightGroupSums;
 
-// What the radiance of each group is multiplied by; of light groups, or of layers by light path.
+// Weights of the light groups or of the light-path layers.
 class LightMix {
  public:
   enum class Of { kLights, kPaths };
-  // weights[g] is group g's, finite; of as many groups as the film has.
+  // weights[g] is the weight of group g, finite; there is one for each group of the film.
   explicit LightMix(std::span<const Rgb> weights, Of of = Of::kLights);
 
-  // What is mixed of a film's pixel.
   LightGroupSums sums(const FilmTile& film, size_t pixel) const;
 
   size_t size() const { return weights_.size(); }
@@ -32,10 +31,10 @@ class LightMix {
   Of of_;
 };
 
-// R G B A of every pixel of a film with light groups, interleaved, rows from its top: the weighted
-// sum of its groups' means, and the alpha of its samples. Black where there is no sample. Finite.
-// What FilmTile::show() put into the film is not looked at. With all weights 1 it is the film's own
-// picture to 1e-5 of its value, since each group rounds for itself. Uses the calling thread's TBB
+// Writes R G B A of every pixel of a film with light groups, interleaved, rows from its top: the
+// weighted sum of the groups' means, and the alpha of the samples; finite, black without samples.
+// Ignores the values of FilmTile::show(). With all weights 1 the result equals the film's own
+// picture to a relative 1e-5, since each group rounds separately. Uses the calling thread's TBB
 // arena; the bits do not depend on it.
 void relight(const FilmTile& film, const LightMix& mix, std::span<float> rgba);
 

@@ -1,4 +1,4 @@
-// The layers by light path of a film.
+// The light-path layers of a film.
 #pragma once
 
 #include <array>
@@ -10,9 +10,9 @@
 
 namespace emberline {
 
-// What the first surface did with the light that came to the camera; each path is of one, or of
-// kDirect and kReflection, or kIndirect and kReflection, by what share of it the surface reflects
-// diffusely. All of them add up to the radiance.
+// How the first surface sent light to the camera. A path counts for one layer, or is split between
+// kReflection and either kDirect or kIndirect by the diffuse share of the reflection. The layers
+// add up to the radiance.
 enum class PathLayer : uint8_t {
   kDirect,
   kIndirect,
@@ -28,11 +28,11 @@ Aov aov_of(PathLayer layer);
 class PathLayers {
  public:
   explicit PathLayers(const AovSet& aovs);
-  // In the order of the film's.
+  // In the order of the film's layer sums.
   const std::vector<PathLayer>& list() const { return list_; }
   bool empty() const { return list_.empty(); }
   int size() const { return int(list_.size()); }
-  // Its place in the list; of one that is not wanted a place beyond.
+  // Index in the list; kPathLayers if the film lacks the layer.
   uint32_t place_of(PathLayer layer) const { return places_[size_t(layer)]; }
 
  private:

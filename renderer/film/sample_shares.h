@@ -1,4 +1,4 @@
-// How a sample counts for the pixels around its own (PixelFilter::shares).
+// Weights of a sample for the pixels around it.
 #pragma once
 
 #include <array>
@@ -6,8 +6,8 @@
 
 namespace emberline {
 
-// What a sample counts for the pixel it was drawn for and for the eight around that one, row by row
-// from the upper left: PixelFilter::shares().
+// Weights for the sample's own pixel and its eight neighbours, row by row from the upper left; see
+// PixelFilter::shares().
 inline constexpr size_t kSharing = 9;
 using SampleShares = std::array<float, kSharing>;
 

@@ -12,13 +12,12 @@
 namespace emberline {
 namespace {
 
-// A neighbour's mean of fewer samples, as a share of the pixel's own, may be noisier than what it
-// is to help.
+// A neighbour with less than this share of the pixel's samples may add more noise than it removes.
 constexpr float kFewer = 0.5f;
-// The weights' expectation is 1; negative lobes of a filter may leave less.
+// The weights' expectation is 1, but negative filter lobes may leave less.
 constexpr float kLeastWeight = 0.25f;
 
-constexpr size_t kSums = 3;  // R G B, in the place of kSharedValues
+constexpr size_t kSums = 3;  // R G B, which replace kSharedValues
 
 std::string shared_name(const std::string& half, const char* channel) {
   return half + ".shared." + channel;
@@ -89,7 +88,7 @@ void SharedRows::put_sums(const float* pixel, size_t row_stride, bool inside,
   const float least = kFewer * pixel[half.samples];
   float sum[4] = {};
   for (size_t k = 0; k < kSharing; ++k) {
-    // What the pixel on the one side counts for the one on its other side.
+    // The neighbour whose k-th share is for this pixel.
     const float* from = pixel + row_stride + channels_ - k / 3 * row_stride - k % 3 * channels_;
     const float count = from[half.samples];
     if (count < least || count <= 0.0f) return;

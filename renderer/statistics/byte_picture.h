@@ -1,4 +1,4 @@
-// A picture of display colours in memory, to draw into.
+// An in-memory picture of display colours that can be drawn into.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace emberline {
 
-// Of three channels, sRGB.
+// Three channels, sRGB.
 struct BytePicture : ByteImage {
   BytePicture() = default;
   BytePicture(int w, int h, const Rgb8& colour) {
@@ -27,7 +27,7 @@ struct BytePicture : ByteImage {
     const uint8_t* p = at(x, y);
     return {p[0], p[1], p[2]};
   }
-  // What of `rect` lies in the picture.
+  // Fills the part of `rect` inside the picture.
   void fill(const Rect& rect, const Rgb8& colour) {
     const Rect part = rect.intersect(bounds());
     for (int y = part.y0; y < part.y1; ++y) {

@@ -9,9 +9,9 @@ namespace emberline {
 namespace {
 
 constexpr double kLargest = 1e100;
-// Room beyond the first and the last value of a logarithmic axis, in parts of its length.
+// Margin at both ends of a logarithmic axis, as a fraction of its length.
 constexpr double kMargin = 0.04;
-// Ticks come from products and sums of doubles: a value so many steps outside is still inside.
+// Tolerance in steps: rounding may put a tick slightly outside the range.
 constexpr double kRounding = 1e-9;
 
 std::string superscript(int number) {
@@ -69,7 +69,7 @@ AxisRange::AxisRange(AxisScale scale, std::span<const double> values, bool from_
   }
   if (!found) min_ = 0, max_ = 1;
   if (from_zero) min_ = std::min(min_, 0.0), max_ = std::max(max_, 0.0);
-  // One value, or values that double hardly tells apart, have no scale but their own size.
+  // If the values are (nearly) equal, their magnitude sets the scale.
   const double size = std::max(std::abs(min_), std::abs(max_));
   if (!(max_ - min_ > 1e-6 * size)) {
     const double around = size > 0 ? 0.5 * size : 0.5;
@@ -88,7 +88,7 @@ double AxisRange::place(double value) const {
 
 std::vector<AxisTick> AxisRange::linear_ticks(int wanted) const {
   std::vector<AxisTick> ticks;
-  // One tick alone tells no scale: of a range that is not made of whole steps there may be so few.
+  // One tick shows no scale; a range that is not made of whole steps may start with fewer than two.
   for (; ticks.size() < 2; ++wanted) {
     ticks.clear();
     const double step = nice_step(max_ - min_, wanted);
@@ -101,10 +101,10 @@ std::vector<AxisTick> AxisRange::linear_ticks(int wanted) const {
 std::vector<AxisTick> AxisRange::log_ticks(int wanted) const {
   const int first = int(std::floor(std::log10(min_))), last = int(std::ceil(std::log10(max_)));
   const double decades = std::log10(max_ / min_);
-  // Within less than a factor of about three there may be no power of ten at all.
+  // Less than a factor of about three may contain no power of ten.
   if (decades < 0.5) return linear_ticks(wanted);
   const int every = std::max(1, int(std::ceil(decades / wanted)));
-  const int numbers = decades * 3 <= wanted + 1 ? 3 : 1;  // 1 2 5, or 1 alone
+  const int numbers = decades * 3 <= wanted + 1 ? 3 : 1;  // 1 2 5, or only 1
   std::vector<AxisTick> ticks;
   for (int exponent = first; exponent <= last; ++exponent) {
     const double power = std::pow(10.0, exponent);

@@ -8,7 +8,7 @@
 namespace emberline {
 namespace {
 
-// 0xRRGGBB at even steps from 0 to 1, sampled from the published tables of 256.
+// 0xRRGGBB in even steps from 0 to 1, sampled from the published tables of 256.
 constexpr size_t kSamples = 33;
 using Table = std::array<uint32_t, kSamples>;
 constexpr Table kViridis = {0x440154, 0x470d60, 0x48186a, 0x482374, 0x472d7b, 0x453681, 0x424086,
@@ -34,9 +34,9 @@ constexpr Table kTurbo = {0x30123b, 0x392a73, 0x4040a1, 0x4456c7, 0x466be3, 0x46
 
 constexpr const Table* kTables[] = {nullptr, &kViridis, &kInferno, &kMagma, &kTurbo};
 
-// The farthest colour from the map's own as CIELAB has it, of a grid of colours, also as seen with
-// protanopia, deuteranopia and tritanopia; green for magma, whose distance is 33 where 40 is the
-// most.
+// no_value is the colour of a grid that is farthest from the map's own colours in CIELAB, also as
+// seen with protanopia, deuteranopia and tritanopia. Magma has green instead, at a distance of 33
+// where the maximum is 40.
 constexpr ColourMapEntry kMaps[] = {
     {"grey", "black to white; brighter is more", ColourMap::kGrey, {255, 102, 0}},
     {"viridis", "dark violet over green to yellow", ColourMap::kViridis, {204, 0, 255}},

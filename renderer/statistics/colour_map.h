@@ -1,9 +1,9 @@
 // Colour maps: from a number in [0, 1] to a display colour, 8-bit sRGB.
 //
-// viridis, inferno, magma: S. van der Walt and N. Smith 2015, "mpl colormaps", CC0: even steps look
-// even (CAM02-UCS), lightness rises throughout, readable to colour-blind readers and in grey print.
+// viridis, inferno, magma: S. van der Walt and N. Smith 2015, "mpl colormaps", CC0: perceptually
+// even steps (CAM02-UCS) and rising lightness, readable for colour-blind readers and in grey print.
 // turbo: A. Mikhailov 2019, "Turbo, an improved rainbow colormap for visualization", Google AI
-// Blog; Apache-2.0: tells more values apart, but bright is not more.
+// Blog; Apache-2.0: distinguishes more values, but brighter does not mean more.
 #pragma once
 
 #include <array>
@@ -23,12 +23,12 @@ struct ColourMapEntry {
   ColourMap map;
   Rgb8 no_value;  // for pixels without a value: far from every colour of the map
 };
-// The table behind --colors, its --help and its error message; in the enumeration's order.
+// The table behind --colors, its --help and its error message, in enumeration order.
 std::span<const ColourMapEntry> colour_map_table();
 ColourMap parse_colour_map(std::string_view name);  // throws UsageError
 
-// The colour of `value`, clamped to [0, 1]; the map's no_value for NaN. Linear between 33 samples
-// of the published tables, within 2 of 255 of them.
+// The colour of `value`, clamped to [0, 1]; the map's no_value for NaN. Interpolates 33 samples of
+// the published tables; the error is at most 2 of 255.
 Rgb8 colour_of(ColourMap map, double value);
 
 }  // namespace emberline

@@ -27,7 +27,7 @@ std::vector<uint32_t> counts() {
   return list;
 }
 
-// Squared errors, by count and integrand.
+// Squared errors by count and integrand.
 struct Errors {
   std::vector<double> squares = std::vector<double>(counts().size() * kIntegrandCount);
   Errors& operator+=(const Errors& other) {
@@ -36,8 +36,8 @@ struct Errors {
   }
 };
 
-// Adds the errors of one pixel's means of counts()[first .. last) samples, each with the weights
-// that the sampler gives them.
+// Adds the errors of one pixel's means of counts()[first .. last) samples, with the sampler's
+// weights.
 void add_errors(const Sampler& sampler, const PixelKey& pixel, size_t first, size_t last,
                 Errors& errors) {
   const std::vector<uint32_t> all = counts();
@@ -69,7 +69,7 @@ Errors measure(const SamplerEntry& entry, uint32_t pixels, uint32_t seed) {
     for (const uint32_t n : all)
       samplers.push_back(create_sampler(entry.name, {.samples_per_pixel = n}));
   }
-  // Rows of pixels, so that there are few partial sums.
+  // Rows of pixels keep the number of partial sums small.
   constexpr uint32_t kRow = 64;
   return sum_rows<Errors>(int((pixels + kRow - 1) / kRow), [&](int y) {
     Errors errors;
@@ -86,7 +86,7 @@ Errors measure(const SamplerEntry& entry, uint32_t pixels, uint32_t seed) {
   });
 }
 
-// Of the least-squares line through log variance against log N.
+// The slope of the least-squares line through log variance against log N, negated.
 double fitted_order(const ConvergenceCurve& curve) {
   std::vector<double> counts, variances;
   for (size_t i = 0; i < curve.counts.size(); ++i) {

@@ -87,14 +87,14 @@ double mean(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / double(values.size());
 }
 
-// The mean without the largest kTrimmedShare of the values. Which of equal ones go does not matter.
+// The mean without the largest kTrimmedShare of the values; ties are interchangeable.
 double trimmed_mean(std::vector<double> values) {
   const size_t dropped = size_t(kTrimmedShare * double(values.size()));
   const size_t kept = values.size() - dropped;
   if (dropped > 0) {
     std::nth_element(values.begin(), values.begin() + ptrdiff_t(kept), values.end());
     values.resize(kept);
-    // nth_element leaves them in an order of its own; sorted, the sum has one defined value.
+    // nth_element leaves an unspecified order; sorting makes the sum well-defined.
     std::sort(values.begin(), values.end());
   }
   return mean(values);

@@ -24,11 +24,11 @@ constexpr double kQc = 0.7;
 constexpr double kPc = 0.4;
 constexpr double kPt = 0.95;
 constexpr double kQf = 0.5;
-// Section 4.2: width in degrees of the features that the detectors look for.
+// Section 4.2: width in degrees of the features that are detected.
 constexpr double kFeatureWidth = 0.082;
 
-// Section 4.1.1, table 1: contrast sensitivity in space, one or two Gaussians
-// a sqrt(pi / b) exp(-pi^2 x^2 / b) over the angle x in degrees, per channel of YCxCz.
+// Section 4.1.1, table 1: spatial contrast sensitivity, one or two Gaussians a sqrt(pi / b)
+// exp(-pi^2 x^2 / b) over the angle x in degrees, per channel of YCxCz.
 struct Gaussian {
   double a, b;
 };
@@ -64,7 +64,7 @@ double srgb_to_linear(double v) {
   return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
 }
 
-// Linearised L*a*b* (the paper's YCxCz): opponent channels in which light still adds.
+// Linearised L*a*b* (the paper's YCxCz): opponent channels that are linear in light.
 Vec3d xyz_to_ycxcz(const Vec3d& xyz) {
   const Vec3d n = xyz / kWhite;
   return {116 * n.y - 16, 500 * (n.x - n.y), 200 * (n.y - n.z)};
@@ -75,7 +75,7 @@ Vec3d ycxcz_to_xyz(const Vec3d& c) {
   return Vec3d(y + c.y / 500, y, y - c.z / 200) * kWhite;
 }
 
-// CIE L*a*b* with a* and b* after Hunt: colour differences in the dark look smaller.
+// CIE L*a*b* with Hunt-adjusted a* and b*: colour differences look smaller in the dark.
 Vec3d linear_rgb_to_hunt_lab(const Vec3d& rgb) {
   constexpr double kDelta = 6.0 / 29.0;
   const auto f = [](double t) {
@@ -92,11 +92,11 @@ double hyab(const Vec3d& a, const Vec3d& b) {
   return std::abs(a.x - b.x) + std::hypot(a.y - b.y, a.z - b.z);
 }
 
-// The largest HyAB distance in the sRGB gamut is between green and blue; to the power qc.
+// The largest HyAB distance in the sRGB gamut, between green and blue, to the power qc.
 const double kLargestColourError =
     std::pow(hyab(linear_rgb_to_hunt_lab({0, 1, 0}), linear_rgb_to_hunt_lab({0, 0, 1})), kQc);
 
-// Section 4.1.3: errors below pc of the largest take the range up to pt, the others the rest.
+// Section 4.1.3: errors below pc of the largest are mapped to [0, pt], larger ones to the rest.
 double redistribute(double distance) {
   const double error = std::pow(distance, kQc);
   const double knee = kPc * kLargestColourError;
@@ -106,7 +106,7 @@ double redistribute(double distance) {
 
 // ---- filters -----------------------------------------------------------------------------------
 
-// Taps -r .. r. All kernels here are products of one in x and one in y, or sums of two such.
+// Taps -r .. r. All kernels here are separable, or sums of two separable ones.
 using Taps = std::vector<double>;
 
 template <typename Function>
@@ -125,7 +125,7 @@ Taps scaled(Taps taps, double factor) {
 
 Taps normalized(const Taps& taps) { return scaled(taps, 1 / sum(taps)); }
 
-// Positive and negative taps are brought to 1 each.
+// Scales the positive and the negative taps to a sum of 1 each.
 Taps balanced(Taps taps) {
   double positive = 0, negative = 0;
   for (const double tap : taps) (tap > 0 ? positive : negative) += std::abs(tap);
@@ -154,8 +154,8 @@ Kernels make_kernels(double pixels_per_degree) {
   };
   k.achromatic = normalized(spatial(kAchromatic));
   k.red_green = normalized(spatial(kRedGreen));
-  // The two Gaussians of blue-yellow keep their ratio; together they sum to 1 over the plane. The
-  // factor of each is split evenly between x and y.
+  // The two Gaussians of blue-yellow keep their ratio; together they sum to 1 over the plane. Each
+  // factor is divided evenly between x and y.
   double total = 0;
   for (size_t i = 0; i < 2; ++i) {
     const Gaussian& g = kBlueYellow[i];
@@ -164,7 +164,7 @@ Kernels make_kernels(double pixels_per_degree) {
   }
   for (Taps& taps : k.blue_yellow) taps = scaled(taps, 1 / std::sqrt(total));
 
-  // Section 4.2: first and second derivative of a Gaussian whose width is that of the feature.
+  // Section 4.2: first and second derivative of a Gaussian with the width of the features.
   const double sigma = 0.5 * kFeatureWidth * pixels_per_degree;
   k.feature_radius = int(std::ceil(3 * sigma));
   const auto gaussian = [&](double i) { return std::exp(-i * i / (2 * sigma * sigma)); };
@@ -175,8 +175,8 @@ Kernels make_kernels(double pixels_per_degree) {
   return k;
 }
 
-// A row of the channel, summed with the taps down the columns and then with those along the row.
-// Beyond the border is the border's value.
+// A row of the channel, filtered along columns with `down` and along the row with `along`. The
+// border is extended with its own values.
 std::vector<double> filter(const Plane& plane, int y, const Taps& down, const Taps& along) {
   const size_t width = size_t(plane.width), margin = along.size() / 2;
   const int radius = int(down.size() / 2);
@@ -212,7 +212,7 @@ Opponent to_opponent(const RgbImage& picture) {
   return planes;
 }
 
-// Section 4.1: what is left of the row's colours at that viewing distance, as Hunt-adjusted L*a*b*.
+// Section 4.1: the row's colours as perceived at the viewing distance, in Hunt-adjusted L*a*b*.
 std::vector<Vec3d> perceived_row(const Opponent& planes, int y, const Kernels& k) {
   const std::vector<double> luminance = filter(planes[0], y, k.achromatic, k.achromatic);
   const std::vector<double> red_green = filter(planes[1], y, k.red_green, k.red_green);
@@ -240,7 +240,7 @@ std::vector<Features> feature_row(const Plane& luminance, int y, const Kernels& 
   const std::vector<double> point_y = filter(luminance, y, k.point, k.smooth);
   std::vector<Features> row(edge_x.size());
   for (size_t x = 0; x < row.size(); ++x) {
-    // The derivatives do not see the offset of YCxCz's Y = 116 Y/Yn - 16, only its factor.
+    // Derivatives remove the offset of YCxCz's Y = 116 Y/Yn - 16, but not its factor.
     row[x] = {std::hypot(edge_x[x], edge_y[x]) / 116, std::hypot(point_x[x], point_y[x]) / 116};
   }
   return row;

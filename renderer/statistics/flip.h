@@ -1,6 +1,6 @@
-// LDR-FLIP: the error that an observer sees who flips between two pictures.
-// Andersson, Nilsson, Akenine-Moller, Oskarsson, Astrom & Fairchild 2020, "FLIP: A Difference
-// Evaluator for Alternating Images", Proc. ACM Comput. Graph. Interact. Tech. 3(2).
+// LDR-FLIP: the error that an observer sees when flipping between two pictures. Andersson, Nilsson,
+// Akenine-Moller, Oskarsson, Astrom & Fairchild 2020, "FLIP: A Difference Evaluator for Alternating
+// Images", Proc. ACM Comput. Graph. Interact. Tech. 3(2).
 #pragma once
 
 #include <vector>
@@ -12,8 +12,8 @@ namespace emberline {
 // The paper's viewing conditions: 0.7 m from a 0.7 m wide display of 3840 pixels.
 constexpr double kFlipPixelsPerDegree = 67.0;
 
-// Error per pixel in [0, 1], row-major. Both pictures hold sRGB-encoded values in [0, 1], finite
-// (see to_display); sizes equal, not empty (asserted). Symmetric in its arguments. Parallel and
+// Error per pixel in [0, 1], row-major. Both pictures hold finite sRGB-encoded values in [0, 1]
+// (see to_display), of equal size, not empty (asserted). Symmetric in its arguments. Parallel and
 // deterministic.
 std::vector<float> flip_map(const RgbImage& picture, const RgbImage& reference,
                             double pixels_per_degree = kFlipPixelsPerDegree);

@@ -19,8 +19,8 @@ namespace {
 
 // ---- the legend below a heatmap
 
-// A few words, behind a patch of colour if they are about one. Items stand side by side and go on
-// in a new line where there is no more room.
+// Text, after a colour swatch if it is about a colour. Items are placed side by side and wrap to a
+// new line.
 struct LegendItem {
   std::string text;
   std::optional<Rgb8> swatch = std::nullopt;
@@ -43,7 +43,7 @@ constexpr int kHistogramHeight = 26, kBarHeight = 9, kTickHeight = 3;
 constexpr int kBinWidth = 2, kWidestBin = 8;
 constexpr int kLeastWidth = 220, kTickRoom = 48;
 
-// Two pixels to one of a letter at 1280x720, six at 3840x2160.
+// Picture pixels per pixel of a letter: 2 at 1280x720, 6 at 3840x2160.
 int letter_scale(int width, int height) {
   return std::max(1, int(std::lround(std::sqrt(double(width) * double(height)) / 480)));
 }
@@ -52,7 +52,7 @@ int item_width(const LegendItem& item, int scale) {
   return text_width(item.text, scale) + (item.swatch ? (kSwatch + kSwatchGap) * scale : 0);
 }
 
-// Where each item's upper left corner is, and the height of all lines.
+// The upper left corner of each item, and the height of all lines.
 struct ItemLayout {
   std::vector<Vec2i> places;
   int height = 0;
@@ -90,11 +90,12 @@ bool whole_numbers(const Plane& plane) {
                              [](float v) { return !std::isfinite(v) || v == std::round(v); });
 }
 
-// Bins over the scale, equally wide. Of whole numbers each holds as many as the next and has its
-// first in its middle.
+// Equally wide bins over the scale. For whole numbers each bin holds the same number of them, and
+// the first number is in the middle of its bin.
 struct Bins {
   std::vector<uint64_t> counts;
-  double first = 0, bin = 0;  // where the first begins and a bin's width, in parts of the scale
+  double first = 0,
+         bin = 0;  // start of the first bin and width of a bin, as fractions of the scale
 };
 
 Bins histogram_of(const LegendBar& bar, int bins) {
@@ -124,7 +125,7 @@ void draw_histogram(BytePicture& picture, const LegendBar& bar, const Rect& area
     const double middle = area.x0 + (h.first + (double(i) + 0.5) * h.bin) * area.width();
     const int x0 = std::clamp(int(std::lround(middle - 0.5 * width)), area.x0, area.x1 - 1);
     const int x1 = std::clamp(int(std::lround(middle + 0.5 * width)), x0 + 1, area.x1);
-    // What is there is seen, be it one pixel.
+    // A bin that is not empty shows at least one pixel.
     const double share = double(h.counts[i]) / double(most);
     const int height = std::max(scale, int(std::lround(share * area.height())));
     picture.fill({x0, area.y1 - height, x1, area.y1}, kHistogram);
@@ -163,9 +164,9 @@ void draw_bar(BytePicture& picture, const LegendBar& bar, int x0, int x1, int y,
   draw_ticks(picture, bar, {x0, y, x1, y}, scale);
 }
 
-// A picture with room for `width` x `height` pixels in its upper left corner and, below it, the
-// items, the first of them the title, and the bar if there is one. Letters grow with the frame, to
-// about the same share of it; the legend of a small frame is wider than the frame.
+// A picture with space for `width` x `height` pixels in its upper left corner. Below are the items,
+// of which the first is the title, and the bar if there is one. Letters grow with the frame in
+// about the same proportion; a small frame's legend is wider than the frame.
 BytePicture frame_with_legend(int width, int height, const std::vector<LegendItem>& items,
                               const LegendBar* bar) {
   const int scale = letter_scale(width, height), padding = kPadding * scale;
@@ -186,7 +187,7 @@ BytePicture frame_with_legend(int width, int height, const std::vector<LegendIte
   return picture;
 }
 
-// ---- what it says
+// ---- legend texts
 
 constexpr Rgb8 kNoCategory = {128, 128, 128};
 
@@ -194,7 +195,7 @@ std::string pixels_text(uint64_t count) {
   return fmt::format("{} {}", count, count == 1 ? "pixel" : "pixels");
 }
 
-// "12.3 %"; what is there is never "0 %", and what is not all never "100 %".
+// "12.3 %"; never "0 %" for a nonzero part, or "100 %" for less than all.
 std::string share_text(uint64_t part, uint64_t whole) {
   const double percent = 100 * double(part) / double(whole);
   if (part > 0 && percent < 0.05) return "< 0.1 %";
@@ -202,7 +203,7 @@ std::string share_text(uint64_t part, uint64_t whole) {
   return fmt::format("{:.{}f} %", percent, part == whole || part == 0 ? 0 : 1);
 }
 
-// fn(x, y) is the colour of each pixel.
+// fn(value) is the colour of a pixel.
 template <typename Function>
 void paint(BytePicture& picture, const Plane& plane, const Function& fn) {
   for_each_row(plane.height, [&](int y) {
@@ -220,7 +221,7 @@ std::string title_text(const HeatmapSettings& settings, const ToldUnit& unit) {
   return title;
 }
 
-// What lies outside the scale is told, as its colour does not tell it.
+// Reports values outside the scale, since their colours do not show it.
 void add_outside(const Plane& plane, const ValueScale& scale, uint64_t values,
                  std::vector<LegendItem>* items) {
   uint64_t below = 0, above = 0;
@@ -246,7 +247,7 @@ std::vector<LegendItem> describe(const Plane& plane, const HeatmapSettings& sett
     items.push_back({"mean " + told(s.mean)});
     if (settings.rms) items.push_back({"RMS " + told(s.rms)});
     items.push_back({"maximum " + told(s.maximum)});
-    // Few enough to be overlooked.
+    // So few nonzero pixels are easily overlooked.
     if (s.not_zero * 100 <= s.values) items.push_back({"not 0 in " + pixels_text(s.not_zero)});
     add_outside(plane, scale, s.values, &items);
   }

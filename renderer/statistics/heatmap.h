@@ -1,9 +1,9 @@
-// A number for each pixel of a frame, as a picture to look at: sample density (bright where many
-// are, as in figure 1 of Painter & Sloan 1989), error, time, reasons.
+// Pictures of a number for each pixel of a frame: sample density (bright where there are many
+// samples, as in figure 1 of Painter & Sloan 1989), error, time, stop reasons.
 //
-// The picture keeps every pixel of the plane at its place, one to one, from the upper left corner;
-// the legend is below it and covers nothing. It is a view: the numbers are channels of the EXR.
-// Equal planes and settings give equal bytes.
+// Pixels map one to one from the upper left corner; the legend is below them and covers none. The
+// picture is a view: the numbers are channels of the EXR. Equal planes and settings give equal
+// bytes.
 #pragma once
 
 #include <optional>
@@ -17,14 +17,14 @@
 
 namespace emberline {
 
-// What a value stands for where values are no amounts but reasons.
+// A named value of a plane whose values are reasons instead of amounts.
 struct Category {
   float value = 0;
   std::string name;  // printable ASCII
   Rgb8 colour;
 };
 
-// How a heatmap is to look. A range and a logarithmic scale mean nothing to categories.
+// The appearance of a heatmap. Range and logarithmic scale do not apply to categories.
 struct HeatmapStyle {
   ColourMap colours = ColourMap::kGrey;
   std::optional<ValueRange> range;  // of the colours; least < most, with `logarithmic` least > 0
@@ -33,17 +33,17 @@ struct HeatmapStyle {
 };
 
 struct HeatmapSettings : HeatmapStyle {
-  std::string title;  // what the values are, "samples per pixel"; printable ASCII
-  std::string unit;   // behind the title; "s" is told in s, ms, us or ns; may be empty
-  double bright = kBrightQuantile;  // of an automatic range
-  bool rms = false;                 // the legend names the root of the mean square too
+  std::string title;  // what the values are, such as "samples per pixel"; printable ASCII
+  std::string unit;   // after the title; "s" is shown as s, ms, us or ns; may be empty
+  double bright = kBrightQuantile;  // for an automatic range
+  bool rms = false;                 // the legend also shows the RMS
 };
 
-// Neither side of the plane may be 0 (asserted).
+// The plane's sides must not be 0 (asserted).
 BytePicture draw_heatmap(const Plane& plane, const HeatmapSettings& settings);
 
-// The same of reasons: a swatch, name and share of the pixels for each category that occurs. Values
-// that are no category's are no value. Of the settings, title and plain count.
+// The same for categories: a swatch, name and share of pixels for each one that occurs. Values of
+// no category count as missing. Uses only the title and `plain` of the settings.
 BytePicture draw_category_map(const Plane& plane, std::span<const Category> categories,
                               const HeatmapSettings& settings);
 

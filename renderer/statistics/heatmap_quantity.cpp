@@ -14,7 +14,7 @@ namespace {
 
 constexpr size_t kMostChannels = 8;
 
-// samples, R G B, and their variances.
+// Channels: samples, R G B, and the variances of R G B.
 float display_error(const float* channels) {
   const float samples = channels[0], *mean = channels + 1, *variance = channels + 4;
   if (!(samples >= 2.0f)) return NAN;
@@ -25,7 +25,7 @@ float display_error(const float* channels) {
   return std::sqrt(sum * (1.0f / 3));
 }
 
-// Of one of the channels of rays.
+// A quantity that is one of the channels of `rays`.
 HeatmapQuantity ray_quantity(std::string_view name, std::string_view summary,
                              std::string_view title) {
   return {.name = name, .summary = summary, .title = title, .aov = Aov::kRays, .channels = {name}};
@@ -34,8 +34,8 @@ HeatmapQuantity ray_quantity(std::string_view name, std::string_view summary,
 }  // namespace
 
 std::span<const HeatmapQuantity> heatmap_quantity_table() {
-  // A thread that was interrupted leaves its break in some pixel's time; on a busy machine in more
-  // than one of a hundred.
+  // A thread that is interrupted adds its pause to a pixel's time, on a busy machine in more than
+  // one of a hundred pixels.
   constexpr double kTimeBright = 0.95;
   static const std::vector<HeatmapQuantity> table = {
       {.name = "samples",

@@ -18,7 +18,7 @@ bool forbidden_control(std::string_view sequence) {
   return is_control(sequence) && sequence != "\t" && sequence != "\n";
 }
 
-// One file: the reader's light or dark, phone to desk, and paper.
+// For light and dark mode, screens of any width, and print.
 constexpr std::string_view kStyle = R"(:root { color-scheme: light dark;
   --page: #fff; --text: #1c1e21; --faint: #5c6370; --line: #d5d9df; --block: #f3f5f7;
   --bad: #a8321e; --good: #0a6b4b; }
@@ -71,8 +71,7 @@ figcaption { color: var(--faint); font-size: 0.86rem; margin-top: 0.35rem; }
   thead { display: table-header-group; } }
 )";
 
-// Browsers may break a line after any hyphen, that of "2.37e-06" too: words with one are kept
-// whole.
+// Browsers may break a line after any hyphen, even in "2.37e-06", so words with one are kept whole.
 std::string number_markup(std::string_view text) {
   std::string html;
   while (true) {

@@ -1,9 +1,9 @@
-// Self-contained HTML pages: one file with everything in it, nothing fetched, no scripts. Reads in
-// light and dark (the reader's own setting), on a phone, and on paper.
+// Self-contained HTML pages: one file without external resources or scripts. Supports light and
+// dark mode (the reader's setting), phones and print.
 //
-// Whatever a function takes as a string is text and is escaped; what is already markup has the type
-// Markup and comes from the functions below or svg_chart.h. So a file called "<b>&.glb" shows as it
-// is named. No state is shared: separate pages may be built on separate threads.
+// Strings are text and are escaped; finished markup has the type Markup and comes from the
+// functions below or svg_chart.h. A file called "<b>&.glb" is thus shown correctly. No state is
+// shared: separate pages may be built on separate threads.
 #pragma once
 
 #include <cstdint>
@@ -18,15 +18,15 @@ struct Markup {
   std::string html;
 };
 
-// Safe between tags and in double-quoted attributes. What is not valid UTF-8 becomes U+FFFD, and
-// so do the control characters that HTML forbids.
+// Safe between tags and in double-quoted attributes. Invalid UTF-8 and control characters that HTML
+// forbids become U+FFFD.
 std::string escape_html(std::string_view text);
 
 // RFC 4648, section 4, with padding.
 std::string base64(std::span<const unsigned char> bytes);
 
-// An encoded picture ("image/png") of so many pixels inside the page. `text` stands for it where it
-// cannot be seen. `magnified`: shown with hard pixels, as wide as there is room.
+// An encoded picture ("image/png") of width x height pixels, embedded in the page. `text` is its
+// alternative text. `magnified`: shown as wide as possible, without smoothing.
 Markup picture_markup(std::span<const unsigned char> encoded, std::string_view media_type,
                       int width, int height, std::string_view text, bool magnified = false);
 
@@ -41,11 +41,11 @@ struct PageCell {
 struct PageTable {
   struct Column {
     std::string name;
-    bool number = false;  // set flush right
+    bool number = false;  // right-aligned
   };
-  std::string caption;                      // empty: none
-  std::vector<Column> columns;              // without a name in any, the table has no head
-  std::vector<std::vector<PageCell>> rows;  // shorter rows are filled up with empty cells
+  std::string caption;                      // empty: no caption
+  std::vector<Column> columns;              // if no column has a name, the table has no head
+  std::vector<std::vector<PageCell>> rows;  // missing cells of a row are empty
 };
 
 struct PageFigure {
@@ -55,23 +55,25 @@ struct PageFigure {
 
 class HtmlPage {
  public:
-  // `summary` stands under the title.
+  // `summary` appears below the title.
   explicit HtmlPage(std::string_view title, std::string_view summary = "");
 
   void section(std::string_view title) { add("<h2>{}</h2>\n", title); }
   void heading(std::string_view title) { add("<h3>{}</h3>\n", title); }  // within a section
   void paragraph(std::string_view text) { add("<p>{}</p>\n", text); }
-  void warning(std::string_view text) { add("<p class=\"warning\">{}</p>\n", text); }  // stands out
-  // Wrapped, to be copied.
+  void warning(std::string_view text) {
+    add("<p class=\"warning\">{}</p>\n", text);
+  }  // highlighted
+  // Wrapped text for copying.
   void code(std::string_view text) { add("<pre><code>{}</code></pre>\n", text); }
   void list(std::span<const std::string> items);
-  void table(const PageTable& table);  // wider than the page: scrolls by itself
+  void table(const PageTable& table);  // scrolls if wider than the page
   void figures(std::span<const PageFigure> figures, int most_in_a_row = 2);
 
   std::string finish() const;  // the file
 
  private:
-  // `markup` with the text, escaped, for its "{}".
+  // Adds `markup` with the escaped text in place of "{}".
   void add(const char* markup, std::string_view text);
 
   std::string title_;

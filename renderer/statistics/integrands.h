@@ -1,5 +1,5 @@
-// Integrands over the numbers of the camera's slot whose means are known exactly: an edge, a disc,
-// a gradient as a pixel may see them. What samplers are compared on.
+// Integrands over the random numbers of the camera's slot with exactly known means, for comparing
+// samplers: an edge, a disc and a gradient as in a pixel, for example.
 #pragma once
 
 #include <cmath>
@@ -22,7 +22,7 @@ struct Integrand {
 inline double smooth(const SlotNumbers& n) {
   return double(n.u[0]) * n.u[0] * std::exp(double(n.u[1]));
 }
-// One third: its distance to the grid of N = 2^m strata is N-independent, so that the error is
+// One third: its distance to the grid of N = 2^m strata does not depend on N, so the error is
 // exactly 2/9 / N^2 (one stratum in doubt, inside with probability 1/3 or 2/3).
 inline constexpr float kThird = 1.0f / 3.0f;
 inline double axis_edge(const SlotNumbers& n) { return n.u[0] < kThird ? 1.0 : 0.0; }

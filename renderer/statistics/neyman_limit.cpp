@@ -8,12 +8,11 @@
 namespace emberline {
 namespace {
 
-// Half of the interval over which the slope of the display's curve is taken, and its least value:
-// those of the adaptive driver's display metric.
+// Half of the interval for the slope of the display curve, and the slope's minimum: those of the
+// adaptive driver's display metric.
 constexpr float kSlopeReach = 1e-3f;
 constexpr double kLeastSlope = 0.02;
 
-// The squared slope of the display's curve at each value of the picture.
 std::vector<double> display_weights(const RgbImage& mean) {
   RgbImage low = mean, high = mean;
   for (float& v : low.rgb) v -= kSlopeReach;
@@ -41,7 +40,7 @@ double neyman_limit(std::span<const double> variance, std::span<const double> co
     root_sum += std::pow(variance[i], root) * std::pow(cost[i], slope * root);
   }
   if (!(root_sum > 0)) return 1.0;
-  // Means, so that no power overflows.
+  // Uses means so that powers do not overflow.
   const double uniform = v_sum / n * std::pow(c_sum / n, slope);
   return std::pow(uniform / std::pow(root_sum / n, 1 + slope), 1 / slope);
 }

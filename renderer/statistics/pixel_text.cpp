@@ -3,8 +3,8 @@
 namespace emberline {
 namespace {
 
-// Printable ASCII from the space on, twelve glyphs to a band of nine rows, each five columns and a
-// gap. The baseline is the seventh row.
+// Printable ASCII from the space on: bands of nine rows with twelve glyphs each; a glyph has five
+// columns and a gap. The baseline is the seventh row.
 constexpr int kFirst = ' ', kLast = '~', kPerBand = 12;
 constexpr const char* kRows[] = {
     // clang-format off

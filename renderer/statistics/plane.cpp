@@ -50,7 +50,7 @@ PlaneStatistics plane_statistics(const Plane& plane) {
   const auto n = double(sums.values);
   s.minimum = double(sums.minimum);
   s.maximum = double(sums.maximum);
-  s.mean = s.constant() ? s.minimum : sums.sum / n;  // exactly the value, where there is but one
+  s.mean = s.constant() ? s.minimum : sums.sum / n;  // exact if all values are equal
   s.rms = s.constant() ? std::abs(s.minimum) : std::sqrt(sums.squares / n);
   return s;
 }

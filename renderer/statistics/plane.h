@@ -1,4 +1,4 @@
-// A number for each pixel of a frame, and what can be said of them all.
+// A number for each pixel of a frame, and its statistics.
 #pragma once
 
 #include <cstddef>
@@ -7,7 +7,7 @@
 
 namespace emberline {
 
-// Rows from the top. What is not finite is no value: it is counted and left out of all else.
+// Rows from the top. A non-finite entry means no value; it is counted and otherwise ignored.
 struct Plane {
   int width = 0, height = 0;
   std::vector<float> values;
@@ -16,8 +16,8 @@ struct Plane {
 };
 
 struct PlaneStatistics {
-  uint64_t values = 0;                                 // pixels that have one
-  uint64_t no_value = 0;                               // and those that have none
+  uint64_t values = 0;                                 // pixels with a value
+  uint64_t no_value = 0;                               // pixels without a value
   uint64_t not_zero = 0;                               // of the values
   double minimum = 0, mean = 0, maximum = 0, rms = 0;  // 0 without values
 

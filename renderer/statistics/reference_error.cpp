@@ -25,10 +25,10 @@ double percentile(std::vector<double> values) {
 }
 
 struct PixelError {
-  double square, product;  // relative; means over channels
+  double square, product;  // relative errors; means over channels
 };
 
-// The mean product of all pixels but those with the largest squares.
+// The mean product without the pixels with the largest squares.
 double trimmed_mean(std::vector<PixelError> errors) {
   const size_t kept = errors.size() - size_t(kTrimmedShare * double(errors.size()));
   std::ranges::stable_sort(errors, {}, &PixelError::square);
@@ -116,7 +116,7 @@ void ReferencePicture::describe(StudyReference* out) const {
   out->noise_mse = squares / values;
   out->noise_rel_mse = relative / values;
   out->noise_display_mse = displayed / values;
-  // Of a sum of independent pixels, whose channels are taken for one: at most so large.
+  // For a sum of independent pixels whose channels are fully correlated: an upper bound.
   out->noise_bias = std::sqrt(3 * squares) / std::abs(sum_);
   out->rel_mse_epsilon = epsilon_;
 }

@@ -8,9 +8,9 @@
 namespace emberline {
 
 // Mean SSIM of two planes of width x height values in [0, 1], row-major. 11 x 11 Gaussian window,
-// sigma 1.5, K1 = 0.01, K2 = 0.03 (section III.C), windows that lie within the image only; a side
-// shorter than 11 has a window of its own length. Windows with a pixel whose `masked` is not 0 are
-// left out; NaN when none remains. Symmetric in a and b up to rounding. Parallel and deterministic.
+// sigma 1.5, K1 = 0.01, K2 = 0.03 (section III.C), only windows inside the image; for a side
+// shorter than 11 the window has that length. Windows with a pixel whose `masked` is nonzero are
+// excluded; NaN if none remains. Symmetric in a and b up to rounding. Parallel and deterministic.
 double mean_ssim(const std::vector<float>& a, const std::vector<float>& b,
                  const std::vector<uint8_t>& masked, int width, int height);
 

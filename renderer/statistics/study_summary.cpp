@@ -46,8 +46,8 @@ struct LogPoint {
 };
 using LogCurve = std::vector<LogPoint>;
 
-// A run as a curve of logarithms, by ascending position; what has no logarithm is left out, and of
-// checkpoints at one position the last counts.
+// A run as a curve of logarithms by ascending position. Drops points without a logarithm; of
+// checkpoints at the same position the last one counts.
 LogCurve log_curve(const StudyRun& run, const StudyMetricEntry& metric, StudyAxis axis) {
   LogCurve curve;
   for (const StudyCheckpoint& checkpoint : run.checkpoints) {
@@ -64,13 +64,13 @@ LogCurve log_curve(const StudyRun& run, const StudyMetricEntry& metric, StudyAxi
 }
 
 struct Crossing {
-  double value = 0;  // a logarithm
+  double value = 0;  // in logarithm
   bool extrapolated = false;
 };
 
-// One coordinate of a curve, `to`, where another, `from`, comes to `at`. That rises along the
-// curve, or falls where `direction` is -1; nothing where it does neither. A curve of one point has
-// `slope` (of `to` over `from`).
+// Interpolates coordinate `to` of a curve where coordinate `from` reaches `at`. Along the curve
+// `from` rises (`direction` 1) or falls (-1); the result is empty if it does neither. A curve of
+// one point has `slope` (of `to` over `from`).
 std::optional<Crossing> interpolate(const LogCurve& curve, double LogPoint::*from,
                                     double LogPoint::*to, double direction, double slope,
                                     double at) {
@@ -88,10 +88,10 @@ std::optional<Crossing> interpolate(const LogCurve& curve, double LogPoint::*fro
                   beyond(a.*from, at) || beyond(at, b.*from)};
 }
 
-// Of a curve of one point: the slope that independent samples have.
+// Slope of independent samples, for a curve of one point.
 double expected_slope(const StudyMetricEntry& metric) { return metric.squared ? -1.0 : -0.5; }
 
-// Where the curve first comes down to the error.
+// Where the curve first reaches the error.
 std::optional<Crossing> position_at(const LogCurve& curve, double error,
                                     const StudyMetricEntry& metric) {
   return interpolate(curve, &LogPoint::error, &LogPoint::position, -1.0,
@@ -118,7 +118,7 @@ void for_each_checkpoint(const StudyResults& results, size_t method, double budg
   }
 }
 
-// The same with the baseline's run of the same seed.
+// The same, with the baseline's run of the same seed.
 void for_each_pair(const StudyResults& results, size_t method, size_t budget,
                    const VisitCheckpoint& visit) {
   const std::optional<size_t> baseline = baseline_method(results);
@@ -130,7 +130,7 @@ void for_each_pair(const StudyResults& results, size_t method, size_t budget,
                       });
 }
 
-// `to_result` takes the mean of the values back to what they were.
+// `to_result` is applied to the mean and the interval of the values.
 std::optional<Estimate> student_interval(std::span<const double> values,
                                          double (*to_result)(double)) {
   if (values.empty()) return std::nullopt;
@@ -153,8 +153,8 @@ std::optional<Estimate> of_logarithms(std::span<const double> logarithms) {
   return student_interval(logarithms, [](double x) { return std::exp(x); });
 }
 
-// The mean of ratio(point, baseline), a logarithm, over such pairs: the checkpoint's logarithms,
-// where they are finite, and the curve of the baseline's run.
+// The mean of ratio(point, baseline), a logarithm, over pairs of a checkpoint's finite logarithms
+// and the curve of the baseline's run.
 std::optional<Speedup> mean_ratio(
     const StudyResults& results, size_t method, const StudyMetricEntry& metric, StudyAxis axis,
     size_t budget,

@@ -14,15 +14,15 @@ namespace emberline {
 namespace {
 
 constexpr double kTextSize = 13;
-constexpr double kLetter = 0.56 * kTextSize;  // mean advance of a sans-serif letter, about
+constexpr double kLetter = 0.56 * kTextSize;  // approximate mean advance of a sans-serif letter
 constexpr double kLine = 1.45 * kTextSize;
 
-// Okabe & Ito's, but for black, which would vanish on a dark page: there the text's own colour.
+// Okabe & Ito's colours, but the text colour instead of black, which would vanish on a dark page.
 // Yellow comes last, as it is faint on white.
 constexpr const char* kColours[] = {"#0072b2", "#d55e00", "#009e73",      "#cc79a7",
                                     "#e69f00", "#56b4e9", "currentColor", "#f0e442"};
 constexpr const char* kDashes[] = {"", "7 3", "2 3", "9 3 2 3", "12 4"};
-// Paths from the point on; the first is a circle.
+// Paths relative to the point; the first marker is a circle.
 constexpr const char* kMarkers[] = {"",
                                     "m-3.2 -3.2h6.4v6.4h-6.4z",
                                     "m0 -4.2l4.2 7.2h-8.4z",
@@ -38,7 +38,7 @@ int style_of(const LineChart& chart, size_t series) {
 const char* colour(int style) { return kColours[size_t(style) % std::size(kColours)]; }
 const char* dash(int style) { return kDashes[size_t(style) % std::size(kDashes)]; }
 
-// A coordinate with two decimals, the shortest way: one picture's text then has one form.
+// A coordinate with at most two decimals, without trailing zeros, so that its text is unique.
 std::string number(double value) {
   std::string text = fmt::format("{:.2f}", value);
   while (text.back() == '0') text.pop_back();
@@ -55,7 +55,7 @@ auto written(const T& value) {
   }
 }
 
-// SVG with values in it, the numbers among them as coordinates.
+// Formats SVG; numbers are written as coordinates.
 std::string svg(const char* format, const auto&... values) {
   return fmt::format(fmt::runtime(format), written(values)...);
 }
@@ -66,7 +66,7 @@ double text_width(std::string_view text) {
   return kLetter * double(letters);
 }
 
-// Up to the end of its first tag.
+// A marker, up to but without the end of its first tag.
 std::string marker(int style, double x, double y) {
   const std::string path = kMarkers[size_t(style) % std::size(kMarkers)];
   if (path.empty()) return svg(R"(<circle cx="{}" cy="{}" r="3.5" fill="{}")", x, y, colour(style));
@@ -81,10 +81,10 @@ struct LegendEntry {
   std::string name;
   int style;
   bool marker;
-  double x = 0, y = 0;  // of its sample's left end
+  double x = 0, y = 0;  // left end of the sample line
 };
 
-// The plot's place within the picture.
+// The position of the plot within the picture.
 struct Frame {
   double left, right, top, bottom;
   AxisRange x_range, y_range;
@@ -92,9 +92,9 @@ struct Frame {
   double y(double value) const { return bottom - (bottom - top) * y_range.place(value); }
 };
 
-constexpr double kSample = 26;  // a legend entry's piece of line
+constexpr double kSample = 26;  // length of the line in a legend entry
 
-// Entries one behind the other, wrapped; returns the number of lines.
+// Places entries side by side with wrapping; returns the number of lines.
 int place_legend(std::vector<LegendEntry>& entries, double left, double right) {
   double x = left;
   int line = entries.empty() ? 0 : 1;
@@ -115,7 +115,7 @@ double widest_label(const std::vector<AxisTick>& ticks) {
 }
 
 Frame make_frame(int width, int height, const AxisRange& x, const AxisRange& y, int legend_lines) {
-  const double last = widest_label(x.ticks());  // may stand half outside the plot
+  const double last = widest_label(x.ticks());  // may stick out of the plot by half
   return {kLine + widest_label(y.ticks()) + 14,
           width - std::max(14.0, last / 2 + 2),
           kLine + 12,
@@ -124,7 +124,7 @@ Frame make_frame(int width, int height, const AxisRange& x, const AxisRange& y, 
           y};
 }
 
-// As many labels as fit side by side.
+// The number of labels that fit side by side.
 int tick_count(const Frame& frame) {
   const double widest = widest_label(frame.x_range.ticks());
   return std::clamp(int((frame.right - frame.left) / (widest + 18)), 2, 8);
@@ -186,7 +186,7 @@ bool drawable(const LineChart& chart, const ChartPoint& p) {
   return AxisRange::drawable(chart.x.scale, p.x) && AxisRange::drawable(chart.y.scale, p.y);
 }
 
-// Writes the parts of a line, or of its band, that hang together.
+// Writes the connected parts of a line or of its band.
 class SeriesWriter {
  public:
   SeriesWriter(const Frame& frame, const LineChart& chart, size_t index)
@@ -237,7 +237,7 @@ class SeriesWriter {
   }
 
   std::string markers(const std::vector<ChartPoint>& run) const {
-    // A point without neighbours would else not be seen at all.
+    // A point without neighbours would be invisible otherwise.
     if (!series_.markers && run.size() > 1) return "";
     std::string text;
     for (const ChartPoint& p : run) {
@@ -248,7 +248,7 @@ class SeriesWriter {
     return text;
   }
 
-  // What a pointer over the marker reads.
+  // The tooltip of the marker.
   std::string described(const ChartPoint& p) const {
     std::string text = fmt::format("{}: {:.4g}, {:.4g}", series_.name, p.x, p.y);
     if (has_interval(p)) text += fmt::format(" ({:.4g} to {:.4g})", p.low, p.high);
@@ -280,7 +280,7 @@ class SeriesWriter {
                points, colour(style_));
   }
 
-  // Of a list of points, with a blank behind it.
+  // A point in a list of points, followed by a blank.
   std::string corner(double x, double y) const { return svg("{},{} ", frame_.x(x), y); }
 
   const Frame& frame_;
@@ -300,7 +300,7 @@ Markup line_chart(const LineChart& chart) {
       if (!drawable(chart, p)) continue;
       xs.push_back(p.x);
       ys.push_back(p.y);
-      // An interval down to almost nothing must not squeeze the points of a logarithmic plot.
+      // An interval that reaches almost to 0 must not squeeze the points of a logarithmic plot.
       const bool log = chart.y.scale == AxisScale::kLog;
       if (!log || p.low > 0.1 * p.y) ys.push_back(p.low);
       if (!log || p.high < 10 * p.y) ys.push_back(p.high);
@@ -342,7 +342,7 @@ Markup histogram_chart(const Histogram& histogram) {
   for (const Histogram::Bar& bar : bars) {
     const double left = frame.x(std::min(bar.from, bar.to));
     const double right = frame.x(std::max(bar.from, bar.to)), top = frame.y(bar.count);
-    // A gap between bars, where they are wide enough for one.
+    // Leaves a gap between bars that are wide enough.
     const double gap = right - left > 4 ? 1 : 0;
     text += svg(R"(<rect x="{}" y="{}" width="{}" height="{}" fill="{}">)", left, top,
                 std::max(right - left - gap, 0.5), std::max(frame.bottom - top, 0.0), kColours[0]) +

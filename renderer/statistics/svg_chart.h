@@ -1,9 +1,9 @@
-// Charts as SVG text: for pages (inline) and as files of their own. Lines and text take the colour
-// of the text around them, so that a chart suits a light page and a dark one. Equal charts give
-// equal text, in any locale.
+// Charts as SVG text, inline in pages or as separate files. Lines and text take the colour of the
+// surrounding text, so charts suit light and dark pages. Equal charts give equal text in any
+// locale.
 //
-// Series are told apart by colour (Okabe & Ito 2008, "Color Universal Design", which colour-blind
-// readers can tell apart) and by marker and dash, so that they are still on paper without colour.
+// Series differ in colour (Okabe & Ito 2008, "Color Universal Design", for colour-blind readers),
+// and also in marker and dash, for print without colour.
 #pragma once
 
 #include <cstdint>
@@ -18,19 +18,19 @@ namespace emberline {
 
 struct ChartPoint {
   double x = 0, y = 0;
-  // The interval that y is known to; NaN: none.
+  // Interval of y; NaN: none.
   double low = std::numeric_limits<double>::quiet_NaN();
   double high = std::numeric_limits<double>::quiet_NaN();
 };
 
 enum class ChartSpread : uint8_t { kBars, kBand };
 
-// A point that cannot be drawn (AxisRange::drawable) is left out and interrupts the line. The end
-// of an interval that cannot be drawn (0 on a logarithmic axis) is where the plot ends.
+// A point that cannot be drawn (AxisRange::drawable) is skipped and interrupts the line. An end of
+// an interval that cannot be drawn (0 on a logarithmic axis) is moved to the plot's edge.
 struct ChartSeries {
   std::string name;  // empty: not in the legend
   std::vector<ChartPoint> points = {};
-  int style = -1;  // colour, marker and dash; -1: as the series' place in the chart
+  int style = -1;  // colour, marker and dash; -1: the index of the series
   bool markers = true;
   ChartSpread spread = ChartSpread::kBars;
 };
@@ -45,10 +45,10 @@ struct LineChart {
   std::string title;
   ChartAxis x, y;
   std::vector<ChartSeries> series;
-  int width = 560, height = 360;  // its proportions, and the size of its text: 13 of these units
+  int width = 560, height = 360;  // proportions, in units in which the text size is 13
 };
 
-// Without a single point that can be drawn: axes, and the words "no data".
+// Without any drawable point: axes, and the words "no data".
 Markup line_chart(const LineChart& chart);
 
 struct Histogram {
@@ -57,7 +57,7 @@ struct Histogram {
     double count = 0;
   };
   std::string title;
-  ChartAxis x, y;  // y begins at 0, or on a logarithmic axis below the least count
+  ChartAxis x, y;  // y begins at 0, or on a logarithmic axis below the smallest count
   std::vector<Bar> bars;
   int width = 560, height = 300;
 };

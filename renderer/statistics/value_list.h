@@ -1,4 +1,4 @@
-// What lists of values say: a quantile, the slope of a line through points.
+// Statistics of lists of values: quantiles, and the slope of a line through points.
 #pragma once
 
 #include <algorithm>
@@ -10,8 +10,8 @@
 
 namespace emberline {
 
-// The least value that at least `part` of the values do not exceed. Of 1000 values, .995: the 995th
-// in ascending order. Not of an empty list.
+// The smallest value that at least `part` of the values do not exceed: for 1000 values and .995,
+// the 995th in ascending order. The list must not be empty.
 template <typename T>
 double nearest_rank_quantile(std::vector<T> values, double part) {
   assert(!values.empty());
@@ -20,7 +20,7 @@ double nearest_rank_quantile(std::vector<T> values, double part) {
   return double(values[size_t(rank)]);
 }
 
-// Of the least-squares line through the points (x, y), two or more.
+// Slope of the least-squares line through the points (x, y); two or more points.
 inline double least_squares_slope(std::span<const double> x, std::span<const double> y) {
   assert(x.size() == y.size() && x.size() >= 2);
   const auto n = double(x.size());

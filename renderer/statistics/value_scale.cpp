@@ -11,11 +11,11 @@
 namespace emberline {
 namespace {
 
-// Of the values above 0, at the dark end of a logarithmic range.
+// Quantile of the positive values at the dark end of a logarithmic range.
 constexpr double kDarkQuantile = 0.005;
-// Ticks are products of doubles: a value so many steps outside is still inside.
+// Tolerance in steps: rounding may put a tick slightly outside the range.
 constexpr double kTickRounding = 1e-9;
-// Values whose logarithms are about to leave double's range are not told apart.
+// The range around a smaller constant would reach the limits of double.
 constexpr double kSmallest = 1e-300;
 
 template <typename Wanted>
@@ -35,7 +35,7 @@ ValueRange around(double value, bool logarithmic) {
   return value > 0 ? ValueRange{0, 2 * value} : ValueRange{2 * value, 0};
 }
 
-// A step of round numbers of which at most `most` multiples lie in the range.
+// A step of round numbers with at most `most` multiples in the range.
 double tick_step(double least, double greatest, int most) {
   double step = nice_step(greatest - least, most + 1);
   const auto multiples = [&] {

@@ -11,21 +11,21 @@
 namespace emberline {
 namespace {
 
-// std::max(a, b) is a where b is no number: a rate that is none counts as 0.
+// std::max(a, b) returns a if b is NaN, so a NaN rate counts as 0.
 float share(float rate, float least, float most, float k) {
   return std::min(std::max(least, k * rate), std::max(least, most));
 }
 
-// What bounds K, and what no K goes beyond.
+// Extremes and sums of rates and bounds, which limit K.
 struct Extent {
   float most_rate = 0.0f, least_rate = std::numeric_limits<float>::max(), most_count = 0.0f;
   double rates = 0.0;
-  double least = 0.0;  // the sum for K = 0
-  double most = 0.0;   // and for ever larger K
+  double least = 0.0;  // the sum of counts for K = 0
+  double most = 0.0;   // the sum of counts for K -> infinity
 
   Extent& operator+=(const Extent& other) {
     most_rate = std::max(most_rate, other.most_rate);
-    least_rate = std::min(least_rate, other.least_rate);  // of those above 0
+    least_rate = std::min(least_rate, other.least_rate);  // of the positive rates
     most_count = std::max(most_count, other.most_count);
     rates += other.rates;
     least += other.least;
@@ -62,7 +62,7 @@ Extent extent_of(std::span<const float> rates, std::span<const SampleBounds> bou
   });
 }
 
-// The sum of all shares for a K, and how fast it grows with K: the rates between their bounds.
+// The sum of all shares for a K, and its derivative by K: the sum of the rates within their bounds.
 struct Shared {
   double sum = 0.0, slope = 0.0;
   Shared& operator+=(const Shared& other) {
@@ -85,19 +85,19 @@ Shared shared_by_part(const float* rates, const SampleBounds* bounds, size_t beg
   return {sum_of_lanes(lanes.sum), sum_of_lanes(lanes.slope)};
 }
 
-// K whose shares sum to `total`. The sum is made of straight pieces, so Newton's step is the answer
-// as soon as it stays on one; a step that leaves the bracket, and every fourth one, gives way to
+// K whose shares add up to `total`. The sum is piecewise linear in K, so Newton's step is exact
+// once it stays on one piece. A step that leaves the bracket, and every fourth step, is replaced by
 // halving the bracket in logarithm.
 float find_scale(std::span<const float> rates, std::span<const SampleBounds> bounds, double total) {
   const Extent extent = extent_of(rates, bounds);
   if (!(extent.most_rate > 0.0f) || total <= extent.least) return 0.0f;
   const double most_count = std::max(1e-3, double(extent.most_count));
-  // Up to where the least of the rates too is at its most; what a float can hold.
+  // Where even the smallest rate reaches its maximum, limited to what a float can hold.
   double high = std::min(2.0 * most_count / double(extent.least_rate), 0x1p126);
   if (total >= extent.most) return float(high);
   double low = 0x1p-24 * most_count / double(extent.most_rate);
   double k = std::clamp(total / extent.rates, low, high);
-  // The rest of a thousandth is left to Newton's last step; stochastic rounding is coarser.
+  // Newton's last step corrects the remaining thousandth; random rounding is coarser.
   const double close = 1e-3 * total;
   constexpr int kMostSteps = 100;
   for (int step = 0; step < kMostSteps && high > low * (1 + 1e-6); ++step) {
@@ -113,8 +113,13 @@ float find_scale(std::span<const float> rates, std::span<const SampleBounds> bou
   return float(k);
 }
 
+<<<<<<< HEAD
 // Powers of two, better stratified, stand for what is 1/1.23 to 1.3 times them; their one and a
 // half for the rest: ours, tuned on teapot and Cornell box (tests/bench/results/adaptive.md).
+=======
+// Powers of two are better stratified, so they get ratios from 1/1.23 to 1.3, and 1.5 times a power
+// of two gets the rest. Our choice, tuned on teapot and Cornell box (tests/bench/results).
+>>>>>>> eng-b
 float nearest_step(float x) {
   constexpr float kToHalfStep = 1.3f, kToPower = 1.62f;
   const auto bits = std::bit_cast<uint32_t>(x);
@@ -139,8 +144,8 @@ double sum_of_steps(std::span<const float> rates, std::span<const SampleBounds> 
   });
 }
 
-// The sum is a staircase in K, so no step is Newton's: between two K of which one gives too much,
-// halving their ratio.
+// The sum is a step function of K, so Newton's method does not apply: bisects a bracket of K in
+// logarithm.
 float find_step_scale(std::span<const float> rates, std::span<const SampleBounds> bounds,
                       double total) {
   const Extent extent = extent_of(rates, bounds);
@@ -161,7 +166,6 @@ float find_step_scale(std::span<const float> rates, std::span<const SampleBounds
   return float(low);
 }
 
-// Sets counts[i] to kShareOf(rate, least, most, k) of pixel i.
 template <float (*kShareOf)(float rate, float least, float most, float k)>
 void set_counts(std::span<const float> rates, std::span<const SampleBounds> bounds, float k,
                 std::vector<float>* counts) {

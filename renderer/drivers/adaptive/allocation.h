@@ -1,9 +1,9 @@
-// How a round's samples are shared out. Pure functions of the pixels' state.
+// How a round's samples are distributed. Pure functions of the pixels' state.
 //
-// The best share of a budget of time is n ~ deviation / sqrt(cost) (Neyman 1934, "On the Two
-// Different Aspects of the Representative Method", with costs): it makes the sum of variance / n
-// least for a given sum of n x cost. What is asked here as well: no pixel loses samples it has,
-// none is left out for good, none is trusted with more than its present samples can vouch for.
+// The best distribution of a time budget is n ~ deviation / sqrt(cost) (Neyman 1934, "On the Two
+// Different Aspects of the Representative Method", with costs): it minimizes the sum of variance /
+// n for a given sum of n x cost. In addition, no pixel loses samples, no pixel is left out forever,
+// and no pixel's count grows by more than its present samples justify.
 #pragma once
 
 #include <algorithm>
@@ -15,38 +15,45 @@
 
 namespace emberline {
 
-// One pixel's bounds for the coming round: it may have from `least` to `most` samples after it.
+// Bounds of a pixel's sample count after the coming round.
 struct SampleBounds {
   float least = 0.0f, most = 0.0f;
 };
 
-// Counts n_i = clamp(K x rate_i, least_i, most_i) with K such that their sum is `total`, or all at
-// `most` if that is less than the total, or all at `least` if that is more. Rates are >= 0 and
-// finite; one that is no number counts as 0. In parallel, with the same result whatever the
-// threads.
+// Counts n_i = clamp(K x rate_i, least_i, most_i) with K such that they add up to `total`; all at
+// `most` if those add up to less, all at `least` if those add up to more. Rates are >= 0 and
+// finite; NaN counts as 0. Parallel, with the same result for any number of threads.
 void share_samples(std::span<const float> rates, std::span<const SampleBounds> bounds, double total,
                    std::vector<float>* counts);
 
-// The same with each K x rate_i rounded to a power of two or one and a half times one, whichever is
-// near in ratio, and with the largest such K whose counts sum to no more than `total` (to a part in
-// ten thousand of K). A pixel so goes from one such count n to the next, m, once what that is
-// expected to bring for its samples, variance / (n m), is worth about as much as everybody else's.
+// The same, but K x rate_i is rounded to a power of two or 1.5 times one, whichever is closer in
+// ratio, and K is the largest for which the counts add up to at most `total` (to 1e-4 of K). A
+// pixel thus moves from one such count n to the next, m, when its expected gain per sample,
+// variance / (n m), is about that of all others.
 void share_steps(std::span<const float> rates, std::span<const SampleBounds> bounds, double total,
                  std::vector<float>* counts);
 
+<<<<<<< HEAD
 // Counts are multiples of this. Whole blocks of the sampler: pairs of dimensions are stratified by
 // 8, streams alternate by 8. Of many samples, a quarter of the power of two below: what a Sobol'
 // sequence has at 12, 14 or 16 times a power of two is better stratified than in between
 // (tests/bench/results). Where a pixel is judged by the halves of its samples, a half of it: at
 // other counts it is not looked at again.
+=======
+// Counts are multiples of this: whole blocks of the sampler, since pairs of dimensions are
+// stratified by 8 and streams alternate by 8. Large counts are multiples of a quarter of the power
+// of two below: a Sobol' sequence is better stratified at 12, 14 or 16 times a power of two than in
+// between (tests/bench/results). With `halves` they are multiples of half that power, since
+// halves are not compared at other counts.
+>>>>>>> eng-b
 inline uint32_t count_multiple(float wanted, bool halves) {
   const uint32_t steps = halves ? 2 : 4;
   return std::max(8u, std::bit_floor(uint32_t(std::min(wanted, 16777216.0f))) / steps);
 }
 
-// Rounds `wanted` up or down by chance (u in [0, 1)), so that its expectation is kept, to `have` or
-// a multiple of `step`, a power of two, above it; to `have` if less is wanted, or NaN. Exact below
-// 2^24, in floats throughout so that loops vectorise.
+// Rounds `wanted` up or down at random (u in [0, 1)), preserving its expectation, to `have` or a
+// larger multiple of `step`, a power of two. Returns `have` if `wanted` is less or NaN. Exact below
+// 2^24; uses floats throughout so that loops vectorise.
 inline uint32_t round_count(uint32_t have, float wanted, uint32_t step, float u) {
   const auto least = float(have), whole_step = float(step);
   const float lower = std::max(least, std::floor(wanted / whole_step) * whole_step);

@@ -11,8 +11,8 @@ namespace {
 
 constexpr float kLimits[3] = {0.4f, 0.3f, 0.6f};  // red, green, blue: Mitchell 1987
 
-// Extremes of a channel over three rows, with a pixel beyond each end of the row: entry x + 1 is
-// column x. Pixels without samples and beyond the crop leave low above high.
+// Extremes of a channel over three rows, with one more column at each end: entry x + 1 is column x.
+// An entry without samples, or outside the crop, has low above high.
 struct ColumnExtremes {
   std::vector<float> low, high;
 
@@ -22,13 +22,13 @@ struct ColumnExtremes {
   }
   void add_row(const float* mean, const float* count, size_t width) {
     for (size_t x = 0; x < width; ++x) {
-      const float value = mean[x] > 0.0f ? std::min(mean[x], 1.0f) : 0.0f;  // as it is shown
+      const float value = mean[x] > 0.0f ? std::min(mean[x], 1.0f) : 0.0f;  // as displayed
       const bool sampled = count[x] >= 1.0f;
       low[x + 1] = std::min(low[x + 1], sampled ? value : 2.0f);
       high[x + 1] = std::max(high[x + 1], sampled ? value : -1.0f);
     }
   }
-  // (max - min) / (max + min) over the columns beside x; 0 without light or samples.
+  // (max - min) / (max + min) over columns x - 1 to x + 1; 0 without light or samples.
   float contrast(size_t x) const {
     const float least = std::min({low[x], low[x + 1], low[x + 2]});
     const float most = std::max({high[x], high[x + 1], high[x + 2]});
@@ -36,7 +36,7 @@ struct ColumnExtremes {
   }
 };
 
-// Raises `error` of a row's pixels to what one channel asks for.
+// Raises the errors of a row's pixels to those of one channel.
 void add_channel(const PixelStatistics& pixels, size_t channel, size_t y, ColumnExtremes& columns,
                  float* error) {
   const auto width = size_t(pixels.width), height = size_t(pixels.height);
@@ -52,7 +52,7 @@ void add_channel(const PixelStatistics& pixels, size_t channel, size_t y, Column
 
 void estimate_contrast(const PixelStatistics& pixels, const EstimatorSettings&, ErrorMap* out) {
   constexpr size_t kRows = 8;
-  // One sample has met one of all the paths of its pixel; that is not a mean yet.
+  // One sample is a single path, not yet a mean.
   fill_errors(
       pixels, [&](size_t i) { return pixels.count[i] >= 2.0f ? 0.0f : kUnknownError; }, out);
   const auto width = size_t(pixels.width);

@@ -14,8 +14,8 @@ namespace {
 
 constexpr float kErrorPerDeviation = 2.7639532f;  // 2 sqrt(3) sqrt(2 / pi), see the header
 
-// Pixel errors as integers, in 2^-24: sums are exact, whatever their order, and a block of zeros is
-// zero. The largest is 256, so 2^31 pixels cannot overflow.
+// Pixel errors as integers in units of 2^-24: sums are exact in any order, and a block of zeros is
+// zero. The maximum is 256, so 2^31 pixels cannot overflow.
 constexpr float kUnits = 0x1p24f;
 constexpr float kMostPixelError = 256.0f;
 
@@ -23,17 +23,17 @@ bool has_estimate(const PixelStatistics& pixels, size_t i) {
   return pixels.second_count[i] >= 1.0f && pixels.count[i] - pixels.second_count[i] >= 1.0f;
 }
 
-// e_p; 0 where there is no light, no estimate, or nothing finite: one pixel must not hold up its
-// block.
+// e_p; 0 without light or an estimate, or if not finite: one pixel must not keep its block
+// unfinished.
 uint64_t pixel_error(const PixelStatistics& pixels, size_t i) {
-  constexpr float kLeastLight = 1e-8f;  // where a filter's negative lobes leave none
+  constexpr float kLeastLight = 1e-8f;  // if a filter's negative lobes leave none
   if (!has_estimate(pixels, i)) return 0;
   float light = 0.0f, difference = 0.0f;
   for (size_t c = 0; c < 3; ++c) {
     light += pixels.mean[c][i];
     difference += std::abs(pixels.stream_difference[c][i]);
   }
-  // I - A is the part of the streams' difference that B weighs.
+  // I - A is the difference of the streams times the second stream's share of the samples.
   const float e = pixels.second_count[i] / pixels.count[i] * difference /
                   std::sqrt(std::max(light, kLeastLight));
   return std::isfinite(e) ? uint64_t(std::min(e, kMostPixelError) * kUnits) : 0;
@@ -46,13 +46,13 @@ float block_error(const SummedAreas& sums, const Rect& block) {
   return mean * std::sqrt(area / float(kDammertzLeafPixels)) / kErrorPerDeviation;
 }
 
-// The part of `block` before `cut` on its longer axis.
+// The part of `block` before `cut` along its longer axis.
 Rect first_part(const Rect& block, int cut) {
   return block.width() >= block.height() ? Rect{block.x0, block.y0, cut, block.y1}
                                          : Rect{block.x0, block.y0, block.x1, cut};
 }
 
-// The first cut that leaves half of the error, or more, before it; and something behind it.
+// The first cut with at least half of the error before it; something remains behind it.
 int median_cut(const SummedAreas& sums, const Rect& block) {
   const bool across = block.width() >= block.height();
   int low = (across ? block.x0 : block.y0) + 1, high = (across ? block.x1 : block.y1) - 1;
@@ -91,7 +91,7 @@ class BlockTree {
   }
 
  private:
-  // Pixels without an estimate stay unfinished, whatever their block.
+  // Pixels without an estimate stay unfinished, whatever their block's error.
   void fill(const Rect& block, float error) {
     for (int y = block.y0; y < block.y1; ++y) {
       float* row = &(*error_)[size_t(y) * width_];

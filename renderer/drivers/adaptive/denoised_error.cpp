@@ -16,16 +16,16 @@
 namespace emberline {
 namespace {
 
-// Below this one of the two streams may have no sample (samplers/sampler.h).
+// With fewer samples one of the two streams may be empty (samplers/sampler.h).
 constexpr double kLeastSamples = 16.0;
 constexpr size_t kGrain = 8192;
 
-// Channels of a half as put_halves() writes them, with the sums of what is shared.
+// Channels of one half in the order of put_halves(), with the shared values summed.
 enum Channel : size_t { kRed, kAlbedo = 3, kFeatures = 6, kSamples = 11, kShared };
 constexpr size_t kChannels = kShared + 3;
 constexpr int kRowsAtOnce = 64;
 
-// Rows of a film as planes, of the two halves after each other.
+// Rows of a film as planes: those of the first half, then those of the second.
 class HalfRows {
  public:
   HalfRows(const FilmTile& film, int begin, int end)

@@ -1,13 +1,12 @@
-// `--allocation denoised`: what is wrong with the picture once it is denoised.
+// `--allocation denoised`: the error of the picture after denoising.
 //
-// The filter says what error it leaves in each pixel (renderer/reconstruction/denoise.h). As
-// Rousselle, Knaus & Zwicker 2012, "Adaptive Rendering with Non-Local Means Filtering", share
-// samples by such an estimate, e^2 is taken to fall as 1 / n: one sample more than n takes
-// e^2 / (n + 1) away, so that e sqrt(n) stands for the deviation of a sample in the planner's
-// shares.
+// The filter estimates the error that it leaves in each pixel (renderer/reconstruction/denoise.h).
+// As in Rousselle, Knaus & Zwicker 2012, "Adaptive Rendering with Non-Local Means Filtering", e^2
+// is assumed to fall as 1 / n: one more sample than n removes e^2 / (n + 1), so e sqrt(n) takes the
+// place of a sample's deviation when the planner shares samples.
 //
-// Filtering takes as long as some samples of every pixel. So it is done when there are
-// kFilterGrowth times the samples of the last time, and in between the last errors have fallen so.
+// Filtering takes as long as several samples of every pixel, so it is repeated only when the number
+// of samples has grown kFilterGrowth times. In between, the last errors are scaled by 1 / sqrt(n).
 #pragma once
 
 #include <cstdint>
@@ -22,24 +21,27 @@ namespace emberline {
 class Archive;
 class FilmTile;
 
+<<<<<<< HEAD
 // Ours, not tuned: one pass is then 5 to 8 % of a frame of 64 samples.
+=======
+// Our choice, not tuned: one pass takes 5 to 8 % of a frame of 64 samples (tests/bench/results).
+>>>>>>> eng-b
 inline constexpr double kFilterGrowth = 4.0;
 
 class DenoisedError {
  public:
-  // Of a film with the channels of `denoising`, whose pixels have so many samples: puts the errors
-  // of the denoised picture, and the deviations by which samples are to be shared, into the place
-  // of the map's; leaves it alone before there are samples enough to be filtered. Filters if that
-  // is due, and allowed. False if a stop was requested meanwhile. The same bits for any number of
-  // threads.
+  // Replaces the map's errors by those of the denoised picture, and its deviations by those that
+  // decide the shares of samples; does nothing while there are too few samples to filter. The film
+  // must have the channels of `denoising`; `counts` are the samples of its pixels. Filters if due
+  // and allowed. False if a stop was requested meanwhile. The same bits for any number of threads.
   bool look(const FilmTile& film, std::span<const float> counts, bool may_filter, ErrorMap* map,
             const std::stop_token& stop);
-  // The same, but filters in any case.
+  // The same, but always filters.
   bool filter(const FilmTile& film, std::span<const float> counts, ErrorMap* map,
               const std::stop_token& stop);
-  // The film has been filtered.
+  // Whether the film has been filtered.
   bool known() const { return filtered_at_ > 0.0; }
-  // At the last look the film had other samples than when it was filtered.
+  // Whether the film had other samples at the last look than when it was filtered.
   bool stale() const { return filtered_at_ > 0.0 && samples_ != filtered_at_; }
 
   void archive(Archive& archive, size_t pixels);
@@ -48,12 +50,12 @@ class DenoisedError {
  private:
   void put(std::span<const float> counts, ErrorMap* map) const;
 
-  double samples_ = 0.0;       // a pixel, at the last look
-  double filtered_at_ = 0.0;   // when it was filtered; 0: never
-  std::vector<float> square_;  // of a pixel's error then, times its samples
+  double samples_ = 0.0;       // per pixel, at the last look
+  double filtered_at_ = 0.0;   // samples_ at the last filtering; 0: never
+  std::vector<float> square_;  // squared error of a pixel at that time, times its samples
 };
 
-// 0 of none. The same for any number of threads.
+// 0 if empty. The same for any number of threads.
 double root_mean_square(std::span<const float> values);
 
 }  // namespace emberline

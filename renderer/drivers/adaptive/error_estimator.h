@@ -1,4 +1,5 @@
-// Error estimators: film state in, per-pixel error out. Pure functions, one pair of files each.
+// Error estimators: film state in, per-pixel error out. They are pure functions, each in its own
+// pair of files.
 #pragma once
 
 #include <cstdint>
@@ -16,24 +17,25 @@ namespace emberline {
 
 // One entry per pixel of the statistics, in their order.
 struct ErrorMap {
-  // What is compared with --noise-threshold. For most estimators the expected RMS error of the
-  // pixel in display units (sRGB, [0, 1]), root of the mean over the channels; an estimator whose
-  // paper measures something else says so in its header. At most the threshold: finished.
+  // Compared with --noise-threshold; a pixel is finished if its error is at most the threshold. For
+  // most estimators the expected RMS error of the pixel in display units (sRGB, [0, 1]), root mean
+  // square over the channels. Estimators whose papers use another measure say so in their headers.
   std::vector<float> error;
-  // Standard deviation of one sample in the allocation's metric, root of the mean over channels, by
-  // which the next samples are shared out. Left empty by the historical estimators, which only say
-  // who is not finished yet: those share evenly.
+  // Standard deviation of one sample in the allocation's metric, root mean square over the
+  // channels; the next samples are shared by it. Empty for the historical estimators, which only
+  // tell which pixels are unfinished; these get equal numbers of samples.
   std::vector<float> deviation;
-  // Squared displayed error, summed over pixels and channels, of light that pixels seem to have
-  // missed, as their neighbours have met it; no part of `error`. 0 of estimators that do not pool.
+  // Squared display error, summed over pixels and channels, of light that pixels seem to have
+  // missed because their neighbours found it. Not part of `error`; 0 for estimators that do not
+  // pool.
   double missed = 0.0;
 };
 
-// In what units an error counts: the table behind --allocation, its --help and its error message.
-// Each metric weighs a channel's squared error by a function of the channel's value; expected
-// errors are sums of weight x variance. The weight is 1 for mse, 1 / (mean^2 + epsilon) for relmse
-// (rel_mse_epsilon()), display_error_weight() for display, and for denoised, where the errors are
-// those that a filter leaves (denoised_error.h).
+// The table of error metrics, behind --allocation, its --help and its error message. A metric
+// weighs a channel's squared error by a function of the channel's value; expected errors are sums
+// of weight x variance. The weight is 1 for mse, 1 / (mean^2 + epsilon) for relmse
+// (rel_mse_epsilon()), and display_error_weight() for display and denoised. For denoised, errors
+// are those after filtering (denoised_error.h).
 std::span<const NamedValue<ErrorMetric>> error_metric_table();
 
 struct EstimatorSettings {
@@ -41,19 +43,19 @@ struct EstimatorSettings {
   ErrorMetric allocation = ErrorMetric::kDisplay;
 };
 
-// The table of estimators: feeds the planner, --help, the "valid names are" message, the study.
+// A row of the table of estimators, which feeds the planner, --help, error messages and the study.
 struct EstimatorEntry {
   std::string_view name;
   std::string_view summary;
   // Fills `out` completely; no value is NaN or negative, whatever the statistics hold. A pure
-  // function: neither threads nor time enter.
+  // function, independent of threads and time.
   void (*estimate)(const PixelStatistics& pixels, const EstimatorSettings& settings, ErrorMap* out);
-  StreamCount streams = StreamCount::kOne;  // what its estimate needs
-  uint32_t first_samples = 0;  // of every pixel, before it is asked; its paper's figure
+  StreamCount streams = StreamCount::kOne;  // required by its estimate
+  uint32_t first_samples = 0;  // of every pixel before the first estimate; from its paper
   uint32_t batch = 0;  // samples that an unfinished pixel gets at a time; 0: shared by deviation
   bool rms_error = false;   // its error is the pixel's expected RMS error as displayed
-  bool halves = false;      // the statistics hold halves (SampleHalves) in the place of streams
-  bool whole_tree = false;  // the refinement tree asks for the first sample of every pixel
+  bool halves = false;      // the statistics hold halves (SampleHalves) instead of streams
+  bool whole_tree = false;  // the refinement tree places the first sample of every pixel
 };
 std::span<const EstimatorEntry> estimator_table();
 const EstimatorEntry& find_estimator(std::string_view name);  // throws UsageError

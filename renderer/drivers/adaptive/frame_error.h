@@ -1,4 +1,4 @@
-// How large the error of the whole crop is, for the report: what no stopping rule goes by.
+// Error estimates of the whole crop, for the report; no stopping rule uses them.
 #pragma once
 
 #include <algorithm>
@@ -8,9 +8,9 @@
 
 namespace emberline {
 
-// Of a sample of a pixel, such that over the pixel's count it is that of its mean: from the
-// difference of two streams' means, or of two halves', where there are two; else from the samples'
-// `spread`, as if they were independent. So limited that sums over a frame stay finite.
+// Sample variance of a pixel, defined so that division by the pixel's count gives that of its mean.
+// From the difference of the means of two streams or halves if there are two, else from the
+// samples' `spread` as if they were independent. Limited so that sums over a frame stay finite.
 inline float sample_variance(float count, float second_count, float difference, float spread) {
   constexpr float kMost = 1e18f;
   const float n = std::max(1.0f, count), b = second_count, a = n - b;
@@ -18,14 +18,14 @@ inline float sample_variance(float count, float second_count, float difference, 
   return std::min(a > 0.0f && b > 0.0f ? streams : spread, kMost);
 }
 
-// Expected RMS error of the crop as it is displayed (sRGB, [0, 1]), over pixels and channels:
-// from each pixel's own two streams, at its own mean. One pixel's difference says little, but the
-// mean of thousands of squares is sure; pooled over neighbours first, as a decision about a pixel
-// needs it, noise beside a highlight would be weighed by the steep curve of the shadow next to it,
-// and what is next to a lamp as clipped. Where there is no second stream, as if samples were
-// independent. `missed` is ErrorMap's, added. Finite. The same for any threads.
+// Expected RMS error of the displayed crop (sRGB, [0, 1]), over pixels and channels, from each
+// pixel's own two streams at its own mean. One pixel's difference is unreliable, but the mean of
+// thousands of squares is reliable. Pooling over neighbours first, as decisions about single pixels
+// need it, would weigh noise beside a highlight by the steep display curve of the shadow next to
+// it, and would treat pixels next to a lamp as clipped. Without a second stream, samples count as
+// independent. Adds `missed`, from ErrorMap. Finite; the same for any number of threads.
 double frame_error(const PixelStatistics& pixels, double missed = 0.0);
-// The same of averages of rounds, which know their own variances.
+// The same for averages of rounds, which have their own variances.
 double frame_error(const RoundAverages& averages, size_t pixels, double missed = 0.0);
 
 }  // namespace emberline

@@ -1,4 +1,4 @@
-// Sums over the pixels of a crop, in parallel, that do not depend on who computed what.
+// Parallel sums over the pixels of a crop, independent of how threads share the work.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 namespace emberline {
 
-// part_sum(begin, end) for fixed parts of [0, count), added in order with +=; Sum{} of nothing.
+// Adds part_sum(begin, end) of fixed parts of [0, count) in order, with +=; Sum{} if count is 0.
 template <typename PartSum>
 auto ordered_sum(size_t count, const PartSum& part_sum) {
   constexpr size_t kPart = 8192;
@@ -22,11 +22,11 @@ auto ordered_sum(size_t count, const PartSum& part_sum) {
   return total;
 }
 
-// A part's running values are kept in so many lanes, so that loops over them vectorise although the
-// order of float additions matters; each lane holds at most kPart / kSumLanes terms.
+// Number of lanes that a part's running values are kept in, so that loops vectorise although the
+// order of float additions matters. Each lane adds at most kPart / kSumLanes terms.
 inline constexpr size_t kSumLanes = 16;
 
-// body(i, lane) for [begin, end), lane = (i - begin) % kSumLanes.
+// Calls body(i, lane) for [begin, end) with lane = (i - begin) % kSumLanes.
 template <typename Body>
 void for_lanes(size_t begin, size_t end, const Body& body) {
   size_t i = begin;

@@ -10,7 +10,7 @@
 namespace emberline {
 namespace {
 
-// The pixel and its edge neighbours, as far as they have samples.
+// The pixel and its edge neighbours, without those that have no samples.
 struct Neighbourhood {
   std::array<size_t, 5> pixels;
   size_t size = 0;
@@ -31,7 +31,7 @@ Neighbourhood neighbourhood(const PixelStatistics& statistics, size_t i) {
   return result;
 }
 
-// Deviation of the displayed means around a pixel, root of the mean over the channels.
+// Standard deviation of the displayed means around a pixel, root mean square over the channels.
 float external_deviation(const PixelStatistics& statistics, size_t i) {
   const Neighbourhood around = neighbourhood(statistics, i);
   if (around.size < 2) return 0.0f;

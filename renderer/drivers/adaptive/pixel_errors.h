@@ -1,4 +1,4 @@
-// What the estimators that judge each pixel by its own samples share.
+// Shared code of the estimators that judge each pixel by its own samples.
 #pragma once
 
 #include <algorithm>
@@ -10,10 +10,10 @@
 
 namespace emberline {
 
-// The error of a pixel of which too little is known: above every threshold, yet finite.
+// The error of a pixel that cannot be estimated yet: above every threshold, but finite.
 inline constexpr float kUnknownError = 1e6f;
 
-// An error as a map may hold it; NaN, from statistics that are not finite, says nothing.
+// Limits an error to the range of the map. NaN, from non-finite statistics, becomes kUnknownError.
 inline float map_error(float error) {
   return error <= kUnknownError ? std::max(error, 0.0f) : kUnknownError;
 }
@@ -29,10 +29,10 @@ void fill_errors(const PixelStatistics& pixels, const PixelError& pixel_error, E
   });
 }
 
-// Fills the map with finish(i, e) for each pixel and no deviations, in parallel; e is the standard
-// error of the pixel's mean in display units (display_error.h), root of the mean over the channels,
-// and variance_of_mean(c, i) channel c's, in linear radiance squared. That is asked of every pixel,
-// those without samples too, in a loop that vectorises if it has no branch.
+// Fills the map with finish(i, e) for each pixel and no deviations, in parallel. e is the standard
+// error of the pixel's mean in display units (display_error.h), root mean square over the channels.
+// variance_of_mean(c, i) is channel c's variance in squared linear radiance; it is called for every
+// pixel, even without samples, in a loop that vectorises if the function has no branch.
 template <typename VarianceOfMean, typename Finish>
 void fill_display_errors(const PixelStatistics& pixels, const VarianceOfMean& variance_of_mean,
                          const Finish& finish, ErrorMap* out) {
@@ -55,7 +55,7 @@ void fill_display_errors(const PixelStatistics& pixels, const VarianceOfMean& va
   });
 }
 
-// The same from the pixels' sample variances; for finish() to judge those with n < 2.
+// The same, from the pixels' sample variances; finish() must handle n < 2.
 template <typename Finish>
 void fill_display_errors_of_samples(const PixelStatistics& pixels, const Finish& finish,
                                     ErrorMap* out) {

@@ -10,21 +10,20 @@
 namespace emberline {
 namespace {
 
-// Sums of squares may exceed float, and so may what is left of them.
+// Sums of squares may exceed float, and so may differences of them.
 float to_float(double x) { return float(std::clamp(x, -1e30, 1e30)); }
 
-// The camera's ray leads to little work when it meets nothing; every further one brings a surface
-// to be shaded with it.
+// A camera ray that hits nothing costs little; every further ray comes with a surface to shade.
 float sample_cost(double rays) { return float(double(kCameraRayCost) + std::max(0.0, rays - 1.0)); }
 
-// A few pixels' sums side by side, so that what is made of them vectorises: the film keeps a
+// The sums of a few pixels as arrays, so that the arithmetic vectorises; the film stores each
 // pixel's sums together.
 struct Block {
   static constexpr size_t kPixels = 64;
   double count[2][kPixels], rgb[2][3][kPixels], squares[3][kPixels], rays[kPixels];
 
-  // `last` is the film's last pixel. The pixels a block ahead are asked for, which halves the time:
-  // a film is larger than caches are.
+  // `last` is the film's last pixel. Prefetches one block ahead, which halves the time, since a
+  // film is larger than the caches.
   void load(const FilmTile& film, size_t first, size_t pixels, size_t last) {
     for (size_t j = 0; j < pixels; ++j) {
       const size_t ahead = std::min(first + j + kPixels, last);
@@ -42,7 +41,7 @@ struct Block {
   }
 };
 
-// What the sums are multiplied by; 0 where there is nothing to divide by.
+// Factors for the sums; 0 where the divisor is 0.
 struct Reciprocals {
   double sample[Block::kPixels], degree[Block::kPixels], stream[2][Block::kPixels];
 

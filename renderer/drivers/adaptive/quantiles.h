@@ -1,29 +1,29 @@
-// Quantiles of the distributions that the statistical stopping rules ask, at their fixed confidence
-// of 95 %, in closed forms that cost a few multiplications.
+// Quantiles for the statistical stopping rules, at their fixed confidence of 95 %, as closed forms
+// that cost a few multiplications.
 #pragma once
 
 #include <cmath>
 
 namespace emberline {
 
-// Of the standard normal distribution: at .95, for bounds from one side, and at .975, for intervals
-// that hold 95 %.
+// Quantiles of the standard normal distribution: .95 for one-sided bounds, .975 for intervals that
+// hold 95 %.
 inline constexpr double kNormal95 = 1.6448536269514722;
 inline constexpr double kNormal975 = 1.9599639845400545;
 
-// The value that a chi-square variate with `degrees` of freedom falls below with probability .05
-// (Wilson & Hilferty 1931, "The Distribution of Chi-Square", PNAS 17). Always too small, which errs
-// on the safe side: by .6 % at 7 degrees, by less than .02 % from 31 on; 7 % at 3, beyond use
-// below.
+// The value below which a chi-square variate with `degrees` of freedom falls with probability .05
+// (Wilson & Hilferty 1931, "The Distribution of Chi-Square", PNAS 17). Always too small, which is
+// the safe side: by .6 % at 7 degrees, by less than .02 % from 31 on, by 7 % at 3; unusable below
+// 3.
 inline double chi_square_quantile_05(double degrees) {
   const double a = 2.0 / (9.0 * degrees);
   const double root = 1.0 - a - kNormal95 * std::sqrt(a);
   return degrees * root * root * root;
 }
 
-// The value that Student's t with `degrees` of freedom exceeds in size with probability .05: closed
-// forms for 1 and 2 degrees, else the expansion in 1 / degrees (Abramowitz & Stegun 1964, 26.7.5),
-// too small by .12 % at 3 degrees and by less than .003 % from 7 on.
+// The value that the magnitude of Student's t with `degrees` of freedom exceeds with probability
+// .05: closed forms for 1 and 2 degrees, else the expansion in 1 / degrees (Abramowitz & Stegun
+// 1964, 26.7.5), too small by .12 % at 3 degrees and by less than .003 % from 7 on.
 inline double student_t_quantile_975(double degrees) {
   if (degrees < 1.5) return 12.706204736174694;  // tan(.95 pi / 2)
   if (degrees < 2.5) return 4.302652729911275;   // .95 sqrt(2 / (1 - .95^2))

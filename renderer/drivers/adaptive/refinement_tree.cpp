@@ -17,24 +17,32 @@ namespace emberline {
 namespace {
 
 constexpr uint32_t kNone = ~0u;
-constexpr int kLongestSide = 65536;                      // of RefinementTree::Cell
+constexpr int kLongestSide = 65536;                      // limited by RefinementTree::Cell
 constexpr int64_t kMostPixels = (int64_t(1) << 31) - 1;  // two node ids each
 
+<<<<<<< HEAD
 // A round is the best leaves that hold this share of all leaves' priority: few while contrast is
 // concentrated, so that the next round can react; many when all look alike. Between these parts of
 // the leaves that can be split, so that a sample costs 16 evaluations of leaves at most;
 // and at least a 64th of all samples, or 64, which keeps the last rounds from being many and small.
 // tests/bench/results/adaptive.md has what other values do to error and speed.
+=======
+// A round is the best leaves that hold this share of the total priority: few while contrast is
+// concentrated, so that the next round can react; many if all leaves look alike. It is limited to
+// these fractions of the leaves that can be split, so that a sample costs at most 16 evaluations of
+// leaves, and to at least 64 and a 64th of all samples, so that the last rounds are not many and
+// small. tests/bench/results shows how other values affect error and speed.
+>>>>>>> eng-b
 constexpr double kRoundPriority = 0.25;
 constexpr size_t kSmallestPart = 16, kLargestPart = 4, kSmallestPartOfAll = 64;
 constexpr size_t kSmallestRound = 64;
 
 constexpr float kBrightest = 1e30f, kHighestExposure = 1e6f;
 
-// How many splits ahead a parent is fetched: it is seldom in the caches.
+// Prefetch distance for parents, in splits; parents are seldom in the caches.
 constexpr size_t kAhead = 8;
 
-// Leaves that room is kept for from the start: those of a 4K frame.
+// Leaves that memory is reserved for at the start: those of a 4K frame.
 constexpr size_t kReserved = size_t(3840) * 2160;
 
 // Leaves per task when contrasts are computed: about 0.1 ms.
@@ -44,17 +52,17 @@ constexpr bool is_leaf(uint32_t node) { return node % 2 == 0; }
 constexpr uint32_t leaf_node(uint32_t leaf) { return 2 * leaf; }
 constexpr uint32_t split_node(uint32_t split) { return 2 * split + 1; }
 
-// The bits of non-negative floats are ordered as they are. Without the last 20: eight buckets an
-// octave.
+// The bits of non-negative floats sort like the floats. Without the last 20 there are eight buckets
+// per octave.
 size_t bucket_of(float priority) { return std::bit_cast<uint32_t>(priority) >> 20; }
 
-// By way of 32-bit integers, which GCC 12 converts as one; 16-bit ones it takes apart.
+// Goes through 32-bit integers, which GCC 12 converts as a vector; it splits up 16-bit ones.
 using Int4 [[gnu::vector_size(16)]] = int32_t;
 Color4 to_color4(auto shade) {
   return __builtin_convertvector(__builtin_convertvector(shade, Int4), Color4);
 }
 
-// Mean of the luminance's variance and the largest of the channels', from squares of shades.
+// Mean of the luminance's variance and the largest channel's, from squared shades.
 float weigh(Color4 variance) {
   const float channels = std::max(variance[0], std::max(variance[1], variance[2]));
   return 0.5f * (variance[3] + channels) * square(1.0f / 65535);
@@ -80,7 +88,7 @@ RefinementTree::RefinementTree(const Rect& crop, const RefinementSettings& setti
   if (crop.empty()) phase_ = RefinementPhase::kFinished;
   const auto pixels = size_t(crop.area());
   owner_.resize(pixels, 0);
-  // So that growing costs no copies. Memory is taken when it is first written.
+  // Growing then needs no copies. Memory is committed when first written.
   leaf_.reserve(std::min(pixels, kReserved));
   shade_.reserve(std::min(pixels, kReserved));
   split_.reserve(std::min(pixels, kReserved));
@@ -148,8 +156,8 @@ void RefinementTree::insert(std::span<const Rgb> values) {
   evaluate();
 }
 
-// In place: the open leaves move back by the number of splits, which are as many leaves more at
-// most, so that what is written stays behind what is read.
+// In place: the open leaves first move back by the number of splits, which is the most that can be
+// added, so that writing never overtakes reading.
 void RefinementTree::split_chosen(std::span<const Rgb> values) {
   const size_t before = open_.size(), shift = chosen_.size();
   open_.resize(before + shift);
@@ -172,9 +180,9 @@ void RefinementTree::split_chosen(std::span<const Rgb> values) {
   open_.resize(written);
 }
 
-// The `count` most urgent of the open leaves into chosen_, ascending.
+// Puts the `count` most urgent open leaves into chosen_, ascending.
 void RefinementTree::choose(size_t count, const PriorityBuckets& buckets) {
-  size_t last_bucket = kPriorityBuckets - 1;  // the one in which the last of the best is found
+  size_t last_bucket = kPriorityBuckets - 1;  // the bucket of the last chosen leaf
   size_t missing = count;
   while (buckets.count[last_bucket] < missing) missing -= buckets.count[last_bucket--];
 
@@ -199,8 +207,8 @@ void RefinementTree::add_leaf(Place pixel, const Rgb& value) {
   shade_.push_back(shade(finite));
 }
 
-// The sample of the leaf keeps the half that holds it, the new one gets the other. Returns the
-// halves, the one with the smaller coordinates first.
+// The half that contains the leaf's sample keeps it; the other half gets the new sample. Returns
+// the halves, the one with the smaller coordinates first.
 std::array<RefinementTree::Open, 2> RefinementTree::split(const Open& open, Place pixel,
                                                           const Rgb& value) {
   const auto made = uint32_t(split_.size()), fresh = uint32_t(leaf_.size());
@@ -227,12 +235,12 @@ void RefinementTree::own_cell(const Cell& cell, uint32_t leaf) {
   for (int y = 0; y < cell.height(); ++y, row += stride) std::fill_n(row, cell.width(), leaf);
 }
 
-// Variances and priorities of the open leaves, and what phase they make.
+// Updates the variances and priorities of the open leaves, and the phase.
 void RefinementTree::evaluate() {
   const auto large = [&](const Open& o) { return o.cell.area() > settings_.coverage_area; };
   const size_t too_large = phase_ == RefinementPhase::kCoverage
                                ? size_t(std::ranges::count_if(open_, large))
-                               : 0;  // and never again: leaves only shrink
+                               : 0;  // once 0 it stays 0: leaves only shrink
   std::atomic<bool> features{false};
   parallel_ranges(open_.size(), kGrain, [&](size_t begin, size_t end) {
     bool seen = false;
@@ -252,7 +260,7 @@ void RefinementTree::evaluate() {
                            : RefinementPhase::kPixelLevel;
 }
 
-// Variance of the leaf's value and those across the middles of its edges.
+// Variance of the values of the leaf and its neighbours across the middles of its edges.
 float RefinementTree::external_variance(const Cell& c, uint32_t leaf) const {
   const Color4 own = to_color4(shade_[leaf]);
   const size_t stride = size_t(crop_.width());
@@ -276,18 +284,17 @@ float RefinementTree::external_variance(const Cell& c, uint32_t leaf) const {
 RefinementTree::Shade RefinementTree::shade(const Rgb& value) const {
   Color4 x = color4(value, luminance(value));
   x = x > 0.0f ? x : splat4(0.0f);
-  x = x < kBrightest ? x : splat4(kBrightest);  // so that x * exposure and the quotient are finite
+  x = x < kBrightest ? x : splat4(kBrightest);  // keeps x * exposure and the quotient finite
   x *= settings_.exposure;
   x /= 1.0f + x;
   for (int i = 0; i < 4; ++i) x[i] = std::sqrt(x[i]);
   return __builtin_convertvector(__builtin_convertvector(x * 65535.0f + 0.5f, Int4), Shade);
 }
 
-// Where a cell's sample is taken is a function of the seed and the cell alone, so that it does not
-// depend on what was split before.
+// A cell's sampled pixel depends only on the seed and the cell, not on earlier splits.
 RefinementTree::Place RefinementTree::draw_pixel(const Cell& cell) const {
   const uint64_t h = hash_combine64(hash64(settings_.seed), std::bit_cast<uint64_t>(cell));
-  const auto below = [](uint64_t bits, int count) {  // uniform to 2^-16 of itself
+  const auto below = [](uint64_t bits, int count) {  // uniform to a relative 2^-16
     return uint16_t((bits & 0xffffffffu) * uint64_t(count) >> 32);
   };
   return {uint16_t(cell.x0 + below(h, cell.width())),

@@ -1,6 +1,6 @@
-// Which pixel gets its first sample next, below one sample per pixel: a k-d tree over the image
-// plane that is refined where the picture needs it, after Painter & Sloan 1989, "Antialiased Ray
-// Tracing by Adaptive Progressive Refinement", SIGGRAPH. No rendering happens here:
+// Chooses the pixels that get their first sample next, below one sample per pixel: a k-d tree over
+// the image plane, refined where the picture needs it, after Painter & Sloan 1989, "Antialiased Ray
+// Tracing by Adaptive Progressive Refinement", SIGGRAPH. It does not render:
 //
 //   RefinementTree tree(crop, settings);
 //   while (!tree.finished()) {
@@ -8,29 +8,39 @@
 //     tree.insert(values);              // one radiance for each of them, in their order
 //   }
 //
-// A leaf is a rectangle of whole pixels that holds one sample: the value of one pixel inside it. To
-// split a leaf, its longer side is cut in the middle; the half that holds the sample keeps it, a
-// pixel drawn in the other half is asked for. A leaf of one pixel is finished; when all are, every
-// pixel was asked for exactly once.
+// A leaf is a rectangle of whole pixels with one sample: the value of one pixel inside it. To split
+// a leaf, its longer side is cut in the middle. The half that contains the sample keeps it; a pixel
+// drawn in the other half is requested. A leaf of one pixel is finished. When all leaves are, every
+// pixel has been requested exactly once.
 //
-// Priorities. Leaf of area a (pixels): p = a (max(v_int, v_ext) + kappa). v_int is the variance of
-// the two samples that the last cut parted, v_ext that of the leaf and what lies across the middles
-// of its edges; both of display values (below). kappa is the coverage term: without contrast the
-// largest leaf goes first. While a leaf is larger than `coverage_area`, only such leaves are split.
+// Priorities. A leaf of area a (pixels) has the priority p = a (max(v_int, v_ext) + kappa). v_int
+// is the variance of the two samples that the last cut separated, v_ext that of the leaf and its
+// neighbours across the middles of its edges; both of display values (below). kappa is the coverage
+// term: without contrast the largest leaf comes first. While a leaf is larger than `coverage_area`,
+// only such leaves are split.
 //
+<<<<<<< HEAD
 // Where this departs from the paper: it splits one leaf at a time and finds it by descending from
 // the root; here a round splits many leaves, all that are too large for coverage, then those that
 // hold a quarter of all priority, so that they are read in one stream and the renderer gets many
 // pixels to work on. Leaves cannot react to samples of their own round. And its v_int is kept up to
 // date by means that are pulled up the tree, which gains little with v_ext beside it
 // (tests/bench/results/adaptive.md).
+=======
+// Differences from the paper. The paper splits one leaf at a time and finds it by descending from
+// the root. Here a round splits many leaves: first all that are too large for coverage, then those
+// that hold a quarter of the total priority. Leaves are thus read in one stream and the renderer
+// gets many pixels to work on, but leaves cannot react to samples of their own round. The paper
+// also updates v_int with means that are pulled up the tree, which gains little in addition to
+// v_ext (tests/bench/results).
+>>>>>>> eng-b
 //
-// Display values: radiance x exposure through x / (1 + x) (Reinhard, Stark, Shirley & Ferwerda
-// 2002) and a square root for the eye, so they lie in [0, 1] however bright a light is. A variance
-// is the mean of two: of the luminance, and of the channel that varies most.
+// Display values: radiance x exposure is mapped by x / (1 + x) (Reinhard, Stark, Shirley & Ferwerda
+// 2002) and a square root, for the eye, into [0, 1] however bright a light is. A variance is the
+// mean of two: of the luminance, and of the channel that varies most.
 //
-// The tree is a pure function of crop, settings, limits and values: neither threads nor time
-// enter. Contrasts are computed on the calling thread's TBB arena. One caller at a time; const
+// The tree is a pure function of crop, settings, limits and values, independent of threads and
+// time. It computes contrasts on the calling thread's TBB arena. One caller at a time; const
 // functions may be called concurrently.
 #pragma once
 
@@ -51,81 +61,81 @@
 namespace emberline {
 
 enum class RefinementPhase : uint8_t {
-  kCoverage,    // some leaf is larger than the coverage area
-  kFeatures,    // some leaf of two pixels or more has contrast
-  kPixelLevel,  // what is left to split looks flat
-  kFinished,    // every leaf is a pixel
+  kCoverage,    // some leaves are larger than the coverage area
+  kFeatures,    // some leaves of two or more pixels have contrast
+  kPixelLevel,  // the remaining leaves look flat
+  kFinished,    // every leaf is one pixel
 };
 std::string_view refinement_phase_name(RefinementPhase phase);
 
 // Ranges are asserted.
 struct RefinementSettings {
-  uint32_t seed = 0;            // of the pixels drawn, and of the order among equals
+  uint32_t seed = 0;            // for the drawn pixels, and the order of equal priorities
   int coverage_area = 16 * 16;  // in pixels, > 0
   // kappa, in squared display values, > 0. Chosen on test_picture() of refinement_pictures.h: from
-  // 1e-4 to 3e-3 the error at a quarter sample per pixel hardly changes, at 1e-2 it is twice that.
+  // 1e-4 to 3e-3 the error at a quarter sample per pixel hardly changes; at 1e-2 it doubles.
   float coverage_weight = 1e-3f;
-  // tau: a contrast from here on counts as a feature. Two steps of an 8-bit display, squared.
+  // tau: the least contrast that counts as a feature. Two steps of an 8-bit display, squared.
   float feature_threshold = square(2.0f / 255);
   float exposure = 1.0f;  // factor on radiance, in (0, 1e6]
 };
 
-// A node on the way to a pixel, for people who ask why it was sampled.
+// A node on the path to a pixel, to explain why the pixel was sampled.
 struct RefinementNode {
   Rect rect;
-  Rgb mean;  // area-weighted, of the leaves inside as they are now
-  // At the time it was split; of a leaf, as they are now.
+  Rgb mean;  // area-weighted mean of the present leaves inside
+  // At the time of the split; for a leaf, at present.
   float v_int = 0, v_ext = 0, priority = 0;
   RefinementPhase phase = RefinementPhase::kCoverage;  // kFinished: a leaf of one pixel
-  uint32_t round = 0;  // rounds done when it was split; of a leaf, the number of rounds done
+  uint32_t round = 0;  // rounds done when it was split; for a leaf, rounds done so far
   bool leaf = false;
 };
 
 class RefinementTree {
  public:
-  // Pixels of `crop`, half-open; may be empty. Throws UsageError for a side above 65536 pixels or
-  // an area above 2^31 - 1.
+  // Pixels of `crop`, half-open; may be empty. Throws UsageError if a side exceeds 65536 pixels or
+  // the area exceeds 2^31 - 1.
   RefinementTree(const Rect& crop, const RefinementSettings& settings);
 
   const Rect& crop() const { return crop_; }
   const RefinementSettings& settings() const { return settings_; }
-  // All pixels have been asked for and inserted.
+  // Whether all pixels have been requested and inserted.
   bool finished() const { return phase_ == RefinementPhase::kFinished; }
   RefinementPhase phase() const { return phase_; }
   uint32_t rounds() const { return rounds_; }  // inserted so far
   size_t sample_count() const { return leaf_.size(); }
 
-  // The pixels whose first sample is wanted, those of the best leaves, listed in the order of the
-  // tree, so that neighbours in the list are neighbours in the frame. The first round is one pixel;
-  // a coverage round is all leaves that are too large; others are the leaves that hold a quarter of
-  // all priority, but between a 16th and a quarter of the leaves that can be split, and at least 64
-  // and a 64th of all samples. Never more than `limit`. Calls alternate with insert() (asserted);
-  // the span is valid until then.
+  // The pixels whose first samples are requested, those of the most urgent leaves, in tree order,
+  // so that neighbours in the list are neighbours in the frame. The first round is one pixel; a
+  // coverage round is all leaves that are too large. Other rounds are the leaves that hold a
+  // quarter of the total priority, limited to between a 16th and a quarter of the leaves that can
+  // be split, and at least 64 and a 64th of all samples. Never more than `limit`. Calls alternate
+  // with insert() (asserted), which invalidates the span.
   std::span<const Vec2i> next_round(size_t limit = std::numeric_limits<size_t>::max());
-  // The radiances of the pixels wanted, linear Rec. 709. A NaN or an infinity is black.
+  // The radiances of the requested pixels, linear Rec. 709. NaN and infinity count as black.
   void insert(std::span<const Rgb> values);
 
-  // The leaf that covers pixel (x, y) of the crop; and of all its pixels, rows from its top.
-  // Meaningless before the first sample.
+  // The leaf that covers pixel (x, y) of the crop; the leaves of all pixels, rows from the crop's
+  // top. Meaningless before the first sample.
   uint32_t leaf_at(int x, int y) const { return owner_[index(x, y)]; }
   std::span<const uint32_t> leaf_map() const { return owner_; }
-  // Leaves, 0 .. sample_count() - 1, in the order in which their samples came.
+  // Leaves 0 .. sample_count() - 1, in the order of their samples.
   const Rgb& value(uint32_t leaf) const { return leaf_[leaf].value; }
   Vec2i sampled_pixel(uint32_t leaf) const { return pixel_of(leaf_[leaf].pixel); }
 
-  // The nodes from the root to the leaf that covers pixel (x, y) of the crop. Costs a look at
-  // every pixel of the crop; nothing before the first insert().
+  // The nodes from the root to the leaf that covers pixel (x, y) of the crop. Reads every pixel of
+  // the crop; empty before the first insert().
   std::vector<RefinementNode> describe(int x, int y) const;
 
-  // The first `most` leaves of two pixels or more, in the order in which they will be split, and
-  // how many there are.
+  // The first `most` leaves of two or more pixels, in the order in which they will be split; and
+  // the number of all such leaves.
   std::vector<RefinementNode> most_urgent(size_t most) const;
   size_t open_count() const { return open_.size(); }
-  // How many leaves have 2^k .. 2^(k+1) - 1 pixels, for k = 0, 1, ...
+  // Number of leaves with 2^k .. 2^(k+1) - 1 pixels, for k = 0, 1, ...
   std::vector<size_t> leaves_by_area() const;
 
-  // Of the nodes: at most 36 bytes for each of the 2 sample_count() - 1, and 16; 22 for each in the
-  // end. And of the map from pixels to leaves: 4 a pixel.
+  // Memory of the nodes: at most 36 bytes for each of the 2 sample_count() - 1 nodes, plus 16
+  // bytes; 22 for each at the end. The map from pixels to leaves takes 4 bytes per pixel.
   size_t node_bytes() const;
   size_t map_bytes() const { return owner_.capacity() * sizeof(uint32_t); }
 
@@ -154,23 +164,24 @@ class RefinementTree {
   // Node ids: leaf i is 2 i, split i is 2 i + 1.
   struct Split {
     uint32_t child[2];  // nodes; the one with the smaller coordinates first
-    float v_cut;        // variance of the samples parted: v_int of both children
-    float v_ext;        // of the leaf that it was
+    float v_cut;        // variance of the separated samples: v_int of both children
+    float v_ext;        // of the leaf that was split
     uint32_t when;      // 4 x round + phase
   };
-  // A leaf of two pixels or more, with all that decides when it is split: read in order.
+  // A leaf of two or more pixels, with all data that decides when it is split; read sequentially.
   struct Open {
     uint32_t leaf;
-    uint32_t parent;  // the split that made it; none of the root
+    uint32_t parent;  // the split that made it; kNone for the root
     Cell cell;
     float v_int, v_ext = 0;
-    float priority = 0;  // stays 0 where the phase does not split
+    float priority = 0;  // 0 while the phase does not split the leaf
   };
 
   size_t index(int x, int y) const {
     return size_t(y - crop_.y0) * size_t(crop_.width()) + size_t(x - crop_.x0);
   }
-  // The open leaves by priority, ascending: how many, and the sum of their priorities.
+  // The open leaves in buckets of ascending priority: their numbers, and the sums of their
+  // priorities.
   static constexpr size_t kPriorityBuckets = 2048;
   struct PriorityBuckets {
     std::array<uint32_t, kPriorityBuckets> count = {};
@@ -205,8 +216,8 @@ class RefinementTree {
   uint32_t descend(uint32_t split, Place place, Cell& cell) const;
   Rgb mean_over(const Rect& rect) const;
 
-  // By priority; equals in the order of a hash: in the order of the tree, a flat picture would be
-  // refined from one corner to the other.
+  // Sort key: the priority, then a hash. Ties in tree order would refine a flat picture from one
+  // corner to the other.
   uint64_t urgency(const Open& open) const {
     return uint64_t(std::bit_cast<uint32_t>(open.priority)) << 32 |
            hash32(open.leaf + hash32(settings_.seed));
@@ -231,8 +242,8 @@ class RefinementTree {
   std::vector<uint32_t> owner_;  // by pixel of the crop: the leaf that covers it
 
   std::vector<Open> open_;  // in the order of the tree, depth first
-  size_t eligible_ = 0;     // how many of them the phase splits
-  // The round under way: positions in open_, ascending, and the pixels wanted of them.
+  size_t eligible_ = 0;     // the number of open leaves that the phase splits
+  // The current round: positions in open_, ascending, and the requested pixels.
   std::vector<uint32_t> chosen_;
   std::vector<Vec2i> wanted_;
 };

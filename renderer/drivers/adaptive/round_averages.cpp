@@ -14,7 +14,7 @@
 namespace emberline {
 namespace {
 
-constexpr double kMostVariance = 1e18;  // sums over a frame stay finite
+constexpr double kMostVariance = 1e18;  // keeps sums over a frame finite
 
 Rgb variance_of_first_round(const FilmTile& film, size_t i) {
   const Rect& rect = film.rect();
@@ -25,8 +25,9 @@ Rgb variance_of_first_round(const FilmTile& film, size_t i) {
 
 }  // namespace
 
-// With the new round's share s of the average, U the variance before, V that of the round's mean
-// and D what is between the two: E D^2 = U + V, so (1 - s)^2 U + s^2 V = (1 - 2 s) U + s^2 E D^2.
+// Let s be the new round's share of the average, U the variance so far, V that of the round's mean
+// and D the difference of the two means: E D^2 = U + V, so (1 - s)^2 U + s^2 V = (1 - 2 s) U + s^2
+// E D^2.
 void RoundAverages::add_round(const FilmTile& film, double weight) {
   const auto pixels = size_t(film.rect().area());
   if (rounds_.empty()) rounds_.resize(pixels, Pixel{});

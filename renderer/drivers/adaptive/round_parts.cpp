@@ -29,7 +29,7 @@ std::vector<uint32_t> tile_order(const Rect& crop) {
 std::vector<size_t> cut_into_parts(std::span<const uint32_t> order, std::span<const uint32_t> have,
                                    std::span<const uint32_t> targets, uint64_t samples) {
   const auto missing = [&](size_t k) { return uint64_t(targets[order[k]] - have[order[k]]); };
-  // Sums of blocks by all threads: what is left to one is to look where a part ends.
+  // All threads sum blocks first, so that the serial loop only searches for the ends of parts.
   constexpr size_t kBlock = 32;
   const size_t count = order.size();
   std::vector<uint64_t> sums((count + kBlock - 1) / kBlock);

@@ -19,33 +19,32 @@
 namespace emberline {
 namespace {
 
-// In one round a pixel's samples grow at most so many times, from at least so many: its present
-// ones may be lucky.
+// In one round a pixel's samples grow at most by this factor, from at least this number, since the
+// present ones may be lucky.
 constexpr float kPixelGrowth = 4.0f, kLeastTrusted = 4.0f;
-// The share of each round that goes everywhere, whatever is known: what has been overlooked so far
-// is found in the end.
+// The share of each round that goes to all pixels, so that overlooked light is found in the end.
 constexpr float kUniformShare = 0.1f;
-// The part of the budget that is worth a round.
+// The fraction of the budget that is worth a round.
 constexpr double kLeastRound = 1.0 / 500;
-// Pixels whose error is to fall to the threshold get a little more than the estimate asks for.
+// Pixels get slightly more samples than the estimate asks for to reach the threshold.
 constexpr float kThresholdMargin = 1.05f;
 
-// Samples that met no noise at all say little as long as they are few: what is lit by a caustic, or
-// through a gap, is black until a path finds the light. So many samples of a crop are an answer,
-// or so many times a pixel's pilot: in 95 % of the cases one in 44 000 has shown itself (three over
-// their number).
+// A few samples without any noise prove little: a point lit by a caustic, or through a gap, is
+// black until a path finds the light. This many samples of a crop, or this many times a pixel's
+// pilot, are enough: with 95 % confidence they include light that one sample in 44 000 finds (three
+// over their number).
 constexpr uint64_t kNoiselessSamples = 1 << 17;
 constexpr uint32_t kNoiselessGrowth = 64;
-// An error below this part of the threshold is none but that of sums.
+// Below this fraction of the threshold, an error is rounding noise.
 constexpr float kNoNoise = 1e-6f;
 
 constexpr uint32_t kLeastPilot = 8, kMostPilot = 16;
-// An estimator that goes by halves looks when the pilot has so many samples, and at every doubling.
+// Estimators that use halves first look at this many pilot samples, then at every doubling.
 constexpr uint32_t kFirstHalf = 8;
 
-// Without a threshold the pilot is an eighth of the budget, in whole blocks of the sampler: what it
-// spends on pixels that turn out to need nothing is lost, and what it overlooks in a wire thinner
-// than a pixel is seldom found later.
+// Without a threshold the pilot is an eighth of the budget, in whole blocks of the sampler. A
+// larger pilot wastes samples on pixels that need none; a smaller one overlooks wires thinner than
+// a pixel, which are seldom found later.
 uint32_t pilot_samples(const AdaptiveSettings& s, const EstimatorEntry& entry) {
   uint32_t samples = entry.first_samples;
   if (s.min_samples > 0) {
@@ -53,7 +52,7 @@ uint32_t pilot_samples(const AdaptiveSettings& s, const EstimatorEntry& entry) {
   } else if (entry.batch == 0 && s.threshold <= 0.0f) {
     samples = std::clamp(s.budget / 8 / 8 * 8, kLeastPilot, kMostPilot);
   }
-  // Else the second half has none.
+  // With fewer, the second half has no samples.
   if (s.two_halves || s.allocation == ErrorMetric::kDenoised)
     samples = std::max(samples, kMostPilot);
   if (s.budget > 0) samples = std::min(samples, s.budget);
@@ -71,18 +70,18 @@ bool is_unfinished(const AdaptiveSettings& s, uint32_t have, float error) {
   return !full && !good;
 }
 
-// The samples that would bring the pixel to the threshold, or the most it may have.
+// Samples that bring the pixel to the threshold, or its maximum if that is less.
 float most_wanted(const AdaptiveSettings& s, float have, float error, bool halves) {
   const float most = most_samples(s);
   if (s.threshold <= 0.0f) return most;
   const float ratio = std::min(error / s.threshold, 1e6f);
-  // At least a whole step, so that no rounding ends a pixel above the threshold.
+  // At least a whole step, so that rounding never ends a pixel above the threshold.
   const float least = have + float(count_multiple(have + 8.0f, halves));
   return std::min(most, std::max(have * ratio * ratio * kThresholdMargin, least));
 }
 
-// Pixels whose rates are equal, as in a black frame, do not double all at once: their rates are
-// spread by up to a sixteenth, as if by pixels' luck, which is larger.
+// Spreads equal rates, as in a black frame, by up to a sixteenth, so that pixels do not all double
+// at once. Noise spreads the rates more than that.
 float unequal(float rate, uint32_t seed, size_t i) {
   constexpr float kSpread = 1.0f / 16;
   return rate * (1.0f + kSpread * to_unit_float(hash_combine(seed, uint32_t(i))));
@@ -92,12 +91,12 @@ uint32_t hash_of_round(uint32_t seed, int round) {
   return hash_combine(hash_combine(hash32(seed), 0x7a11u), uint32_t(round));
 }
 
-// Above `have`, below 2^24.
+// The next power of two above `have`; `have` is below 2^24.
 float next_power_of_two(float have) { return float(std::bit_ceil(uint32_t(have) + 1)); }
 
 constexpr double kUnlimited = 1e18;
 
-// Of a state that is loaded. Each round brings a 500th of the budget, or doubles something.
+// Limit for loaded states. Each round spends a 500th of the budget or doubles counts.
 constexpr int kMostRounds = 1 << 20;
 
 constexpr size_t kGrain = 8192;
@@ -125,7 +124,7 @@ uint32_t RoundPlanner::round_seed() const {
 
 void RoundPlanner::look(const FilmTile& film) { look(film, false, {}); }
 
-// False if a stop was requested: each step takes some milliseconds for a large frame.
+// False if a stop was requested; each step takes milliseconds for a large frame.
 bool RoundPlanner::look(const FilmTile& film, bool to_plan, const std::stop_token& stop) {
   gather_statistics(film, &statistics_);
   if (stop.stop_requested()) return false;
@@ -154,12 +153,12 @@ void RoundPlanner::write_variances(FilmTile* film) const {
   const bool averaged = this->averaged();
   parallel_ranges(p.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
-      // Of one stream without two parts the film itself has the spread.
+      // For one stream without two parts, the film itself knows the spread.
       const bool parted = p.second_count[i] > 0.0f || film->sums(i).count[1] > 0;
       if (p.count[i] < 2.0f || !(parted || averaged)) continue;
       Rgb variance;
       for (size_t c = 0; c < 3; ++c) {
-        // The film divides by the count that it has by now.
+        // The film divides by its present count.
         variance[int(c)] = averaged ? float(averages_->variance(i, c) * film->sums(i).samples())
                                     : sample_variance(p.count[i], p.second_count[i],
                                                       p.stream_difference[c][i], p.variance[c][i]);
@@ -195,7 +194,7 @@ PixelStop RoundPlanner::stop_so_far(size_t i, uint32_t have) const {
   return is_unfinished(settings_, have, error) ? PixelStop::kGoingOn : stop_of(i);
 }
 
-// Estimators that go by batches tell an error and no variance of a sample.
+// Estimators with batches provide an error, but no variance of a sample.
 void RoundPlanner::expected_gains(std::span<const uint32_t> have, std::span<const uint32_t> targets,
                                   std::vector<float>* gains) const {
   gains->resize(have.size());
@@ -213,8 +212,8 @@ void RoundPlanner::expected_gains(std::span<const uint32_t> have, std::span<cons
   });
 }
 
-// Less than a rounding step for the frame, or for every thousandth pixel, or a five hundredth of
-// the budget is not worth a round.
+// A round must have at least one sample, a rounding step for every thousandth pixel, and a 500th of
+// the budget.
 bool RoundPlanner::spent() const {
   const auto pixels = double(targets_.size());
   const double left = double(settings_.budget) * pixels - spent_;
@@ -227,7 +226,8 @@ bool RoundPlanner::plan(const FilmTile& film, const std::stop_token& stop) {
   if (interrupted_) return false;
   ++round_;
   bool more = !spent();
-  // Rounds whose number and sizes are fixed beforehand: each brings as much as all before it.
+  // The number and sizes of unbiased rounds are fixed: each brings as many samples as all before
+  // it.
   const double planned = std::min(double(settings_.budget), 2 * planned_mean_);
   if (settings_.unbiased) more = planned > planned_mean_;
   if (more && !grow_pilot()) more = entry_.batch > 0 ? share_evenly() : share_by_deviation();
@@ -241,15 +241,15 @@ bool RoundPlanner::plan(const FilmTile& film, const std::stop_token& stop) {
   return true;
 }
 
-// Doubles all counts until they are the pilot's.
+// Doubles all counts until they reach the pilot.
 bool RoundPlanner::grow_pilot() {
   if (pilot_done_ || !doubles() || targets_.empty() || targets_[0] >= pilot_) return false;
   std::ranges::fill(targets_, std::min(pilot_, 2 * targets_[0]));
   return true;
 }
 
-// The share of the whole budget that is best by what is known now, of which the round goes as far
-// as each pixel's present samples can vouch for.
+// Shares the whole budget in the best way for the present estimates, then goes only as far towards
+// it as each pixel's samples can be trusted.
 bool RoundPlanner::share_by_deviation() {
   const size_t pixels = targets_.size();
   bounds_.resize(pixels);
@@ -258,7 +258,7 @@ bool RoundPlanner::share_by_deviation() {
   const OpenPixels open =
       ordered_sum(pixels, [&](size_t begin, size_t end) { return limit_pixels(begin, end); });
   if (open.count == 0) return resample_noise_free_pixels();
-  // That no noise has been seen yet does not mean that there is none.
+  // No noise found so far does not mean that there is none.
   if (open.largest_rate == 0.0f) {
     for (size_t i = 0; i < pixels; ++i) rates_[i] = doubles() ? unequal(1.0f, seed_, i) : 1.0f;
   }
@@ -287,10 +287,10 @@ bool RoundPlanner::share_by_deviation() {
   return true;
 }
 
-// Every pixel meets the threshold. Pixels that trace light but have seen no noise, neighbours
-// included, double their samples while there are few of them: a small bucket may be black after its
-// pilot because light comes by one path in thousands. An unbiased round needs samples of every
-// pixel, so there all pixels double if one does.
+// Call if every pixel meets the threshold. Pixels that trace light but have seen no noise,
+// neighbours included, double their samples while there are few of them: a small bucket may be
+// black after its pilot because one path in thousands finds the light. Unbiased rounds need samples
+// of every pixel, so all pixels double if one does.
 bool RoundPlanner::resample_noise_free_pixels() {
   const size_t pixels = targets_.size();
   const auto noiseless = [&](size_t i) {
@@ -312,15 +312,15 @@ bool RoundPlanner::resample_noise_free_pixels() {
   return true;
 }
 
-// Where counts go by steps, none can be cut down a little for what is to go everywhere: that part
-// of what is left is kept back.
+// Counts that go by steps cannot be reduced a little for the uniform share, so that part of the
+// rest of the budget is reserved for it.
 void RoundPlanner::share_whole_budget(double total) {
   if (!doubles() || settings_.budget == 0) return share_samples(rates_, bounds_, total, &shares_);
   share_steps(rates_, bounds_, total - kUniformShare * (total - spent_), &shares_);
 }
 
-// Shares and what goes `everywhere` may exceed together what is left of the budget: takes the same
-// part off all of them. Returns what is to go everywhere.
+// Shares and the uniform share `everywhere` may exceed the rest of the budget: scales both by one
+// factor. Returns the scaled uniform share.
 float RoundPlanner::keep_to_budget(float everywhere) {
   if (settings_.budget == 0) return everywhere;
   const size_t pixels = targets_.size();
@@ -344,8 +344,8 @@ float RoundPlanner::keep_to_budget(float everywhere) {
   return part * everywhere;
 }
 
-// Sets the rates and bounds of a part, and tells of its pixels that may get more. What the loop
-// reads is copied or held by pointers, so that it vectorises.
+// Sets the rates and bounds of a range of pixels and returns those that may get more samples. The
+// loop's inputs are copies or pointers, so that it vectorises.
 RoundPlanner::OpenPixels RoundPlanner::limit_pixels(size_t begin, size_t end) {
   const AdaptiveSettings s = settings_;
   const bool halves = entry_.halves;
@@ -375,7 +375,7 @@ RoundPlanner::OpenPixels RoundPlanner::limit_pixels(size_t begin, size_t end) {
   return {size_t(sum_of_lanes(open)), std::ranges::max(largest_rate)};
 }
 
-// Sets each pixel's target to count_of(i, have, share), and keeps the record.
+// Sets each pixel's target to count_of(i, have, share), and updates the records.
 template <typename CountOf>
 void RoundPlanner::set_targets(const CountOf& count_of) {
   const bool recording = recorded_ < targets_.size();
@@ -392,7 +392,7 @@ void RoundPlanner::set_targets(const CountOf& count_of) {
   }
 }
 
-// From shares to whole counts, with at least `everywhere` samples more for each pixel on average.
+// Rounds shares to whole counts, with on average at least `everywhere` more samples for each pixel.
 void RoundPlanner::round_to_counts(float everywhere) {
   const uint32_t round_hash = hash_of_round(seed_, round_);
   const float most = most_samples(settings_);
@@ -400,12 +400,12 @@ void RoundPlanner::round_to_counts(float everywhere) {
   const uint32_t least_more = settings_.unbiased ? 1 : 0;
   const bool doubling = doubles();
   set_targets([&](size_t i, uint32_t have, float wanted) {
-    // Nor does what goes everywhere more than double a count: of two parts of which one is small, a
-    // bright sample in the other hardly shows.
+    // The uniform share must not more than double a count either: if one of the two parts is small,
+    // a bright sample in the other hardly shows.
     const float cap = doubling ? std::min(most, next_power_of_two(float(have))) : most;
     const float share = std::min(std::max(wanted, float(have) + everywhere), cap);
-    // The most need not be a multiple of the step; rounded by chance it might never be met, so it
-    // is always rounded up, and cut.
+    // The maximum need not be a multiple of the step, and random rounding might never reach it, so
+    // it is always rounded up and clipped.
     const float chance = to_unit_float(hash_combine(round_hash, uint32_t(i)));
     const float u = share < most ? chance : 0.0f;
     const uint32_t count = round_count(have, share, count_multiple(share, entry_.halves), u);
@@ -413,8 +413,8 @@ void RoundPlanner::round_to_counts(float everywhere) {
   });
 }
 
-// Shares are whole counts already; of the pixels that get none, so many double by chance that each
-// gets `everywhere` samples more on average.
+// Shares are whole counts already. Of the pixels that get none, some double at random, so that each
+// pixel gets `everywhere` more samples on average.
 void RoundPlanner::round_to_steps(float everywhere) {
   const uint32_t round_hash = hash_of_round(seed_, round_);
   const float most = most_samples(settings_);
@@ -423,13 +423,13 @@ void RoundPlanner::round_to_steps(float everywhere) {
     const float next = std::min(next_power_of_two(now), most);
     const float chance = to_unit_float(hash_combine(round_hash, uint32_t(i)));
     const bool found = chance * (next - now) < everywhere;
-    // A threshold or --max-spp may end a share between two samples.
+    // Clipping by a threshold or --max-spp may leave a fraction of a sample.
     return std::max(have, uint32_t(std::ceil(found ? std::max(share, next) : share)));
   });
 }
 
-// Every unfinished pixel gets the same. Where only a budget is given, the half of the pixels with
-// the larger errors counts as unfinished.
+// Every unfinished pixel gets the same number of samples. With a budget only, the half of the
+// pixels with the larger errors counts as unfinished.
 bool RoundPlanner::share_evenly() {
   const size_t pixels = targets_.size();
   const double left = settings_.budget > 0 ? double(settings_.budget) * double(pixels) - spent_
@@ -438,7 +438,7 @@ bool RoundPlanner::share_evenly() {
   for (size_t i = 0; i < pixels; ++i) {
     if (unfinished(i)) open.push_back(uint32_t(i));
   }
-  // Equals in an order of their own for each round, so that no part of the crop comes first.
+  // Ties are in a different order each round, so that no part of the crop comes first.
   const uint32_t round_hash = hash_of_round(seed_, round_);
   const auto larger_error = [&](uint32_t a, uint32_t b) {
     if (errors_.error[a] != errors_.error[b]) return errors_.error[a] > errors_.error[b];
@@ -474,7 +474,7 @@ void RoundPlanner::archive(Archive& archive) {
   archive.number(error_estimate_, 0.0, std::numeric_limits<double>::infinity(), true);
   archive.array(targets_, pixels);
   archive.check(targets_.size() == pixels);
-  // Somebody may ask for a year's work: what no round would plan is refused.
+  // A bad file might request a year of work: totals that no round would plan are rejected.
   uint64_t total = 0;
   for (const uint32_t target : targets_) {
     archive.check(target > 0 && float(target) <= most_samples(settings_));
@@ -494,7 +494,7 @@ void RoundPlanner::archive(Archive& archive) {
 }
 
 uint64_t RoundPlanner::bytes() const {
-  // Statistics have twelve planes, the map two.
+  // The statistics have twelve planes.
   return halves_.bytes() + denoised_.bytes() + targets_.capacity() * sizeof(uint32_t) +
          12 * statistics_.size() * sizeof(float) +
          (errors_.error.capacity() + errors_.deviation.capacity() + rates_.capacity() +

@@ -10,7 +10,7 @@
 namespace emberline {
 namespace {
 
-// Blocks of 8 samples are the least that are stratified in all their dimensions.
+// Blocks of 8 samples are the smallest that are stratified in all dimensions.
 constexpr float kLeastPart = 8.0f;
 
 uint32_t significand(float count) { return std::bit_cast<uint32_t>(count) & 0x7fffffu; }
@@ -30,8 +30,8 @@ void SampleHalves::look(PixelStatistics* pixels) {
   parallel_ranges(size, kGrain, [&](size_t begin, size_t end) { look_at(begin, end, pixels); });
 }
 
-// A part's mean is what all samples' has moved by: M = (a M1 + b M2) / n, so M1 - M2 = (M1 - M) n /
-// b. Worked: of 8 samples 1, then 8 samples 3, M = 2 and M1 - M2 = (1 - 2) 16 / 8 = -2.
+// For parts of a and b samples M = (a M1 + b M2) / n, so M1 - M2 = (M1 - M) n / b. Example: 8
+// samples of 1, then 8 samples of 3: M = 2 and M1 - M2 = (1 - 2) 16 / 8 = -2.
 void SampleHalves::look_at(size_t begin, size_t end, PixelStatistics* pixels) {
   const bool every_look = parts_ == SampleParts::kEveryLook;
   for (size_t i = begin; i < end; ++i) {

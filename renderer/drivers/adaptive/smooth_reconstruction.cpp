@@ -11,7 +11,7 @@
 namespace emberline {
 namespace {
 
-// Rows per task of a picture: about 0.1 ms.
+// Rows per task: about 0.1 ms.
 constexpr size_t kRowGrain = 16;
 
 // A level of the pull-push pyramid.
@@ -42,8 +42,8 @@ Level samples_of(const RefinementTree& tree, std::span<const Rgb> values) {
   return level;
 }
 
-// Mean of the known ones among 2 x 2 pixels; unknown if none is. As a running mean, which leaves
-// equal values as they are.
+// Mean of the known pixels of each 2 x 2 block; unknown if there are none. A running mean does not
+// change equal values.
 Level pull(const Level& fine) {
   Level coarse((fine.width + 1) / 2, (fine.height + 1) / 2);
   each_row_of(coarse.height, [&](int y) {
@@ -63,8 +63,8 @@ Level pull(const Level& fine) {
   return coarse;
 }
 
-// Fills the holes of `fine` bilinearly. The centre of a fine pixel lies a quarter of a coarse pixel
-// beside the centre of the coarse one that holds it.
+// Fills the holes of `fine` bilinearly. A fine pixel's centre is a quarter of a coarse pixel away
+// from the centre of the coarse pixel that contains it.
 void push(const Level& coarse, Level& fine) {
   each_row_of(fine.height, [&](int y) {
     const int y0 = y / 2, y1 = std::clamp(y % 2 == 0 ? y0 - 1 : y0 + 1, 0, coarse.height - 1);

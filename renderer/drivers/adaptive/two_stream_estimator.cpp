@@ -15,31 +15,29 @@ constexpr int kRadius = 2;
 // exp(-d^2 / (2 sigma^2)), sigma = 1.2 pixels, d = 0, 1, 2.
 constexpr float kKernel[kRadius + 1] = {1.0f, 0.706648f, 0.249352f};
 
-// How many of the streams' degrees of freedom the samples' own spread counts for: it keeps a pixel
-// whose streams happen to agree from being thought finished.
+// Weight of the samples' spread, in degrees of freedom of the streams: it keeps a pixel whose
+// streams agree by chance from counting as finished.
 constexpr float kPrior = 0.1f;
 
-// Up to so many samples a pixel's own spread has no say in its next ones, because the unlucky ones
-// would end: with 1 in its place, thin wires lose 3.6 % of their light at 64 samples instead
-// of 2.1.
+// Up to this many samples a pixel's own spread is ignored, since unlucky pixels would stop: with 1
+// instead, thin wires lose 3.6 % of their light at 64 samples instead of 2.1 %.
 constexpr float kFewSamples = 64.0f;
-// What the neighbours' spread counts for beside the samples that the pixel has beyond those.
+// Weight of the neighbours' spread, in samples of the pixel beyond kFewSamples.
 constexpr float kPooledFreedom = 128.0f;
 
-// What is pooled: weighted sums and the weights' sums.
+// The pooled values: weighted sums, and the sums of their weights.
 enum Plane : int {
   kWeight,       // of the means: 1
-  kMean,         // three
+  kMean,         // R G B
   kFreedom = 4,  // degrees of freedom of the samples' spread
-  kSpread,       // three
+  kSpread,       // R G B
   kStreams = 8,  // degrees of freedom of the streams' differences
-  kDifference,   // three
-  kSeen = 12,    // three: the differences as the display shows them
-  kSquare = 15,  // three: of the means
+  kDifference,   // R G B
+  kSeen = 12,    // R G B: the differences as displayed
+  kSquare = 15,  // R G B: of the means
   kPlanes = 18
 };
 
-// One row of every plane.
 class PlaneRows {
  public:
   explicit PlaneRows(size_t width) : width_(width), values_(width * kPlanes) {}
@@ -64,8 +62,8 @@ void pool_down(const std::array<const float*, 2 * kRadius + 1>& in, int width, f
   }
 }
 
-// The rows of sums over the kernel's width, of which the sums over its height are made. Each is
-// made once and kept until it is no longer under the kernel; so rows are asked for from above.
+// Rows pooled over the kernel's height, from rows pooled over its width. The latter are computed
+// once and kept while the kernel covers them, so rows must be requested from top to bottom.
 class PooledRows {
  public:
   PooledRows(const PixelStatistics& pixels, int first)
@@ -100,7 +98,7 @@ class PooledRows {
     const float* second = &pixels_.second_count[first];
     PlaneRows& out = across_[size_t(y % kHeight)];
     const auto pool = [&](int plane, const auto& value) {
-      float* raw = raw_.data() + kRadius;  // with black margins
+      float* raw = raw_.data() + kRadius;  // with margins of 0
       for (int x = 0; x < pixels_.width; ++x) raw[x] = value(x);
       pool_across(raw, pixels_.width, out[plane]);
     };
@@ -118,7 +116,7 @@ class PooledRows {
         const float a = count[x] - second[x], b = second[x];
         return difference[x] * difference[x] * (a * b / std::max(1.0f, a + b));
       });
-      // Each at its own mean: that of the neighbours may be clipped white, or steeply dark.
+      // Each at its own mean, since the neighbours' mean may be clipped white or steeply dark.
       const float* mean = &pixels_.mean[size_t(c)][first];
       pool(kSquare + c, [&](int x) { return mean[x] * mean[x]; });
       pool(kSeen + c, [&](int x) {
@@ -135,18 +133,17 @@ class PooledRows {
   }
 
   const PixelStatistics& pixels_;
-  int next_;                // row to be added
-  std::vector<float> raw_;  // of one plane, with margins of 0
+  int next_;                // next row to add
+  std::vector<float> raw_;  // a row of one plane, with margins of 0
   PlaneRows outside_;       // 0, for rows outside the crop
   std::vector<PlaneRows> across_;
   PlaneRows pooled_;
 };
 
-// A number that takes part in sums and roots: no NaN, not negative, not so large that its square
-// overflows.
+// Makes a value safe for sums, roots and squares: no NaN, not negative, limited.
 float tame(float x) { return x > 0.0f ? std::min(x, 1e18f) : 0.0f; }
 
-// Rows of what the three channels divide by.
+// Rows of reciprocals, shared by the three channels.
 struct Reciprocals {
   std::vector<float> count, weight, freedom, streams;
   explicit Reciprocals(size_t width)
@@ -155,7 +152,7 @@ struct Reciprocals {
   void set(const float* counts, const PlaneRows& pooled) {
     invert(counts, 1.0f, &count);
     invert(pooled[kWeight], 1e-6f, &weight);
-    // No stream, or no degree of freedom, gives a large number that is not asked for.
+    // Without a stream or a degree of freedom, the result is large and not used.
     invert(pooled[kFreedom], 1e-6f, &freedom);
     invert(pooled[kStreams], 1e-6f, &streams);
   }
@@ -168,23 +165,23 @@ struct Reciprocals {
   }
 };
 
-// Variances of a sample, of one channel: as the streams show it, as the samples' spread does, and
-// the former as displayed.
+// Sample variances of one channel: from the streams, from the samples' spread, and from the streams
+// as displayed.
 struct Variances {
   float honest, spread, seen;
 };
 
-// The pixels' own counts, and means and spreads of one channel.
+// The pixels' own counts, and the means and sample variances of one channel.
 struct OwnRow {
   const float *count, *mean, *variance;
 };
 
-// The squared displayed error of a pixel that is darker than its neighbours, for they have met what
-// it has missed. Light that a sample meets with chance p, and that makes a mean brighter by d, is
-// worth d / p and gives samples the variance d^2 / p; n samples miss it with chance exp(-n p). With
-// d^2 and variance of the neighbours p is theirs, so that a lamp in focus next to the pixel, which
-// every other sample meets, is not thought missed. A quarter of n p, for who has met something rare
-// by luck thinks it less rare than it is. (1 - x / 8)^8 stands for exp(-x).
+// Squared display error of a pixel that is darker than its neighbours, assuming that they have
+// found light that it missed. Light that a sample finds with probability p and that makes a mean
+// brighter by d contributes d / p to a sample, and the variance d^2 / p; n samples miss it with
+// probability exp(-n p). p follows from d^2 and the neighbours' variance, so that a lamp in focus
+// next to the pixel, which every other sample finds, does not count as missed. n p is divided by 4,
+// since pixels that found rare light by luck overestimate p. (1 - x / 8)^8 approximates exp(-x).
 float missed_error(float count, float mean, float neighbours, float their_square, float variance) {
   const float brighter = std::max(0.0f, neighbours - mean);
   const float square_brighter =
@@ -195,13 +192,13 @@ float missed_error(float count, float mean, float neighbours, float their_square
   return brighter > 0.0f ? square(square(chance_2)) * square(seen) : 0.0f;
 }
 
-// A row of the map, and what its pixels have missed.
+// A row of the map, and the missed errors of its pixels.
 struct MapRow {
   float *error, *deviation, *missed;
 };
 
-// Adds a channel's squared errors and its part of the squared deviations to a row of the map. There
-// are too many rows for the loop to check that they do not overlap, as it would without __restrict.
+// Adds a channel's squared errors and its part of the squared deviations to a row of the map. The
+// rows are __restrict because they are too many for the compiler's overlap checks.
 template <typename Metric>
 void add_channel(const PlaneRows& pooled, const Reciprocals& per, const OwnRow& own, int c,
                  const Metric& metric, const MapRow& row) {
@@ -223,7 +220,7 @@ void add_channel(const PlaneRows& pooled, const Reciprocals& per, const OwnRow& 
     error[x] += seen * per_count[x];
     missed[x] += missed_error(own_count[x], tame(own_mean[x]), tame(mean),
                               tame(squares[x] * per_weight[x]), honest);
-    // How much wider the pixel's own samples spread than its neighbours', as far as it can tell.
+    // Ratio of the pixel's own spread to its neighbours', as far as the samples can tell.
     const float freedom = std::max(0.0f, own_count[x] - kFewSamples);
     const float own_share = freedom / (freedom + kPooledFreedom);
     const float wider =
@@ -232,7 +229,7 @@ void add_channel(const PlaneRows& pooled, const Reciprocals& per, const OwnRow& 
   }
 }
 
-// metric(mean, display's weight, variances) is the allocation's squared deviation.
+// metric(mean, display weight, variances) is the allocation's squared deviation.
 template <typename Metric>
 void estimate_rows(const PixelStatistics& p, const Metric& metric, ErrorMap* out) {
   const auto width = size_t(p.width);

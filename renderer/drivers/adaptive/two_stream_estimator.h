@@ -1,24 +1,25 @@
 // `two-stream` and `nested`: the variance of a pixel's mean, pooled over the pixel's neighbours.
-// The statistics hold the difference of two independent streams of the pixel's samples, or, of
-// `nested`, that of the two halves of one (sample_halves.h).
+// The statistics hold the difference of two independent streams of the pixel's samples or, for
+// `nested`, that of the two halves of one stream (sample_halves.h).
 //
-// The samples' own spread has as many degrees of freedom as samples, but takes them for
-// independent, which stratified ones are not: it may be thousands of times too large. The squared
-// difference of the streams' means is right whatever the samples owe to each other, but has one
-// degree of freedom. Both are pooled over 5 x 5 pixels, Gaussian, sigma 1.2 pixels. The second is
-// the error estimate. The allocation goes by the spread, the pixel's own weighing more the more
-// samples it has, times what stratification makes of it: the ratio of the second to the first among
-// the neighbours, with a tenth of the first added, so that streams that happen to agree do not end
-// a pixel. Where no pixel nearby has a second stream yet, the first stands in.
+// The spread of the samples has as many degrees of freedom as there are samples, but assumes that
+// they are independent. Stratified samples are not, and it may be thousands of times too large. The
+// squared difference of the streams' means is right however correlated the samples are, but has one
+// degree of freedom. Both are pooled over 5 x 5 pixels with a Gaussian of sigma 1.2 pixels. The
+// pooled difference is the error estimate. The allocation uses the spread, in which the pixel's own
+// spread weighs more the more samples it has, times the effect of stratification: the ratio of the
+// pooled difference to the pooled spread, plus a tenth, so that streams that agree by chance do not
+// end a pixel. If no pixel nearby has a second stream yet, the spread takes the place of the
+// difference.
 //
-// Pooling means that a pixel's own luck decides little about its own samples, which keeps the bias
-// of adaptive sampling low (Kirk & Arvo 1991, "Unbiased Sampling Techniques for Image Synthesis").
-// How much of its difference the display shows, each pixel says before they are pooled: beside a
-// lamp the neighbours' mean is clipped white, beside a shadow it is too dark.
+// Pooling reduces the influence of a pixel's own luck on its sample count, which keeps the bias of
+// adaptive sampling low (Kirk & Arvo 1991, "Unbiased Sampling Techniques for Image Synthesis").
+// Each difference is weighted for display at its own pixel's mean before pooling, because the
+// neighbours' mean is clipped white beside a lamp and too dark beside a shadow.
 //
-// What no sample of a pixel has met no spread of them tells: where lamps are small and bright, most
-// pixels look dark and sure, and are wrong. ErrorMap::missed says how wrong, by what their
-// neighbours have met: for the report, not for the allocation.
+// Light that no sample of a pixel has found does not show in their spread: with small, bright lamps
+// most pixels look dark and reliable, and are wrong. ErrorMap::missed estimates this error from
+// what their neighbours have found; it serves the report, not the allocation.
 #pragma once
 
 #include "renderer/drivers/adaptive/error_estimator.h"

@@ -15,7 +15,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Numbers that are not finite are written as null, too.
+// Non-finite numbers are also written as null.
 Json number(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
 
 double read_finite(const JsonReader& value) {
@@ -32,7 +32,7 @@ std::string csv_number(const std::optional<double>& value) {
   return value ? csv_number(*value) : std::string();
 }
 
-// RFC 4180: in quotation marks where it must be.
+// RFC 4180: quoted only if necessary.
 std::string csv_text(const std::string& text) {
   if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
   std::string quoted = "\"";
@@ -229,7 +229,7 @@ std::string text_of(const std::optional<Estimate>& e) {
 
 using Rows = std::vector<std::vector<std::string>>;
 
-// Columns as wide as their widest cell.
+// Pads columns to the width of their widest cell.
 std::string aligned(const Rows& rows) {
   std::vector<size_t> widths(rows.front().size(), 0);
   for (const auto& row : rows) {
@@ -245,7 +245,7 @@ std::string aligned(const Rows& rows) {
   return text;
 }
 
-// The denoised methods by budget; empty where nothing was denoised.
+// The denoised methods by budget; empty without denoised methods.
 std::string denoised_table(const StudyResults& r) {
   Rows rows = {{"method", "budget", "relmse", "trimmed", "display_mse", "flip", "speedup by relmse",
                 "filter, s", "estimate : truth", "left"}};

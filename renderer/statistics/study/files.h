@@ -1,4 +1,4 @@
-// The files of a study: results as CSV and JSON, and each finished run for a later start.
+// The files of a study: results as CSV and JSON, and each finished run, for resuming.
 #pragma once
 
 #include <string>
@@ -11,18 +11,18 @@ namespace emberline {
 
 // One row for each checkpoint, and one for each failed run. Columns: method, driver, estimator,
 // allocation, unbiased, sampler, seed, status, reason, budget, samples, mean_samples, the metrics
-// by their names, signed_bias, estimate, wall_s, cpu_s. Numbers are written so that they are read
-// back exactly; what has no value is empty.
+// by their names, signed_bias, estimate, wall_s, cpu_s. Numbers can be read back exactly; missing
+// values are empty.
 std::string study_csv(const StudyResults& results);
 
-// All results, and under "summary" the figures of study_summary.h for each method.
+// All results and, under "summary", the statistics of study_summary.h for each method.
 std::string study_json(const StudyResults& results);
 
-// For people: each method's error, slope, speedup and overhead at the largest budget.
+// Text for people: each method's error, slope, speedup and overhead at the largest budget.
 std::string study_table(const StudyResults& results);
 
-// A finished run. `key` names what it depends on; parse_run() throws InputError for one that is
-// damaged or has another key. The method's index is not kept.
+// A finished run. `key` identifies everything that it depends on; parse_run() throws InputError for
+// a damaged run or another key. The method's index is not saved.
 std::string run_json(const StudyRun& run, std::string_view key);
 StudyRun parse_run(const JsonReader& root, std::string_view key);
 

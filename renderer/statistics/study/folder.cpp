@@ -23,8 +23,8 @@ constexpr const char* kSettings = "settings.json";
 constexpr const char* kPace = "pace.json";
 constexpr const char* kRuns = "runs";
 
-// What `read` makes of a file of ours; nothing if it is not there, or damaged: `instead` then says
-// what is done about that.
+// Reads one of our files with `read`. Empty if it is missing or damaged; then logs the error with
+// `instead`, which says what happens instead.
 template <typename Value>
 std::optional<Value> read_kept(const std::string& path, const char* instead,
                                Value (*read)(const JsonReader& root, std::string_view key),

@@ -1,4 +1,4 @@
-// The folder of a study: what is finished is kept there, so that the study can go on.
+// The folder of a study, which keeps finished work so that the study can be resumed.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace emberline {
 
-// What was measured before the runs, and must stay the same when the study goes on.
+// Measured before the runs; must stay the same when the study is resumed.
 struct StudyPace {
   std::map<std::string, double> samples_per_s;  // by the method's id
   uint32_t reference_spp = 0;
@@ -20,15 +20,15 @@ struct StudyPace {
 
 OwnedFolderKind study_folder_kind();
 
-// Every file appears whole or not at all. Functions that write throw RenderError.
+// Files are written atomically. Functions that write throw RenderError.
 class StudyFolder {
  public:
-  // Throws as OwnedFolder's constructor does.
+  // Throws what OwnedFolder's constructor throws.
   explicit StudyFolder(const std::string& path);
 
-  // Holds the folder to one study: throws UsageError if it has runs of another key, unless
-  // `restart`, which removes them, and InputError for settings that are damaged. `files` are all
-  // that the study will write beside its settings and pace, none of which may be someone else's.
+  // Reserves the folder for one study. Throws UsageError if it has runs with another key, unless
+  // `restart`, which removes them, and InputError for damaged settings. `files` are all files that
+  // the study will write besides its settings and pace; none may belong to someone else.
   void begin(const std::string& key, std::vector<std::string> files, bool restart);
   void claim(const std::vector<std::string>& files) { folder_.claim(files); }
 
@@ -38,7 +38,7 @@ class StudyFolder {
   std::optional<StudyPace> read_pace() const;
   void write_pace(const StudyPace& pace) const;
 
-  // By the method's id; nothing if that run is not finished, or damaged, which is then said.
+  // By the method's id. Empty if the run is not finished, or damaged, which is logged.
   std::optional<StudyRun> read_run(const std::string& id, uint32_t seed) const;
   void write_run(const std::string& id, const StudyRun& run) const;
 

@@ -13,29 +13,29 @@ namespace emberline {
 
 inline constexpr uint32_t kMostStudySeeds = 10000;
 
-// The settings of a study's frames; what is compared is in the lists of StudyOptions.
+// The settings of a study's frames. The lists of StudyOptions say what is compared.
 inline constexpr std::initializer_list<SettingGroup> kStudySettings = {
     SettingGroup::kSample, SettingGroup::kSeed,  SettingGroup::kSchedule,
     SettingGroup::kView,   SettingGroup::kLight, SettingGroup::kLoading};
 
 struct StudyOptions {
-  RenderOptions frame;  // kStudySettings, the scene and what the machine gives
-  // Lists, separated by commas. An estimator may have its allocation behind it and then `unbiased`:
+  RenderOptions frame;  // kStudySettings, the scene and the machine's limits
+  // Comma-separated lists. An estimator may be followed by its allocation and then `unbiased`:
   // "two-stream/mse", "two-stream/display/unbiased".
   std::string drivers = "bucket,bisection,adaptive";
   std::string estimators{kDefaultEstimator};
-  std::optional<std::string> samplers;      // sobol; of --convergence all
-  std::optional<std::string> spp, seconds;  // budgets; one of them at most
-  std::optional<uint32_t> seeds;            // 5; of --convergence 2000
-  std::string baseline;                     // a method's name; empty: bucket, or the first
-  bool denoise = false;                     // each method again, with a denoised picture
-  bool separate = false;                    // a run of its own for every budget
+  std::optional<std::string> samplers;      // default: sobol; with --convergence: all
+  std::optional<std::string> spp, seconds;  // budgets; at most one of them
+  std::optional<uint32_t> seeds;            // default: 5; with --convergence: 2000
+  std::string baseline;                     // name of a method; empty: bucket, or the first
+  bool denoise = false;                     // each method again, with denoised pictures
+  bool separate = false;                    // a separate run for every budget
   std::string reference;                    // a picture; empty: one is rendered
   std::optional<uint32_t> reference_spp;
-  std::string cache;   // folder of rendered references; empty: in the study's
-  std::string folder;  // of the results
+  std::string cache;   // folder of rendered references; empty: in the study's folder
+  std::string folder;  // for the results
   bool restart = false;
-  bool convergence = false;  // of the samples alone, without a scene
+  bool convergence = false;  // of samplers alone, without a scene
 };
 
 }  // namespace emberline

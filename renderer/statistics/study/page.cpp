@@ -19,7 +19,7 @@ namespace {
 
 using Tone = PageCell::Tone;
 
-// The metrics of charts and comparisons; the table of errors has all.
+// The metrics of charts and comparisons; the table of errors shows all.
 constexpr std::array kShown = {StudyMetric::kRelMseTrimmed, StudyMetric::kRelMse, StudyMetric::kMse,
                                StudyMetric::kDisplay, StudyMetric::kFlip};
 
@@ -28,11 +28,11 @@ bool any_checkpoint(const StudyResults& results) {
                              [](const auto& run) { return !run.checkpoints.empty(); });
 }
 
-// "1.92 [1.8, 2.05]", and how many runs it is from where some are missing.
+// "1.92 [1.8, 2.05]", with the number of runs if some are missing.
 std::string format_estimate(const Estimate& e, const StudyResults& results) {
   std::string text = readable_number(e.value);
   if (e.low && e.high) {
-    // Of one piece where a narrow page breaks the line: the space in it is U+00A0.
+    // The space is U+00A0 so that a line break does not split the interval.
     text += fmt::format(" [{},\u00a0{}]", readable_number(*e.low), readable_number(*e.high));
   }
   if (e.runs < results.settings.seeds) {
@@ -45,7 +45,7 @@ PageCell cell(const std::optional<Estimate>& e, const StudyResults& results) {
   return e ? PageCell(format_estimate(*e, results)) : PageCell("none");
 }
 
-// Told apart from 1 by its interval: better above or below.
+// Coloured as better or worse if its interval excludes 1.
 PageCell compared_cell(const Estimate& e, const StudyResults& results, bool above_is_better,
                        const std::string& more = "") {
   Tone tone = Tone::kPlain;
@@ -62,7 +62,7 @@ std::string budget_text(const StudySettings& settings, double budget) {
 
 std::string metric_name(StudyMetric metric) { return std::string(study_metric_entry(metric).name); }
 
-// A row for each method, but the one that is `left_out`: its name, then make_cell(method, column).
+// A row for each method except `left_out`: its name, then make_cell(method, column).
 template <typename Cell>
 PageTable method_table(const StudyResults& results, const std::string& caption,
                        const std::vector<std::string>& columns, const Cell& make_cell,
@@ -149,14 +149,14 @@ PageCell bias_cell(const StudyResults& results, size_t method, size_t budget) {
   std::string text = fmt::format("{:+.3f}\u00a0%", 100 * bias->value);
   if (!bias->low || !bias->high) return text;
   text += fmt::format(" [{:+.3f},\u00a0{:+.3f}]", 100 * *bias->low, 100 * *bias->high);
-  // Two standard errors of the reference's own sum may be in it.
+  // The bias may include two standard errors of the reference's own sum.
   const double room = 2 * results.reference.noise_bias;
   const bool biased = *bias->low > room || *bias->high < -room;
   return {text, biased ? Tone::kBad : Tone::kPlain};
 }
 
-// ---- sections: each says so where there is nothing to show: no run finished, one seed, no
-// reference of its own
+// ---- sections: each says if there is nothing to show (no finished run, a single seed, no rendered
+// reference)
 
 void add_warnings(HtmlPage& page, const StudyResults& results) {
   if (!results.complete) {

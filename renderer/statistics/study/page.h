@@ -1,4 +1,4 @@
-// The page of a study, study.html: self-contained, for people.
+// The HTML page of a study, study.html: self-contained, for people.
 #pragma once
 
 #include <string>
@@ -11,17 +11,17 @@
 
 namespace emberline {
 
-// The page as one HTML file. Pictures are read from the files that `results` names in `folder`; one
-// that is missing is left out. Throws RenderError for a picture that cannot be encoded.
+// The page as one HTML file. Reads the pictures that `results` names from `folder` and skips
+// missing ones. Throws RenderError for a picture that cannot be encoded.
 std::string study_page(const StudyResults& results, const std::string& folder);
 
-// The parts that show pictures: whole, in zoomed crops, as FLIP maps, and where the samples went.
-// Reads the files that `results` names in `folder`; what is missing or cannot be read is left out.
-// Throws RenderError for a picture that cannot be encoded.
+// Adds the sections with pictures: whole, as zoomed crops, as FLIP maps, and as sample densities.
+// Reads the files that `results` names from `folder` and skips missing or unreadable ones. Throws
+// RenderError for a picture that cannot be encoded.
 void add_study_pictures(HtmlPage& page, const StudyResults& results, const std::string& folder);
 
-// At most `count` squares of `side` pixels in which `picture` differs most from `reference` (mean
-// square of the bytes), none overlapping another, the worst first. Sizes equal (asserted).
+// At most `count` disjoint squares of `side` pixels in which `picture` differs most from
+// `reference` (mean square of the bytes), the worst first. Sizes are equal (asserted).
 std::vector<Rect> most_different_squares(const ByteImage& picture, const ByteImage& reference,
                                          int side, size_t count);
 

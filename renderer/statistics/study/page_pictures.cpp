@@ -20,9 +20,9 @@
 namespace emberline {
 namespace {
 
-// The largest picture on a page; larger ones are averaged down.
+// The longest side of a picture on the page; larger pictures are averaged down.
 constexpr int kMostPixels = 1280;
-// Side by side at most, and the width of the page that they share.
+// Maximum number of pictures in a row, and the width that they share.
 constexpr int kInARow = 4, kPageWidth = 1300;
 
 struct MethodPictures {
@@ -31,7 +31,7 @@ struct MethodPictures {
   std::optional<Plane> samples;
 };
 
-// The folder of a study's pictures, of `pixels` pixels each.
+// The folder of a study's pictures, each with `pixels` pixels.
 struct PictureFolder {
   std::string path;
   int64_t pixels;
@@ -41,7 +41,7 @@ struct PictureFolder {
   }
 };
 
-// Three channels of 8 bits; nothing if there is no such file, or nothing that can be read in it.
+// Three channels of 8 bits; empty if the file is missing or unreadable.
 std::optional<ByteImage> read_picture(const PictureFolder& folder, const std::string& name) {
   if (name.empty()) return std::nullopt;
   try {
@@ -94,7 +94,7 @@ MethodPictures read_method(const StudyResults& results, size_t m, const PictureF
           read_picture(folder, p.flip_png), read_samples(folder, p.exr)};
 }
 
-// Small pictures leave room for more in a row.
+// Narrow pictures leave room for more in a row.
 int in_a_row(int width) { return std::clamp(kPageWidth / std::max(1, width), 2, kInARow); }
 
 ByteImage reduced(const ByteImage& image) {
@@ -137,7 +137,7 @@ bool same_size(const ByteImage& a, const ByteImage& b) {
   return a.width == b.width && a.height == b.height;
 }
 
-// Where the baseline (or else the first method that has a picture) is worst.
+// Crops where the baseline, or else the first method with a picture, is worst.
 std::vector<Rect> choose_crops(const StudyResults& results,
                                const std::vector<MethodPictures>& methods,
                                const ByteImage& reference) {
@@ -181,7 +181,7 @@ void add_flip_maps(HtmlPage& page, const std::vector<MethodPictures>& methods, i
   page.figures(figures, in_a_row(width));
 }
 
-// All on one scale, so that they can be compared.
+// All heatmaps have the same scale, so that they can be compared.
 void add_heatmaps(HtmlPage& page, const std::vector<MethodPictures>& methods, int width) {
   HeatmapStyle style;
   style.range = ValueRange{0, 0};
@@ -200,7 +200,6 @@ void add_heatmaps(HtmlPage& page, const std::vector<MethodPictures>& methods, in
   page.figures(figures, in_a_row(width));
 }
 
-// The squared difference of two pixels' bytes.
 uint64_t squared_difference(const ByteImage& a, const ByteImage& b, size_t pixel) {
   uint64_t square = 0;
   for (size_t c = 3 * pixel; c < 3 * pixel + 3; ++c) {

@@ -1,4 +1,4 @@
-// The pictures of a study, for people to compare.
+// Writes the pictures of a study, for people to compare.
 #pragma once
 
 #include <memory>
@@ -14,19 +14,19 @@ namespace emberline {
 
 class StudyPictures {
  public:
-  // `frame` says how large frame and crop are.
+  // `frame` gives the sizes of frame and crop.
   StudyPictures(const StudyFolder& folder, const RenderOptions& frame, const Rect& crop);
 
   static constexpr const char* kReferenceExr = "pictures/reference.exr";
   static constexpr const char* kReferencePng = "pictures/reference.png";
-  // The names of a method's files, by its id. Whether they are there is another question.
+  // The names of a method's files by its id, whether or not they exist.
   static StudyMethod::Pictures names(const std::string& id);
   bool exist(const std::string& id) const;
 
   // Writes the EXR (R G B A samples), the PNG and the FLIP picture. Throws RenderError.
   void write(const std::string& id, const StudyPicture& picture,
              const ReferencePicture& reference) const;
-  // Writes the mean of the halves, and names the files in `out`.
+  // Writes the mean of the halves, and sets the file names in `out`.
   void write_reference(const ReferencePicture& reference, StudyReference* out) const;
 
  private:

@@ -18,7 +18,7 @@ namespace emberline {
 namespace {
 
 constexpr std::string_view kDefaultBudgets = "1,2,4,8,16,32,64";
-// Of rendering, as --time-limit has it.
+// Seconds of rendering, with the limits of --time-limit.
 constexpr double kLeastSeconds = 0.001, kMostSeconds = 1e9;
 
 std::vector<std::string> split(std::string_view text, char separator) {
@@ -50,7 +50,7 @@ std::vector<std::string> parse_names(const std::string& list, const char* option
 
 struct EstimatorChoice {
   std::string text;             // as given
-  FrameSettings settings = {};  // estimator, allocation and `unbiased` of it
+  FrameSettings settings = {};  // estimator, allocation and `unbiased`
 };
 
 EstimatorChoice parse_estimator(const std::string& text) {
@@ -98,13 +98,13 @@ bool is_fixed_count(const std::string& sampler) {
   return find_named(sampler_table(), "`samplers`", "sampler", sampler).counts != SampleCounts::kAny;
 }
 
-// Why the method cannot be rendered at one of the budgets; empty if it can.
+// The error of rendering the method at one of the budgets; empty if there is none.
 std::string why_impossible(const PlannedMethod& method, const StudyPlan& plan) {
   try {
     for (const double budget : plan.budgets) {
       const auto samples = plan.by_time ? uint32_t(64) : uint32_t(budget);
       RenderOptions options = frame_options(method, samples, 0);
-      options.spp = samples;  // not rounded
+      options.spp = samples;  // unrounded
       RenderPlan{options};
     }
   } catch (const UsageError& error) {
@@ -147,7 +147,7 @@ PlannedMethod plan_method(const StudyOptions& options, const std::string& driver
   return planned;
 }
 
-// Another one than those that are studied, so that a fault of theirs is not in the truth too.
+// A sampler that is not studied, so that its faults are not also in the reference.
 std::string reference_sampler(const std::vector<std::string>& studied) {
   for (const char* name : {"independent", "sobol"}) {
     if (std::ranges::find(studied, name) == studied.end()) return name;
@@ -161,7 +161,7 @@ void check_count(std::string_view name, std::optional<uint32_t> count, uint32_t 
   throw UsageError("`{}`: {} is not from {} to {}", name, *count, least, most);
 }
 
-// A client may have settings of every kind.
+// Rejects settings of other groups, which a client may have set.
 void check_settings(const FrameSettings& settings) {
   const FrameSettings none;
   for (const Setting& row : setting_table()) {

@@ -1,4 +1,4 @@
-// From the options of a study to its methods and budgets.
+// Turns the options of a study into methods and budgets.
 #pragma once
 
 #include <cstddef>
@@ -13,12 +13,12 @@ namespace emberline {
 
 struct PlannedMethod {
   StudyMethod method;
-  std::string id;         // names its files: "adaptive-two-stream-display-sobol"
-  RenderOptions options;  // but for the number of samples and the seed
-  // Every budget is a frame of its own: drivers that show nothing before their end, samplers that
-  // have to know the number of samples, --separate.
+  std::string id;         // part of its file names: "adaptive-two-stream-display-sobol"
+  RenderOptions options;  // except the number of samples and the seed
+  // Every budget is a separate frame: for drivers that show nothing before they finish, samplers
+  // that must know the number of samples, and --separate.
   bool separate = false;
-  std::string impossible;  // why it cannot be, if it cannot
+  std::string impossible;  // the reason why the method cannot be rendered; empty if it can
 };
 
 struct StudyPlan {
@@ -29,20 +29,20 @@ struct StudyPlan {
   std::string reference_sampler;
 };
 
-// Throws UsageError: an empty list or one with an unknown name or the same one twice, budgets that
-// are not ascending, an unknown baseline. Combinations that make no sense are methods that are
-// impossible; if all are, that is an error as well.
+// Throws UsageError for an empty list, unknown or repeated names, budgets that are not ascending,
+// or an unknown baseline. Invalid combinations become impossible methods; it also throws if all
+// are.
 StudyPlan plan_study(const StudyOptions& options);
 
-// The names of a list of samplers; throws as plan_study() does.
+// The names in a list of samplers; throws like plan_study().
 std::vector<std::string> parse_samplers(const std::string& list);
 
-// 0 .. methods - 1 in the order in which a seed renders them: one of its own for each seed, so that
-// no method always comes after the same other one, or when the machine has grown warm.
+// The order of methods 0 .. methods - 1 for a seed: shuffled by seed, so that no method always
+// follows the same other one or always runs when the machine is warm.
 std::vector<size_t> study_order(size_t methods, uint32_t seed);
 
-// The options of one frame of a method. `samples` is what a pixel gets, on average with adaptive
-// sampling; rounded down to what the sampler can take.
+// The options of one frame of a method. `samples` is the number of samples per pixel, the average
+// with adaptive sampling; rounded down to a number that the sampler supports.
 RenderOptions frame_options(const PlannedMethod& method, uint32_t samples, uint32_t seed);
 
 }  // namespace emberline

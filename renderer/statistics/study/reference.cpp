@@ -33,7 +33,7 @@ std::string base_path(const ReferenceRequest& request) {
   return (std::filesystem::path(request.folder) / base_name(request)).string();
 }
 
-// The checksum in the note beside the pixels. Throws InputError for a note that is damaged or of
+// The checksum from the JSON note beside the pixels. Throws InputError for a damaged note or one of
 // another frame.
 std::string noted_checksum(const ReferenceRequest& request) {
   const std::string file = base_path(request) + ".json";
@@ -43,7 +43,7 @@ std::string noted_checksum(const ReferenceRequest& request) {
   return note["checksum"].text();
 }
 
-// Whether the header of a picture names it as a half.
+// Whether the header of a picture identifies it as a half.
 bool has_attribute(const std::string& path) {
   constexpr size_t kHeader = 65536;
   const InputFile file(path);
@@ -80,7 +80,7 @@ void check_cached_files(const ReferenceRequest& request) {
     try {
       return has_attribute(picture);
     } catch (const InputError&) {
-      // The note alone may be left.
+      // The note may exist without the picture.
     }
     try {
       return !noted_checksum(request).empty();
@@ -121,7 +121,7 @@ std::optional<ReferenceHalf> render_reference_half(const StudyRenderer& renderer
   std::optional<StudyPicture> picture =
       renderer.render(request.options, study_reference_aovs(), stop);
   if (!picture) return std::nullopt;
-  // The note last: pixels without one are not believed.
+  // The note is written last: pixels without a note are not used.
   const std::string base = base_path(request);
   write_film_exr(base + ".exr", study_reference_aovs(), request.options.width,
                  request.options.height, renderer.crop(), {{kAttribute, request.key}},

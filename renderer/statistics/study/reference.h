@@ -1,4 +1,4 @@
-// The reference of a study: two halves of independent noise, rendered evenly, and kept.
+// The reference of a study: two halves with independent noise, sampled uniformly and cached.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace emberline {
 
-// One half: which frame, and where it is kept. Everything that its pixels depend on is in `key`.
+// One half: its frame and its folder. `key` holds everything that its pixels depend on.
 struct ReferenceRequest {
   RenderOptions options;  // driver, sampler, samples of this half, its seed
   std::string key;
@@ -25,27 +25,25 @@ struct ReferenceRequest {
 using ReferenceHalf = std::vector<float>;
 AovSet study_reference_aovs();
 
-// The names of its files in that folder.
+// The names of the half's files in its folder.
 std::vector<std::string> reference_files(const ReferenceRequest& request);
 
-// Of a folder that several studies share: throws UsageError where these files are there and are no
-// half of any reference, which would be lost.
+// For a folder that several studies share: throws UsageError if these files exist and are not a
+// reference half, since they would be overwritten.
 void check_cached_files(const ReferenceRequest& request);
 
-// A half that was kept; nothing if there is none, or only a damaged one or one of something else,
-// which is then said.
+// A cached half. Empty if there is none; a damaged half, or one of something else, is logged.
 std::optional<ReferenceHalf> read_reference_half(const ReferenceRequest& request, const Rect& crop);
 
-// Renders a half and keeps it. Nothing if a stop was requested. Throws RenderError.
+// Renders a half and caches it. Empty if a stop was requested. Throws RenderError.
 std::optional<ReferenceHalf> render_reference_half(const StudyRenderer& renderer,
                                                    const ReferenceRequest& request,
                                                    const std::stop_token& stop);
 
-// The picture of a half.
 RgbImage reference_picture(const ReferenceHalf& half, const Rect& crop);
 
-// From the spread of the halves' samples, taken for independent, and the time of each pixel (of the
-// two that which was disturbed less). `samples` of each half.
+// Limits from the variance of the halves' samples, taken as independent, and from the time of each
+// pixel (the smaller of the two, which was disturbed less). `samples` is per half.
 NeymanLimits reference_limits(const std::array<ReferenceHalf, 2>& halves, uint32_t samples,
                               const ReferencePicture& reference);
 

@@ -37,7 +37,7 @@ StudyCheckpoint checkpoint(const Rect& crop, double budget, uint64_t samples, do
           .filter = {}};
 }
 
-// Keeps the delivered tiles' channels.
+// Collects the channels of delivered tiles.
 class TileKeeper : public RenderSink {
  public:
   TileKeeper(const Rect& crop, const AovSet& aovs, const std::function<void(uint64_t)>& on_samples)
@@ -58,10 +58,10 @@ class TileKeeper : public RenderSink {
   std::vector<float> values_;
 };
 
-// Copies the picture where a budget is spent, and where a round ends.
+// Copies the picture when a budget is spent and when a round ends.
 class ProgressiveKeeper final : public TileKeeper {
  public:
-  // With `uniform` sampling there are no rounds of which an error could be claimed.
+  // With `uniform` sampling there are no rounds, and so no error estimates.
   ProgressiveKeeper(const Rect& crop, std::span<const double> budgets, bool by_time, bool uniform,
                     const std::function<void(uint64_t)>& on_samples)
       : TileKeeper(crop, {}, on_samples), budgets_(budgets), by_time_(by_time), uniform_(uniform) {}
@@ -87,7 +87,7 @@ class ProgressiveKeeper final : public TileKeeper {
     return uint64_t(std::ceil(budgets_[pictures.size()] * double(crop_.area())));
   }
 
-  // The claim about the last round, which a driver makes when it plans the next.
+  // Adds the estimate for the last round, which a driver makes when it plans the next one.
   void claim(const JobProgress& now) {
     if (!round_ || !now.error_estimate || now.error_estimate == last_estimate_) return;
     round_->estimate = *now.error_estimate;
@@ -101,8 +101,8 @@ class ProgressiveKeeper final : public TileKeeper {
   std::stop_source spent;
 
  private:
-  // How many pictures are kept here; the last may be the finished frame's, which
-  // render_progressive() keeps.
+  // How many pictures this class keeps. render_progressive() adds the last one if it is the
+  // finished frame.
   size_t here() const { return by_time_ && uniform_ ? budgets_.size() : budgets_.size() - 1; }
 
   void keep(const JobProgress& now, const LivePicture& picture, double wall, double cpu) {
@@ -132,7 +132,7 @@ class ProgressiveKeeper final : public TileKeeper {
   const std::span<const double> budgets_;
   const bool by_time_;
   const bool uniform_;
-  std::optional<ClaimedError> round_;  // of which nothing has been claimed yet
+  std::optional<ClaimedError> round_;  // the last round, while it has no estimate
   std::optional<double> last_estimate_;
 };
 

@@ -1,4 +1,4 @@
-// Renders the frame of a study again and again, by one method after another, into memory.
+// Renders the frame of a study repeatedly, by different methods, into memory.
 #pragma once
 
 #include <cstdint>
@@ -20,19 +20,19 @@ namespace emberline {
 
 class AovSet;
 
-// R G B A samples, of a picture on its way; a finished frame may have more behind them.
+// R G B A samples of an intermediate picture; a finished frame may have more channels after them.
 inline constexpr size_t kStudyPictureChannels = 5;
 
-// The side of the tiles in which a frame is denoised.
+// Side of the tiles in which a frame is denoised.
 inline constexpr int kStudyTile = 64;
 
-// A frame as it was at some moment, not measured yet: interleaved channels, of the crop.
+// A frame at some point, not measured yet: interleaved channels of the crop.
 struct StudyPicture : StudyCheckpoint {
-  std::vector<float> values;        // R G B A samples; of a whole frame all of film_channels()
-  uint64_t non_finite_samples = 0;  // of a whole frame
+  std::vector<float> values;        // R G B A samples; for a whole frame all film_channels()
+  uint64_t non_finite_samples = 0;  // for a whole frame
 };
 
-// The error that a driver claimed for the picture at the end of a round, and that picture.
+// A driver's error estimate for the picture at the end of a round, and that picture.
 struct ClaimedError {
   uint64_t samples = 0;
   double estimate = 0;
@@ -48,29 +48,30 @@ struct ProgressiveFrame {
 
 class StudyRenderer {
  public:
-  // Loads and builds. Enters what the scene reads. Throws what the render command would.
+  // Loads and builds the scene. Registers the files that it reads. Throws what the render command
+  // throws.
   StudyRenderer(const RenderOptions& frame, const LoadLimits& limits, FileRegister& files);
 
   const Rect& crop() const { return crop_; }
   uint64_t pixels() const { return uint64_t(crop_.area()); }
 
-  // What a frame takes while it is rendered and measured, but for the pictures of claims: as many
-  // as an adaptive frame has rounds.
+  // Memory of a frame while it is rendered and measured, without the pictures of claims; an
+  // adaptive frame has one for each round.
   uint64_t frame_bytes(const RenderOptions& options, size_t budgets) const;
 
-  // Called from any thread for every some samples.
+  // `callback` is called from any thread with the number of new samples.
   void on_samples(std::function<void(uint64_t)> callback) { on_samples_ = std::move(callback); }
 
-  // A whole frame with the driver, sampler, samples and seed of the options; nothing if a stop was
-  // requested. Samples that are not finite are warned of, with what replays the first. On the
-  // calling thread's arena, as is the other.
+  // Renders a whole frame with the driver, sampler, samples and seed of the options; empty if a
+  // stop was requested. Warns of non-finite samples, with a replay of the first. Uses the calling
+  // thread's arena, as does render_progressive().
   std::optional<StudyPicture> render(const RenderOptions& options, const AovSet& aovs,
                                      const std::stop_token& stop) const;
 
-  // One frame of a progressive driver, with a picture at the first pause at which each of the
-  // budgets is spent: samples per pixel, or seconds. The last picture is the finished frame; but
-  // uniform sampling whose budgets are seconds ends with the last of them. A frame that finishes
-  // sooner is the picture of all further budgets.
+  // Renders one frame of a progressive driver, with a picture at the first pause at which each
+  // budget (samples per pixel, or seconds) is spent. The last picture is the finished frame, except
+  // that uniform sampling with budgets in seconds ends with the last budget. A frame that finishes
+  // early is the picture for all remaining budgets.
   ProgressiveFrame render_progressive(const RenderOptions& options, std::span<const double> budgets,
                                       bool by_time, const std::stop_token& stop) const;
 
@@ -81,9 +82,9 @@ class StudyRenderer {
   std::function<void(uint64_t)> on_samples_;
 };
 
-// Filters a denoised method's frame, a whole one with the channels of `denoising`: leaves R G B A
-// samples of the denoised picture, and the error that the filter expects of it; adds the filter's
-// time. On the calling thread's arena.
+// Denoises a whole frame that has the channels of `denoising`: leaves R G B A samples of the
+// denoised picture and the error that the filter expects, and adds the filter's time. Uses the
+// calling thread's arena.
 void denoise_picture(const Rect& crop, StudyPicture* picture);
 
 }  // namespace emberline

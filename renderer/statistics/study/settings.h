@@ -1,4 +1,4 @@
-// The settings that pixels and times of a study depend on: for its records, and as keys of files.
+// The settings that a study's pixels and times depend on, for its records and as keys of files.
 #pragma once
 
 #include <string>
@@ -9,18 +9,18 @@
 
 namespace emberline {
 
-// View, light, integrator, filter and buckets, by the names of the options; files by name.
+// View, light, integrator, filter and buckets, by option name; files by their names.
 SettingTexts frame_settings(const RenderOptions& options);
 
-// A line of JSON with all that the pixels of a frame depend on but driver, sampler, samples and
-// seed: the settings above, and what is in the files instead of their names. Reads the files,
+// A line of JSON with everything that a frame's pixels depend on except driver, sampler, samples
+// and seed: the settings above, with the contents of files instead of their names. Reads the files,
 // within the limits; throws InputError.
 std::string frame_key(const RenderOptions& options, const LoadLimits& limits);
 
-// The same of a half of the reference.
+// The key of a half of the reference.
 std::string reference_key(const std::string& frame_key, const RenderOptions& half);
 
-// The same of the runs of a study: what must not change between a start and the next.
+// The key of a study's runs: what must not change when the study is resumed.
 std::string study_key(const std::string& frame_key, const StudyOptions& options,
                       const StudyPlan& plan, const LoadLimits& limits);
 

@@ -32,15 +32,15 @@ namespace emberline {
 namespace {
 
 constexpr uint32_t kDefaultSeeds = 5;
-// The reference's samples over those of the largest budget: its noise is then a sixty-fourth of
-// that of the best picture, where it cannot be taken out.
+// The reference has this many times the samples of the largest budget. Where its noise cannot be
+// removed, it is a sixty-fourth of that of the best picture.
 constexpr uint32_t kReferenceFactor = 64;
-// Seeds that no run has: --seeds is far below the distance.
+// Seed offsets that no run reaches: the maximum of --seeds is far below them.
 constexpr uint32_t kReferenceSeed = 0x40000000u, kWarmUpSeed = 0x80000000u;
-// A warm-up is long enough to tell the pace from, and no longer than that.
+// A warm-up is just long enough to measure the pace.
 constexpr double kWarmUpSeconds = 0.3, kWarmUpShare = 0.1;
 constexpr uint32_t kMostWarmUpSamples = 1024;
-// How many more samples than its pace says a frame gets that ends when its time is over.
+// A frame that ends by time gets this many times the samples that its pace predicts.
 constexpr double kPaceMargin = 4;
 
 uint32_t to_samples(double samples) {
@@ -54,7 +54,7 @@ StudyRun failed_run(const std::string& reason) {
   return run;
 }
 
-// Reads --reference before anything takes time.
+// Reads --reference first, before anything slow.
 std::optional<RgbImage> read_reference(const StudyOptions& options, const LoadLimits& limits) {
   if (options.reference.empty()) return std::nullopt;
   const RenderOptions& frame = options.frame;
@@ -63,12 +63,12 @@ std::optional<RgbImage> read_reference(const StudyOptions& options, const LoadLi
                           frame.height);
 }
 
-// In this order: prepare(), render(), and with a reference write_results(); on one thread and in
+// Call prepare(), then render() and, if there is a reference, write_results(); on one thread and in
 // its TBB arena.
 class Study {
  public:
-  // Loads the scene, opens the folder. Throws UsageError, InputError, RenderError for whatever is
-  // wrong with the options; `threads` is for the records. Refers to all but that.
+  // Loads the scene and opens the folder. Throws UsageError, InputError or RenderError for invalid
+  // options. `threads` is for the records. Refers to all other arguments.
   Study(const StudyOptions& options, const StudyPlan& plan, FileRegister& files, int threads)
       : options_(options),
         plan_(plan),
@@ -90,7 +90,7 @@ class Study {
     describe_settings(threads);
   }
 
-  // Warms up, which tells each method's pace, and looks for what an earlier start has finished.
+  // Warms up, which measures each method's pace, and finds the finished runs of an earlier start.
   void prepare() {
     prepare_pace();
     find_reference();
@@ -104,7 +104,7 @@ class Study {
         samples, readable_seconds(double(renderer_.pixels()) * samples / pace)));
   }
 
-  // How many render() will take; of runs that end by time a guess.
+  // Number of samples that render() will take; estimated for runs that end by time.
   uint64_t samples_to_come() const {
     double samples = 0;
     for (const auto& half : reference_.halves) {
@@ -124,8 +124,8 @@ class Study {
     return uint64_t(samples) * renderer_.pixels();
   }
 
-  // The reference, then the runs. `on_samples` is called from any thread. A run that fails is kept
-  // as failed; what a stop cuts short is left for the next start.
+  // Renders the reference, then the runs. `on_samples` is called from any thread. Failed runs are
+  // recorded as failed; interrupted runs are left for the next start.
   void render(const std::function<void(uint64_t)>& on_samples, std::stop_token stop) {
     stop_ = std::move(stop);
     renderer_.on_samples(on_samples);
@@ -133,7 +133,7 @@ class Study {
     renderer_.on_samples({});
   }
 
-  // False if the stop came first: then there are no results.
+  // False if a stop request came before the reference was complete; there are no results then.
   bool has_reference() const { return reference_.picture.has_value(); }
   // study.csv, study.json and study.html.
   void write_results(WriteAttempts& attempts) {
@@ -174,14 +174,14 @@ class Study {
       most = std::max(most, renderer_.frame_bytes(frame_options(method, 1, options_.frame.seed),
                                                   plan_.budgets.size()));
     }
-    // Halves, their pictures and the mean, linear and displayed.
+    // The halves, their pictures and the mean, linear and displayed.
     const uint64_t reference =
         2 * sizeof(float) * film_channels(study_reference_aovs()).size() + 6 * 3 * sizeof(float);
     const uint64_t references = bytes_of(renderer_.pixels(), reference + kComparisonBytesPerPixel);
     reserve_pixels(most + references, renderer_.crop(), memory_);
   }
 
-  // The files that it will write, but for settings, pace and the halves of the reference.
+  // The files that the study writes, except settings, pace and the halves of the reference.
   std::vector<std::string> file_names() const {
     std::vector<std::string> names = {"study.csv", "study.json", "study.html",
                                       StudyPictures::kReferenceExr, StudyPictures::kReferencePng};
@@ -212,7 +212,7 @@ class Study {
     for (const PlannedMethod& planned : plan_.methods) results_.methods.push_back(planned.method);
   }
 
-  // Also warms up caches and threads: no run is the first.
+  // Also warms up caches and threads, so that no run is the first.
   void prepare_pace() {
     StudyPace measured;
     for (const PlannedMethod& method : plan_.methods) {
@@ -220,16 +220,17 @@ class Study {
       try {
         measured.samples_per_s[method.id] = warm_up(method);
       } catch (const std::exception&) {
-        measured.samples_per_s[method.id] = 1;  // its runs will fail alike, and be shown
+        measured.samples_per_s[method.id] = 1;  // its runs will fail too, and show it
       }
     }
     pace_ = folder_.read_pace().value_or(StudyPace());
-    pace_.samples_per_s.merge(measured.samples_per_s);  // of methods that are new
+    pace_.samples_per_s.merge(measured.samples_per_s);  // of new methods
     if (pace_.reference_spp == 0) pace_.reference_spp = reference_samples();
     folder_.write_pace(pace_);
   }
 
-  // Renders frames of more and more samples until one has taken long enough; samples a second.
+  // Renders frames with more and more samples until one takes long enough; returns samples per
+  // second.
   double warm_up(const PlannedMethod& method) const {
     const double largest = plan_.budgets.back();
     const double wanted =
@@ -245,7 +246,7 @@ class Study {
     }
   }
 
-  // For both halves together.
+  // Samples per pixel of both halves together.
   uint32_t reference_samples() const {
     double most = 1;
     for (const PlannedMethod& method : plan_.methods) most = std::max(most, largest_budget(method));
@@ -261,7 +262,7 @@ class Study {
     return wanted;
   }
 
-  // Looks for the halves where they are kept.
+  // Looks for the halves in the cache.
   void find_reference() {
     StudyReference& info = results_.reference;
     if (given_reference_) {
@@ -312,7 +313,7 @@ class Study {
     return true;
   }
 
-  // Samples per pixel that the largest budget buys the method.
+  // Samples per pixel that the method can take within the largest budget.
   double largest_budget(const PlannedMethod& method) const {
     if (!plan_.by_time) return plan_.budgets.back();
     const auto pace = pace_.samples_per_s.find(method.id);
@@ -324,7 +325,7 @@ class Study {
     return to_samples(std::floor(largest_budget(method) * budget / plan_.budgets.back()));
   }
 
-  // Finds the runs of an earlier start, and those that are impossible and need no rendering.
+  // Loads the finished runs of an earlier start, and adds impossible runs, which need no rendering.
   void find_finished_runs() {
     for (uint32_t k = 0; k < seeds_; ++k) {
       const uint32_t seed = options_.frame.seed + k;
@@ -359,7 +360,7 @@ class Study {
     return true;
   }
 
-  // Nothing if stopped. A run that throws counts as failed, and the study goes on.
+  // Empty if stopped. A run that throws counts as failed, and the study continues.
   std::optional<StudyRun> make_run(size_t m, uint32_t seed) {
     const PlannedMethod& method = plan_.methods[m];
     StudyRun run;
@@ -375,15 +376,15 @@ class Study {
     }
     run.method = m;
     run.seed = seed;
-    // A failure is tried again by the next start.
+    // Failed runs are not saved, so that the next start retries them.
     if (run.status == StudyRunStatus::kDone) folder_.write_run(method.id, run);
     return run;
   }
 
-  // Nothing if stopped.
+  // Empty if stopped.
   std::optional<ProgressiveFrame> render_run(const PlannedMethod& method, uint32_t seed) const {
     if (!method.separate) {
-      // An adaptive frame has to know what it may spend.
+      // An adaptive frame must know its budget in advance.
       const bool ends_by_time = plan_.by_time && method.method.estimator.empty();
       const double most = largest_budget(method) * (ends_by_time ? kPaceMargin : 1.0);
       ProgressiveFrame frame =
@@ -449,7 +450,7 @@ class Study {
   StudyRenderer renderer_;
   StudyPictures pictures_;
   std::string frame_key_;
-  MemoryReservation memory_;  // of the largest frame and the references
+  MemoryReservation memory_;  // for the largest frame and the references
   StudyPace pace_;
   Reference reference_;
   StudyResults results_;

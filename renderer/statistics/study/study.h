@@ -1,4 +1,4 @@
-// Speed against error of several ways to render one frame: from warm-up to results.
+// Measures speed against error of several ways to render one frame: from warm-up to results.
 #pragma once
 
 #include <cstdint>
@@ -13,22 +13,24 @@
 
 namespace emberline {
 
-// What a study has come to.
+// The result of a study.
 struct StudyOutcome {
-  std::optional<StudyResults> results;  // none: stopped before there was a reference
+  std::optional<StudyResults> results;  // empty: stopped before the reference was rendered
   WriteAttempts attempts = {};
 };
 
-// Renders a study's reference, then its runs. `on_samples` is called from any thread. A run that
-// fails is kept as failed; what a stop cuts short is left for the next start.
+// Renders a study's reference, then its runs. `on_samples` is called from any thread. Failed runs
+// are recorded as failed; interrupted runs are left for the next start.
 using RenderStudy =
     std::function<void(const std::function<void(uint64_t)>& on_samples, std::stop_token stop)>;
 
-// Calls `render` once. `samples`: how many it will take; of runs that end by time a guess.
+// Calls `render` once. `samples` is the number of samples to render, estimated for runs that end by
+// time.
 using StudyClient = std::function<void(uint64_t samples, const RenderStudy& render)>;
 
-// A study from its options to its files, on `options.frame.threads` threads. `folder`: what the
-// client calls the folder of the results. Throws UsageError, InputError and RenderError.
+// Runs a study from its options to its files, on `options.frame.threads` threads. `folder` is the
+// client's name for the option of the results folder. Throws UsageError, InputError and
+// RenderError.
 StudyOutcome make_study(const StudyOptions& options, const std::string& folder,
                         const StudyClient& client);
 
