@@ -5,7 +5,6 @@
 #include <optional>
 
 #include "renderer/api/access.h"
-#include "renderer/drivers/frame.h"
 #include "renderer/engine/render_plan.h"
 #include "renderer/engine/setting_table.h"
 #include "renderer/output/render_options.h"

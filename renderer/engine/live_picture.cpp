@@ -19,6 +19,15 @@ FilmExtras kept_extras(const RenderPlan& plan) {
 }  // namespace
 
 const Rect& LivePicture::rect() const { return film().rect(); }
+uint32_t LivePicture::sample_count(int x, int y) const { return film().sample_count(x, y); }
+uint32_t LivePicture::non_finite(int x, int y) const { return film().non_finite(x, y); }
+std::optional<Rgb> LivePicture::variance(int x, int y) const { return film().variance(x, y); }
+
+std::vector<float> LivePicture::channels() const {
+  std::vector<float> values;
+  film().resolve(values);
+  return values;
+}
 
 TilePicture::TilePicture(const RenderPlan& plan, std::vector<float> before)
     : film_(std::make_unique<FilmTile>(plan.aovs, kept_extras(plan))),

@@ -3,10 +3,12 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "renderer/core/rect.h"
+#include "renderer/core/vector.h"
 #include "renderer/film/pixel_stop.h"
 
 namespace emberline {
@@ -29,6 +31,13 @@ class LivePicture {
   virtual PixelStop stop_so_far(int x, int y) const = 0;
 
   const Rect& rect() const;
+  uint32_t sample_count(int x, int y) const;
+  // Samples that were NaN or infinite, and count as black.
+  uint32_t non_finite(int x, int y) const;
+  // Variance of the pixel's mean, linear radiance squared, if the film knows it.
+  std::optional<Rgb> variance(int x, int y) const;
+  // All channels of the film in film_channels() order, interleaved, rows from the top.
+  std::vector<float> channels() const;
 };
 
 // Collects the finished tiles of a driver that does not keep them, and draws them over another

@@ -10,7 +10,6 @@
 
 #include "renderer/core/errors.h"
 #include "renderer/core/parallel.h"
-#include "renderer/film/film.h"
 #include "renderer/session/overlay_picture.h"
 
 namespace emberline {
@@ -348,7 +347,7 @@ const LivePicture& ViewFrame::picture_of(int x, int y) const {
   const LivePicture* const region = region_picture();
   if (!region || !region->rect().contains(x, y)) return *readable_;
   const bool better = !readable_->rect().contains(x, y) ||
-                      region->film().sample_count(x, y) > readable_->film().sample_count(x, y);
+                      region->sample_count(x, y) > readable_->sample_count(x, y);
   return better ? *region : *readable_;
 }
 
@@ -400,7 +399,7 @@ PixelStop ViewFrame::stop_at(int x, int y) const {
   const bool last = bucket_picture_ || (main_ && shown_render_ == main_.get());
   const PixelStop stop = last ? readable_->stop_so_far(x, y) : PixelStop::kGoingOn;
   if (!finished_ || stop != PixelStop::kGoingOn) return stop;
-  return picture_of(x, y).film().sample_count(x, y) > 0 ? stop_->cause() : PixelStop::kNone;
+  return picture_of(x, y).sample_count(x, y) > 0 ? stop_->cause() : PixelStop::kNone;
 }
 
 std::vector<float> ViewFrame::stops() const {
@@ -422,8 +421,7 @@ FilmCopy ViewFrame::copy() const {
   const size_t count = film_channels(prepared_.plan.aovs).size();
   result.channels.resize(count * size_t(crop_.area()));
   const auto put = [&](const LivePicture& picture) {
-    std::vector<float> values;
-    picture.film().resolve(values);
+    const std::vector<float> values = picture.channels();
     const Rect& rect = picture.rect();
     for (int y = rect.y0; y < rect.y1; ++y) {
       for (int x = rect.x0; x < rect.x1; ++x) {
@@ -455,9 +453,9 @@ PixelInspection ViewFrame::look_at(int x, int y, bool explained) const {
   const LivePicture& picture = picture_of(x, y);
   if (!picture.rect().contains(x, y)) return result;
   result.known = true;
-  result.samples = picture.film().sample_count(x, y);
-  result.non_finite = picture.film().non_finite(x, y);
-  result.variance = picture.film().variance(x, y);
+  result.samples = picture.sample_count(x, y);
+  result.non_finite = picture.non_finite(x, y);
+  result.variance = picture.variance(x, y);
   result.stop = stop_at(x, y);
   const bool is_shown = shown_render_ && shown_render_->picture() == readable_;
   if (explained && is_shown && &picture == readable_) {
