@@ -12,8 +12,8 @@
 namespace emberline {
 namespace {
 
-constexpr uint32_t kBlockSize =
-    8;  // indices permuted at random among themselves; see README.md for why 8
+// Indices that are permuted at random among themselves; README.md explains why 8.
+constexpr uint32_t kBlockSize = 8;
 
 using owen_sobol::Order;
 

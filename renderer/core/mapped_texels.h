@@ -17,8 +17,8 @@ namespace emberline {
 inline constexpr int kTileSide = 32;
 
 // Tiles at the right and the bottom are cut off, so there is no padding. In an image of 40 x 35,
-// texel (33, 34) is the second texel of the last of the three rows, 8 texels long, of the last
-// tile, which starts after 32 * 40 + 3 * 32 texels.
+// texel (33, 34) is in the last tile, which has 3 rows of 8 texels and starts at index
+// 32 * 40 + 3 * 32; its index within the tile is 2 * 8 + 1.
 inline size_t tiled_index(int width, int height, int x, int y) {
   const int left = x & ~(kTileSide - 1), top = y & ~(kTileSide - 1);
   const int columns = std::min(kTileSide, width - left), rows = std::min(kTileSide, height - top);

@@ -15,10 +15,9 @@ namespace emberline {
 inline constexpr double kSkyUnit = 32768;
 
 struct SkySettings {
-  // Of the sun's centre, in degrees: above the horizon, from -90 to 90; and from -Z over +X, +Z,
-  // -X.
+  // The sun's centre in degrees: above the horizon, from -90 to 90; and from -Z over +X, +Z, -X.
   double elevation = 45, azimuth = 0;
-  // Of the ground, which is grey, fills the lower half of the map and illuminates the air.
+  // The ground is grey, fills the lower half of the map and illuminates the air.
   double ground_albedo = 0.3;
   bool scattered_again = true;  // false: single scattering only
   int height = 512;             // of the map

@@ -52,7 +52,7 @@ struct DenoisedPicture {
 // A row depends on this many rows above and below. A band of a large frame has the same bits as the
 // whole if its input includes this margin (less at the frame's border).
 inline constexpr int kDenoiseMargin = 46;
-// Rows per band, if there are as many: a band's margins are filtered again for each band.
+// Rows per band, or fewer in a small frame. The margins are filtered again for each band.
 inline constexpr int kDenoiseBandRows = 384;
 
 // Denoises rows [begin, end) of the input; all of it by default. The bits depend neither on the

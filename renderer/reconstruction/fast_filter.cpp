@@ -106,7 +106,7 @@ constexpr int kAtOnce = kLanes / 2;
 #endif
 }
 
-// Of positive numbers, to 1/500: the exponent is negated, followed by a Newton step.
+// Reciprocals of positive numbers, to 1/500: the exponent is negated, then one Newton step.
 [[gnu::always_inline]] inline Eight reciprocal(const Eight& value) {
   using Words [[gnu::vector_size(sizeof(Eight))]] = int32_t;
   const auto out = std::bit_cast<Eight>(0x7EF311C7 - std::bit_cast<Words>(value));

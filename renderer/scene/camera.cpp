@@ -77,8 +77,7 @@ Camera::Camera(const CameraDescription& description, int width, int height, cons
   if (projects && description.lens_radius > 0) {
     require(description.focus_distance > 0, "its lens has no distance of focus");
     const double focus = description.focus_distance * scale;
-    // The direction to a point in focus is squared in float, and must keep the lens samples
-    // distinct.
+    // Float must hold the squared direction to a point in focus, and 1 / focus.
     require(s.lens_radius / focus <= kFarthestOrigin && focus > kLeast,
             "its lens is too large for its distance of focus");
     require(largest(pose.position) * kFloatUnit <= 0.25 * focus,

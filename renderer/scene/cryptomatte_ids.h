@@ -1,8 +1,8 @@
 // Cryptomatte ids and names of a scene's objects, materials and assets.
 //
 // An object is a node with a mesh, regardless of the mesh's primitives and of its
-// EXT_mesh_gpu_instancing copies; an asset is a node without a parent. Names come from the file. Of
-// two equal names the later in the file gets a number ("leg", "leg_2"), and so does a name whose
+// EXT_mesh_gpu_instancing copies; an asset is a node without a parent. Names come from the file. If
+// two are equal, the later in the file gets a number ("leg", "leg_2"), and so does a name whose
 // hash is taken. Numbering counts all nodes with a mesh, so that names stay the same while an
 // animation hides nodes.
 #pragma once

@@ -30,7 +30,7 @@ struct FlushSurfaces {
   // Per emitter: bound of the distance between it and its surface as Embree sees them; 0: it lies
   // in no surface.
   std::vector<float> reach;
-  // The same bound by surface_key(), for each flush emitter and each surface in which one lies.
+  // This bound by surface_key(), for each flush emitter and each surface in which one lies.
   std::unordered_map<uint64_t, float> offsets;
 };
 

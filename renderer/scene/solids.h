@@ -84,7 +84,8 @@ class Solids {
     bool closed = false, is_near = false, is_flat = false, is_clear = false, lets_through = false;
     uint32_t rank = 0, body = 0;
     double volume = 0.0;
-    // Of the whole body: `of_mesh` in object space; `bounds` at shutter open, in internal space.
+    // Bounds of the whole body: `of_mesh` in object space; `bounds` at shutter open, internal
+    // space.
     Imath::Box3f of_mesh, bounds;
     std::vector<bool> touching;  // by face; empty: none
   };
