@@ -39,8 +39,7 @@ constexpr uint32_t spread_bits(uint32_t x) {
   return (x | x << 1) & 0x55555555u;
 }
 
-// Permutes each base-4 digit of a pixel's Z-curve position at random, with a hash of the digits
-// above it.
+// Permutes each base-4 digit of a pixel's Z-curve position by a hash of the digits above it.
 uint32_t shuffled_place(uint32_t place, uint32_t digits, uint32_t key) {
   uint32_t shuffled = 0;
   for (uint32_t i = 0; i < digits; ++i) {

@@ -14,8 +14,7 @@
 
 namespace emberline {
 
-// One per ray; passed by value, in one register. The default is for scenes without stochastic
-// coverage.
+// One per ray; passed by value, in one register. The default: no stochastic coverage.
 struct CoverageKey {
   uint32_t seed = 0;   // shared by samples that are stratified together
   uint32_t index = 0;  // of the sample among these

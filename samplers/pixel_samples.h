@@ -42,15 +42,13 @@ class PixelSamples {
     start(int(samples.size()), true);
   }
 
-  // Selects a sample of the batch, counted from 0, for the following calls, and starts its camera
-  // slot.
+  // Selects a sample of the batch, counted from 0, and starts its camera slot.
   void start_sample(int index) {
     choose(index);
     start_slot(0);
   }
 
-  // Selects a sample that was started before and continues where it stopped, so that samples can be
-  // interleaved.
+  // Selects a sample that was started before and continues where it stopped.
   void resume_sample(int index) {
     choose(index);
     current_ = &blocks_[std::min(slot_[lane_], kCachedSlots)];

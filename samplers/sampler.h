@@ -55,7 +55,6 @@ struct PixelKey {
   uint32_t seed = 0;
 };
 
-// A sample of a pixel.
 struct SampleAddress {
   uint32_t x = 0, y = 0;
   uint32_t sample = 0;

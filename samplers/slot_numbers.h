@@ -5,7 +5,6 @@
 
 namespace emberline {
 
-// The numbers of one sample in one slot.
 struct SlotNumbers {
   float u[kSlotDimensions];
 };

@@ -58,8 +58,7 @@ template <int kBlocks, int kPairs>
 struct BlockPlan {
   static constexpr int kDimensions = 2 * kPairs;
   alignas(64) uint32_t scramble[kBlocks * kDimensions];  // Owen scramble of each dimension
-  // A pair's index in its sequence is that of the block's first sample xor the sample's nibble of
-  // `order`.
+  // A pair's index in its sequence: that of the block's first sample xor a nibble of `order`.
   alignas(64) uint32_t base[kBlocks * kPairs];
   alignas(64) uint32_t order[kBlocks * kPairs];
 };

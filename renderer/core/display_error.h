@@ -12,8 +12,7 @@ inline float display_value(float linear) {
   constexpr float kStraight = 0.0031308f;  // below this the curve is linear
   const float x = linear > 0.0f ? std::min(linear, 1.0f) : 0.0f;
   // The curve as a function of t = 1 - x^(1/4), which is nearly straight: 1 + t q(t), exact at
-  // white. q interpolates at the Chebyshev nodes of [0, 1 - kStraight^(1/4)]; its degree gives an
-  // error of 3e-7.
+  // white. q interpolates at the Chebyshev nodes of [0, 1 - kStraight^(1/4)]; the error is 3e-7.
   const float t = 1.0f - std::sqrt(std::sqrt(x));
   float q = 0.0528659709f;
   q = q * t - 0.0934508964f;

@@ -45,8 +45,7 @@ struct UsageError : EmberlineError {
       : UsageError(fmt::format(message, std::forward<First>(first), std::forward<Rest>(rest)...)) {}
 };
 
-// An input file cannot be used (exit 3). `place` is the file, followed by "#/json/pointer" where
-// one applies.
+// An input file cannot be used (exit 3). `place`: the file, and "#/json/pointer" if it applies.
 struct InputError : EmberlineError {
   InputError(const std::string& place, const std::string& message)
       : EmberlineError(kExitInput, place + ": " + message) {}
@@ -57,8 +56,7 @@ struct InputError : EmberlineError {
                    fmt::format(message, std::forward<First>(first), std::forward<Rest>(rest)...)) {}
 };
 
-// A load exceeded its limits. This concerns the load as a whole, so code that skips a broken object
-// must not catch it.
+// The whole load exceeded its limits; code that skips a broken object must not catch this.
 struct LimitError : InputError {
   using InputError::InputError;
 };

@@ -29,8 +29,7 @@ constexpr uint64_t hash64(uint64_t x) {
   return x;
 }
 
-// Mixes another word into a hash; the order matters. The golden-ratio increment keeps 0 from being
-// a fixed point.
+// The order of words matters. The golden-ratio increment keeps 0 from being a fixed point.
 constexpr uint32_t hash_combine(uint32_t h, uint32_t word) {
   return hash32((h ^ hash32(word + 0x9e3779b9u)) * 0x85ebca6bu + 0x9e3779b9u);
 }

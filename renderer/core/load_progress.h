@@ -59,19 +59,16 @@ class LoadProgress {
   bool watched() const { return watched_; }
   // Whether check() would throw.
   bool ends() const { return watched_ && (stop_.stop_requested() || late()); }
-  // Throws Cancelled if the load was cancelled and InputError on timeout. So do begin() and
-  // advance().
+  // Throws Cancelled if cancelled, InputError on timeout. So do begin() and advance().
   void check() const {
     if (ends()) throw_end();
   }
   const std::shared_ptr<MemoryBudget>& budget() const { return limits_.memory; }
   const std::optional<uint64_t>& texture_bytes() const { return limits_.texture_bytes; }
-  // Enters a stage of `items` equal items. Entering an earlier or the same stage again does not
-  // reduce the fraction.
+  // Enters a stage of `items` equal items. Repeating a stage does not reduce the fraction.
   void begin(LoadStage stage, uint64_t items = 0);
   void advance(uint64_t items = 1);
-  // Reports that `share` of the next `items` items is done. Does not throw, so callbacks may use
-  // it.
+  // Reports that `share` of the next `items` is done. Does not throw, for use in callbacks.
   void partly(uint64_t items, double share) noexcept;
   void finish();
 

@@ -29,16 +29,13 @@ void log_verbose(std::string_view message);  // with --verbose
 enum class LogKind { kError, kWarning, kInfo };
 void set_log_sink(std::function<void(LogKind kind, std::string_view message)> sink);
 
-// Every distinct text passed to log_warning() so far, in order, including those that --quiet
-// suppressed.
+// Every distinct warning so far, in order, including those that --quiet suppressed.
 std::vector<std::string> warnings_so_far();
 
-// Forgets all warnings but the first `count`, so that they are shown again when they recur. Used
-// between frames.
+// Forgets all but the first `count` warnings between frames, so that they are shown again.
 void forget_warnings(size_t count);
 
-// Called before and after each message, so that a progress line can be cleared and redrawn. Null
-// removes them.
+// Called before and after each message, to clear and redraw a progress line. Null: none.
 void set_log_interrupt(std::function<void()> before, std::function<void()> after);
 
 }  // namespace emberline

@@ -41,8 +41,7 @@ std::string unknown_name_message(std::string_view kind, std::string_view name,
                                      std::string_view name,
                                      std::span<const std::string_view> valid);
 
-// The entry of `table` whose `name` is `name`. Throws UsageError, which starts with the option's
-// name.
+// The entry of `table` with this `name`. Throws UsageError like throw_unknown_name().
 template <typename Table>
 const auto& find_named(const Table& table, std::string_view option, std::string_view kind,
                        std::string_view name) {

@@ -7,8 +7,7 @@
 
 namespace emberline {
 
-// Number of rays that are generated, or looked up in the environment, together: the samples of one
-// block.
+// Number of rays generated, or looked up in the environment, together: one block of samples.
 inline constexpr int kRayBatch = 16;
 
 inline constexpr float kInfinity = std::numeric_limits<float>::infinity();

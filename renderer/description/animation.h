@@ -15,8 +15,7 @@ enum class Interpolation : uint8_t { kStep, kLinear, kCubicSpline };
 
 using Quaternion = std::array<double, 4>;  // x, y, z, w
 
-// Key frames of one property. The numbers are shared, since hundreds of properties may use the same
-// times.
+// Key frames of one property. Hundreds of properties may share the same times.
 struct KeyFrames {
   using Numbers = std::shared_ptr<const std::vector<float>>;
 

@@ -181,8 +181,7 @@ struct MeshDescription : MeshArrays {
   std::vector<VariantMaterial> variant_materials;
   // True: it may be elsewhere, or be visible more often, at another time.
   bool may_move = false;
-  // Extent of a mesh whose arrays are omitted, because the receiver of the pose has them from an
-  // earlier one.
+  // Extent of a mesh without arrays, because the receiver has them from an earlier pose.
   std::optional<WorldBounds> held = {};
 };
 

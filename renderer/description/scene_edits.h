@@ -189,8 +189,7 @@ size_t edited_light(const LightEdit& edit, const SceneDescription& description);
 CameraDescription edited_camera(const SceneEdits& edits, const SceneDescription& description,
                                 CameraDescription camera);
 
-// A copy without vertices and triangles, which edits do not change: enough for apply() and
-// EditableScene.
+// A copy without vertices and triangles: enough for apply() and EditableScene.
 SceneDescription outline(const SceneDescription& description);
 
 }  // namespace emberline

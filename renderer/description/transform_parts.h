@@ -19,8 +19,7 @@ struct TransformParts {
   Mat44d matrix() const;
 };
 
-// Interpolates by `share`: scales, skews and positions linearly, the rotation about one axis, the
-// shorter way.
+// Interpolates scales, skews and positions linearly, the rotation about one axis (the shorter way).
 TransformParts between(const TransformParts& from, const TransformParts& to, double share);
 
 }  // namespace emberline

@@ -72,8 +72,7 @@ EmitterBounds swept_bounds(std::span<const EmitterBounds> steps) {
   return all;
 }
 
-// Steps per segment. A segment turns by less than half a turn, so each step turns by less than an
-// eighth.
+// Steps per segment: a segment turns by less than half a turn, a step by less than an eighth.
 constexpr int kTimesOfSegment = 4;
 
 EmitterBounds moving_bounds(const EmissiveTriangle& t, const EmitterMotion& motion) {

@@ -26,8 +26,7 @@ constexpr double kBlindShare = 0.3, kBlindPlaces = 1.0;
 constexpr double kLeastSeen = 1e-9;
 // Lower bound of the mean light left out of the tables, relative to its maximum.
 constexpr double kLeastLeftOut = 1e-3;
-// Number of texels along each side of a tile, or up to twice as many, that are averaged for its
-// even light.
+// Texels averaged along each side of a tile for its even light, or up to twice as many.
 constexpr int kMeasured = 16;
 
 // The last entry that begins at or before `at`, which must be below the end of the last entry.
@@ -43,8 +42,7 @@ float remainder(double at, double from, double to) {
   return std::min(float((at - from) / (to - from)), kOneMinusEpsilon);
 }
 
-// Running sums of probabilities. They are set to 1 from the last possible entry on, in spite of
-// rounding.
+// Running sums of probabilities; exactly 1 from the last possible entry on.
 void add_up(const auto& share, int count, float* sums) {
   double sum = 0;
   int end = 0;  // end of the entries that can be chosen

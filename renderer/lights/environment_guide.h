@@ -52,8 +52,7 @@ class EnvironmentGuide {
   uint64_t bytes() const;
 
  private:
-  // For a map: the texels whose centres are in a tile. Columns may exceed the map's width and then
-  // wrap around.
+  // For a map: the texels whose centres are in a tile. Columns beyond the width wrap around.
   struct Tile {
     int first_row = 0, end_row = 0;
     int first_column = 0, end_column = 0;

@@ -27,8 +27,7 @@ namespace {
 // from the pole that a float direction can represent.
 constexpr float kLeastSine = 1e-7f;
 
-// Angles are computed in whole groups of lanes, used or not, because a loop of fixed length
-// vectorises.
+// Angles are computed in whole groups of lanes, because a loop of fixed length vectorises.
 constexpr size_t kGroup = 8;
 static_assert(kRayBatch % kGroup == 0);
 

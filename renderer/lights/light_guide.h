@@ -10,8 +10,7 @@ namespace emberline {
 
 class EnvironmentGuide;  // environment_guide.h
 
-// A kind of light is chosen by its unoccluded irradiance times its factor; that of finite lights is
-// 1.
+// Kinds of light are chosen by unoccluded irradiance times a factor (1 for finite lights).
 struct KindFactors {
   float environment = 1.0f, directional = 1.0f;
   // Minimum fraction of the samples for infinite lights and for finite ones. Without a survey

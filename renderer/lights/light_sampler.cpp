@@ -398,8 +398,7 @@ void LightSampler::sample(std::span<const LightRequest> requests, LightSample* c
                           const LightGuide* guide) const {
   assert(requests.size() <= size_t(kRayBatch));
   const EnvironmentGuide* const environment_guide = guide ? guide->environment.get() : nullptr;
-  // Requests that pick the environment are processed together, and so are those that pick
-  // triangles.
+  // Requests for the environment and for triangles are processed in separate batches.
   EnvironmentBatch environment;
   TriangleBatch triangles;
   LightSample* triangle_out[kRayBatch];

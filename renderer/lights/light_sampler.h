@@ -73,8 +73,7 @@ struct PointLight : PointLightState {
   PointLightType type = PointLightType::kPoint;
   // Later positions, evenly spaced until shutter close, linearly interpolated.
   std::vector<PointLightPlace> motion = {};
-  // Factor on the intensity, cone angles, factor on the range, and times with light; null:
-  // constant.
+  // Factors on intensity and range, cone angles, and times with light; null: constant.
   std::shared_ptr<const TimeCurve<Rgb>> share = {};
   std::shared_ptr<const TimeCurve<Vec2f>> cones = {};
   std::shared_ptr<const TimeCurve<float>> range_share = {};
@@ -156,8 +155,7 @@ class LightSampler {
   // Probability of picking the environment: the factor of its density that does not depend on the
   // direction. EnvironmentLight::radiance_and_pdf() gives the other factor.
   float environment_probability(const LightQuery& query, const LightGuide* guide = nullptr) const;
-  // Probabilities of picking the environment, directional lights and finite lights. Their sum is at
-  // most 1.
+  // Probabilities of picking each kind of light; their sum is at most 1.
   std::array<float, kLightKinds> kind_probabilities(const LightQuery& query,
                                                     const LightGuide* guide = nullptr) const;
   int kinds() const { return (environment_ ? 1 : 0) + !directional_.empty() + !emitters_.empty(); }

@@ -47,8 +47,7 @@ class SkyRegions {
     const int64_t place = place_of(point, normal);
     return place < 0 ? kNone : int(numbers_[size_t(place)]) - 1;
   }
-  // Like find(), but adds a missing region. Returns kNone outside the box and beyond the maximum
-  // number of regions.
+  // Like find(), but adds a missing region; kNone outside the box and if there are too many.
   int find_or_add(const Vec3f& point, const Vec3f& normal);
   int count() const { return count_; }
   uint64_t bytes() const {

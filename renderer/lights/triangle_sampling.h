@@ -24,7 +24,6 @@ namespace emberline {
 inline constexpr double kLeastSphericalAngle = 3e-4;
 inline constexpr double kLargestSphericalAngle = 2 * kPiD - 1e-4;
 
-// A triangle as seen from a point.
 struct SeenTriangle {
   Vec3d to_p0 = Vec3d(0.0);                              // from the point to vertex 0
   Vec3d edge1 = Vec3d(0.0), edge2 = Vec3d(0.0);          // from vertex 0 to 1 and 2

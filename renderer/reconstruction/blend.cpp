@@ -167,8 +167,7 @@ Change change_at(const Terms& terms, const Shares& a, int x, int y) {
   return change;
 }
 
-// The non-negative weights with a sum of at most 1 that minimise the error, found by coordinate
-// descent.
+// The non-negative weights of sum <= 1 that minimise the error, by coordinate descent.
 constexpr int kRounds = 16;
 constexpr float kDivisor = 1e-30f;
 

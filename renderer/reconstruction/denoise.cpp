@@ -28,7 +28,6 @@ HalfColour rows_of(const HalfColour& colour, size_t first, size_t count) {
           rows_of(colour[2], first, count)};
 }
 
-// Rows [begin, end) only.
 DenoiseInput rows_of(const DenoiseInput& input, int begin, int end) {
   const size_t first = size_t(begin) * size_t(input.width);
   const size_t count = size_t(end - begin) * size_t(input.width);
@@ -101,8 +100,7 @@ void for_each_fit(const Halves& halves, Place place, int begin, int end,
   });
 }
 
-// Weight of a pixel's own value relative to a fit's weight: if no fit finds the pixel similar, it
-// stays unchanged.
+// Relative weight of a pixel's own value: without similar fits the pixel stays unchanged.
 constexpr float kOwnWeight = 0.02f;
 constexpr float kLeastWeight = 1e-30f;  // of a divisor
 

@@ -34,8 +34,7 @@ struct Halves {
   // The pixel's variance estimated from its two halves only, channels summed: one degree of
   // freedom. 0 if a half is unknown.
   BorderedPlane own_noise;
-  // The same variance per channel for the input image, before samples are shared and outliers
-  // limited.
+  // This variance per channel for the input, before samples are shared and outliers limited.
   ColourPlanes raw_noise;
   std::vector<Feature> features;
 };

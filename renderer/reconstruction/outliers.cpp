@@ -8,8 +8,7 @@
 namespace emberline {
 namespace {
 
-// A loss above this multiple of its own variance, estimated robustly against outliers, comes from
-// an outlier.
+// A loss above this multiple of its (robustly estimated) variance comes from an outlier.
 constexpr float kSurprise = 4.0f;
 // Ratio of the variance to the squared mean deviation of a pixel, for three channels that mostly
 // deviate together.

@@ -13,8 +13,7 @@ class LostLight {
   // From the raw and the filtered image.
   LostLight(const Halves& halves, const ColourPlanes& raw, const ColourPlanes& filtered);
 
-  // Adds the lost light of `raw` to `filtered`. A pixel depends on those up to kLostLightReach
-  // around it.
+  // Adds the lost light of `raw` to `filtered`, depending on pixels up to kLostLightReach away.
   void give_back(const BorderedPlane& raw, BorderedPlane& filtered) const;
 
   // Fraction of a single pixel's change that is returned to the pixel.

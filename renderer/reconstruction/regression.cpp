@@ -11,16 +11,13 @@ constexpr int offset_x(int offset) { return offset % kWindow - kWindowRadius; }
 constexpr int offset_y(int offset) { return offset / kWindow - kWindowRadius; }
 constexpr int term(int row, int column) { return row * (row + 1) / 2 + column; }
 
-// Relative to a feature's own spread in the window: avoids extreme slopes if features are
-// collinear.
+// Relative to a feature's spread in the window: avoids extreme slopes if features are collinear.
 constexpr float kRidge = 1e-3f;
 // Relative to the feature's squared distance from the pixel: rounding error of a spread of 0.
 constexpr float kRoundingRidge = 1e-5f;
-// Relative to the feature's noise: a feature that varies by no more than its noise then has little
-// influence.
+// Relative to the feature's noise: limits features that vary by no more than their noise.
 constexpr float kNoiseRidge = 4.0f;
-// Minimum independent part of a feature, relative to its spread: with the ridges above, less is
-// rounding.
+// Minimum independent part of a feature, relative to its spread; less is rounding.
 constexpr float kLeastPivot = 1e-5f;
 // A feature that varies less in a window, or is another one plus a constant, is ignored there.
 constexpr float kSame = 4e-6f;

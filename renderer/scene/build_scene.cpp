@@ -70,8 +70,7 @@ Space space_of(const WorldBounds& bounds) {
   // An origin nearer than twice the scene's size costs at most a bit of precision, so ordinary
   // scenes keep their exact coordinates.
   if (center.length() > 2.0 * radius && !bounds.isEmpty()) space.origin = center;
-  // Squared lengths of extreme scenes would underflow or overflow. Scaling by a power of two is
-  // exact.
+  // Squared lengths of extreme scenes would underflow or overflow. A power of two is exact.
   if (radius > 0 && (radius < 1e-3 || radius > 1e5)) {
     space.scale = std::exp2(-std::round(std::log2(radius)));
   }
@@ -231,8 +230,7 @@ void SceneBuilder::choose_space() {
     throw InputError(description_.file, "the scene's extent is not finite");
   }
   Space space = space_of(bounds);
-  // A posed scene uses the space of its rest pose while that is precise enough, so that poses share
-  // it.
+  // A pose uses the space of the rest pose while that is precise enough, so that poses share it.
   if (const auto& rest = description_.rest_bounds; rest && serves(space_of(*rest), bounds)) {
     space = space_of(*rest);
   }
@@ -252,8 +250,7 @@ Mat44d SceneBuilder::to_internal(const Mat44d& to_world) const {
 
 void SceneBuilder::adopt(MeshDescription& source, Mesh& mesh) {
   const auto pad = [](std::vector<Vec3f>& positions) {
-    // Embree reads 16 bytes at the last vertex. Without reserve() the vector would double its
-    // capacity.
+    // Embree reads 16 bytes at the last vertex. reserve() avoids doubling the capacity.
     positions.reserve(positions.size() + 1);
     positions.emplace_back(0.0f);
   };
@@ -383,8 +380,7 @@ void SceneBuilder::add_later_places() {
   scene_->later_.shrink_to_fit();
 }
 
-// Frees vertex attributes that the material does not read, so that they are not interpolated at
-// every hit.
+// Frees attributes that the material does not read, so that they are not interpolated at hits.
 void SceneBuilder::drop_unread_attributes() {
   for (Mesh& mesh : scene_->meshes_) {
     if (!mesh.material) continue;

@@ -33,7 +33,6 @@ float pixels_a_frame(double pixels, double frames) {
   return std::isfinite(velocity) ? float(std::clamp(velocity, -kMost, kMost)) : 0.0f;
 }
 
-// Whether v can be normalised.
 bool is_direction(const Vec3d& v) { return v.length2() > 0 && std::isfinite(v.length2()); }
 
 }  // namespace

@@ -41,8 +41,7 @@ class Camera {
   void rays(std::span<const Vec2f> film, Ray* out) const { cast(view_, film, out); }
   // Whether there is a lens, so that rays need lens samples.
   bool has_lens() const { return shape_.lens; }
-  // Rays through points of the lens: `lens` is uniform in the unit square, one sample per film
-  // point.
+  // Rays through the lens: `lens` is uniform in the unit square, one sample per film point.
   void rays(std::span<const Vec2f> film, std::span<const Vec2f> lens, Ray* out) const {
     cast(view_, film, lens, out);
   }
@@ -53,8 +52,7 @@ class Camera {
     return result;
   }
 
-  // Whether the camera moves or zooms while the shutter is open. The functions above use the time
-  // of shutter open.
+  // Whether it moves or zooms during the shutter. The functions above use shutter open.
   bool moves() const { return zoom_ || !steps_.empty(); }
   // A ray at a time in [0, 1]; `lens` as above, ignored without a lens.
   Ray ray(const Vec2f& film, const Vec2f& lens, float time) const;
@@ -72,8 +70,7 @@ class Camera {
   const Vec3d& position() const { return pose_.position; }
   // Size of a pixel at distance 1.
   Imath::V2d pixel_size() const { return {shape_.per_column, -shape_.per_row}; }
-  // Continuous pixel coordinates of an internal-space point, multiplied by its depth, which is the
-  // third component.
+  // Returns (x depth, y depth, depth) of an internal-space point, with x and y in pixels.
   Vec3d on_film(const Vec3d& point) const;
 
   // Matrices from world space at shutter open, as OpenEXR's header defines them; `origin` is the
@@ -85,8 +82,7 @@ class Camera {
   };
   WorldMatrices world_matrices(const Vec3d& origin) const;
 
-  // Distance of an internal-space point from the lens plane along the viewing axis; for a panorama,
-  // from its position.
+  // Distance from the lens plane along the viewing axis; for a panorama, from its position.
   float axial_depth(const Vec3f& point, float time) const {
     if (moves()) [[unlikely]]
       return axial_depth(view_at(time), point);

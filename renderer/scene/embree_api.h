@@ -1,5 +1,4 @@
-// The only file that distinguishes Embree 3.13 from Embree 4. Only this folder's .cpp files include
-// it.
+// The only file that distinguishes Embree 3.13 from 4. Only this folder's .cpp files include it.
 #pragma once
 
 #ifndef EMBERLINE_EMBREE_MAJOR

@@ -14,8 +14,7 @@ enum class EmbreeIsa { kSse42, kAvx2, kAvx512, kNeon };
 
 std::string embree_version();  // "3.13.5"
 
-// Kernels for this kind of processor, the narrowest first. A machine also supports all narrower
-// ones.
+// Kernels for this processor architecture, narrowest first. Machines support all narrower ones.
 std::span<const NamedValue<EmbreeIsa>> embree_isa_table();
 // The widest kernels that this machine and its Embree support.
 EmbreeIsa widest_isa();

@@ -1,5 +1,4 @@
-// A tree of emitter points, for surfaces that search for points within their reach. Private to this
-// folder.
+// A tree of emitter points, to search for those within reach. Private to this folder.
 #pragma once
 
 #include <cmath>

@@ -91,8 +91,7 @@ class EmptyPixels::Projection {
   double pixels_;          // largest shift on the film for an error of 1 at depth 1
 };
 
-// Lower bound of the depth of the triangle's visible points: they are at least as far away as its
-// plane.
+// Lower bound of the depth of the triangle's visible points, from the distance of its plane.
 double EmptyPixels::Projection::nearest_seen(const std::array<Vec3d, 3>& p) const {
   const Vec3d normal = (p[1] - p[0]).cross(p[2] - p[0]);
   const double length = normal.length();

@@ -23,8 +23,7 @@ namespace {
 // their centres are tested. Chosen by us.
 constexpr size_t kManyEmitters = 1 << 16;
 
-// Maximum number of triangles near emitters that are examined, and their number per range. Chosen
-// by us: some seconds.
+// Maximum number of triangles examined, in total (some seconds) and per range. Chosen by us.
 constexpr uint64_t kMostTriangles = uint64_t(1) << 26;
 constexpr size_t kRangeSize = 4096;
 // Maximum number of points examined: a base, an allowance per triangle, and a limit per range.
@@ -74,8 +73,7 @@ class Surface {
   bool holds(const EmissiveTriangle& emitter, const Vec3d& point, double error) const {
     // Triangles smaller than the error would lie in every plane through them.
     if (!(plane_.distance(point) <= 2.0 * error) || !covers(point)) return false;
-    // The smaller triangle's plane is inaccurate at the far end of the larger, so one test
-    // suffices.
+    // One test suffices: the smaller triangle's plane is inaccurate at the far end of the larger.
     const Corners corners = corners_of(emitter);
     if (plane_.distance(corners) <= error) return true;
     return Plane{corners[0], unit_normal(corners)}.distance(corners_) <= error;
@@ -125,7 +123,6 @@ class FlushSearch {
   }
 
  private:
-  // A range of a placed mesh's triangles.
   struct TriangleRange {
     uint32_t instance;
     uint32_t begin, end;

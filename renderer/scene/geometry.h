@@ -153,8 +153,7 @@ inline Vec3d transform_point(const Affine& m, const Vec3d& p) {
 Imath::Box3f transformed(const Imath::Box3f& box, const Affine& m);
 Imath::Box3f bounds_of(const std::vector<Vec3f>& positions);
 
-// The segment of a time among `count` steps spaced evenly over [0, 1], in the same floats that
-// Embree uses.
+// The segment of a time among `count` even steps over [0, 1], in the same floats as Embree's.
 struct TimeSegment {
   size_t step = 0;
   float share = 0.0f;  // weight of step + 1

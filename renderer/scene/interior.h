@@ -11,8 +11,7 @@ namespace emberline {
 // A list of solids, as a value of a path. Does not allocate.
 class Interior {
  public:
-  // Maximum number of solids at once. If there are more, the oldest that does not fill the current
-  // place is dropped.
+  // Maximum number of solids. Beyond it, the oldest that does not fill the place is dropped.
   static constexpr int kMost = 16;
   static constexpr uint32_t kNone = ~0u;
 
@@ -63,7 +62,6 @@ class SolidCrossing {
   // Coincident faces lie within this multiple of either error bound.
   static constexpr float kReach = 4.0f;
 
-  // `surface` and `hit` describe a hit on a solid's face.
   SolidCrossing(const Scene& scene, const SurfaceInteraction& surface, const SurfaceHit& hit,
                 const Ray& ray, CoverageKey coverage_key)
       : offset_(surface.offset) {
@@ -86,8 +84,7 @@ class SolidCrossing {
     }
     return room;
   }
-  // The coincident face that scatters: of the solids on the two sides, that of the one with
-  // precedence.
+  // The coincident face that scatters: it belongs to the preceding solid of the two sides.
   const SurfaceHit& seen_face(const Scene& scene, const Interior& near, const Interior& far) const {
     return count_ == 1 ? faces_[0].hit : preceding_face(scene, near, far);
   }

@@ -41,8 +41,7 @@ constexpr double kReluctance = 0.01, kKindGain = 0.95;
 // Shadow rays stop at this fraction of the distance, so that they do not hit the lamp itself.
 constexpr float kNearlyThere = 0.999f;
 constexpr size_t kLeastPlaces = 64;
-// Fraction of places trimmed at each end of each axis; outliers, for example outside a window, get
-// no region.
+// Fraction of places trimmed at each end of each axis; outliers get no region.
 constexpr double kTrimmed = 0.01;
 // Rays from a region into each tile: a base, up to kMostOfLight more by the tile's share of the
 // light, and kMoreLooks more if the tile or a neighbour was seen. The neighbours' mean counts as
@@ -227,8 +226,7 @@ double LightSurvey::lamp_light(const Place& place, Numbers& numbers) const {
   return arriving(place, s, double(s.pdf), numbers);
 }
 
-// Estimate of the environment's light from one light sample and one cosine sample, weighted by the
-// balance heuristic.
+// The environment's light from one light and one cosine sample, by the balance heuristic.
 double LightSurvey::environment_light(const Place& place, Numbers& numbers) const {
   const EnvironmentLight& environment = *scene_.lights().environment();
   const auto light = [&](const Vec3f& direction, const Rgb& radiance, float pdf) {
@@ -291,8 +289,7 @@ KindSquares LightSurvey::kind_squares(const Place& place, const LightGuide& guid
   return result;
 }
 
-// Sum over the cells of the standard deviation over the mean light; the frame's mean is added for
-// dark cells.
+// Sum of the cells' relative deviations; the frame's mean light is added for dark cells.
 double LightSurvey::noise(std::span<const Place> places, std::span<const KindSquares> squares,
                           const KindFactors& factors) const {
   const LightGuide guide{.factors = factors};
@@ -366,8 +363,7 @@ void LightSurvey::look(const EnvironmentGuide& guide, std::span<const Place* con
       result.squares += square(cosine * openness(place, direction, kInfinity, numbers));
     }
   };
-  // Tiles with much light get more rays: the sun may be visible from only a small part of the
-  // region.
+  // Tiles with much light get more rays: the sun may be visible from a small part of the region.
   std::vector<int> lit;
   for (int tile = 0; tile < kCount; ++tile) {
     const double share = guide.light_share(tile);

@@ -267,7 +267,6 @@ template <class T>
   return before + (after - before) * at.share;
 }
 
-// Interpolates vertex values of any mesh.
 template <class T>
 [[gnu::always_inline]] inline T interpolate_at(const Mesh& mesh,
                                                std::vector<T> MeshArrays::*at_rest,
@@ -344,8 +343,7 @@ void Scene::interaction(const SurfaceHit& hit, float time, SurfaceInteraction* o
   const auto [v0, v1, v2] = corners_at(mesh, hit.primitive, time);
 
   SurfaceInteraction& s = *out;
-  // Edges and products in double are rounded once, at the end, which leaves about a tenth of the
-  // error of o + t d.
+  // In double, rounded once at the end: about a tenth of the error of o + t d.
   const Vec3d e1 = v1 - v0;
   const Vec3d e2 = v2 - v0;
   Vec3d position = fma(e2, double(hit.v), fma(e1, double(hit.u), v0));
@@ -422,8 +420,7 @@ SurfaceAttributes Scene::emitter_attributes(const EmissiveTriangle& triangle, fl
   Instance moved;
   const Instance& instance = instance_at(triangle.instance, time, &moved);
   if (!meshes_[instance.mesh].has_attributes) return {};
-  // An emitter of a mirrored instance lists its corners in reverse order, so that it faces its
-  // front.
+  // An emitter of a mirrored instance lists its corners in reverse order.
   const Vec2f b = instance.mirrored ? Vec2f(barycentric.y, barycentric.x) : barycentric;
   return scene_detail::interpolate_attributes(meshes_[instance.mesh], triangle.primitive, b.x, b.y);
 }

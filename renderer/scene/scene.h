@@ -187,12 +187,10 @@ class Scene : private EmitterMotion {
   // Null if there are none.
   const Solids* solids() const { return solids_.get(); }
 
-  // Whether anything moves or changes during the shutter, so that the result depends on the ray's
-  // time.
+  // Whether anything moves or changes during the shutter, so that the ray's time matters.
   bool moves() const { return moves_; }
 
-  // Prefetch the memory that interaction() reads: first the triangle, then, once it is there, its
-  // vertices.
+  // Prefetch the memory of interaction(): first the triangle, then, once it is there, its vertices.
   void prefetch_triangle(const SurfaceHit& hit) const;
   void prefetch_vertices(const SurfaceHit& hit) const;
   // `time`: that of the ray.
@@ -211,7 +209,6 @@ class Scene : private EmitterMotion {
     const uint32_t first = instances_[instance].first_emitter;
     return first == kNoEmitter ? kNoEmitter : first + primitive;
   }
-  // Attributes of a point sampled on a light.
   SurfaceAttributes emitter_attributes(const EmissiveTriangle& triangle, float time,
                                        const Vec2f& barycentric) const;
   const Material& material_of(uint32_t instance) const;

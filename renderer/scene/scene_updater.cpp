@@ -223,8 +223,7 @@ PointLight SceneUpdater::place_light(const PunctualLightDescription& source) con
   return light;
 }
 
-// Returns whether the light sampler must be rebuilt. An environment that still shines is adjusted
-// in place.
+// Returns whether the light sampler must be rebuilt. A remaining environment is adjusted in place.
 bool SceneUpdater::set_environment() {
   std::shared_ptr<EnvironmentLight>& light = scene_.environment_;
   const EnvironmentLight* before = light.get();

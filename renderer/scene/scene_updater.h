@@ -22,10 +22,8 @@ class SceneUpdater {
   // after build_lights().
   static constexpr uint32_t kNone = ~0u;
   void learn_from(const Scene& before, const std::vector<uint32_t>& from);
-  // Compiles the materials and sets the meshes' material data. Throws InputError, leaving
-  // everything unchanged.
+  // Compiles and assigns the materials. Throws InputError, leaving everything unchanged.
   void assign_materials();
-  // Throws Cancelled.
   void find_solids();
   // Builds emitters, lights and environment from those materials; call it after the BVH is built.
   // Unchanged parts are reused. Throws InputError for too many emitters.

@@ -105,8 +105,7 @@ Imath::Box3f Solids::bounds_over_shutter(const Scene& scene, uint32_t i) const {
   return box;
 }
 
-// Sweeps along x. The number of examined neighbours per solid is limited; beyond it, solids count
-// as near each other.
+// Sweeps along x. Beyond a limit of neighbours per solid, solids count as near each other.
 void Solids::find_near() {
   constexpr size_t kMostNeighbours = 256;
   std::vector<uint32_t> order = instances_;

@@ -48,8 +48,7 @@ class Solids {
     return parts_.empty() ? instance : list_[instance].body;
   }
   bool any_are_joined() const { return !parts_.empty(); }
-  // Surfaces without an interior that close a solid, such as an opaque label on a bottle, with its
-  // body.
+  // Opaque surfaces that close a solid, such as a label on a bottle, with its body.
   const std::map<uint32_t, uint32_t>& opaque_parts() const { return opaque_parts_; }
   // Which of two closed solids that both enclose a point owns it: the smaller one, so that a solid
   // inside another always takes effect. The rule depends only on the point, not on the path to it:
@@ -84,8 +83,7 @@ class Solids {
     bool closed = false, is_near = false, is_flat = false, is_clear = false, lets_through = false;
     uint32_t rank = 0, body = 0;
     double volume = 0.0;
-    // Bounds of the whole body: `of_mesh` in object space; `bounds` at shutter open, internal
-    // space.
+    // Bounds of the whole body: in object space; and at shutter open in internal space.
     Imath::Box3f of_mesh, bounds;
     std::vector<bool> touching;  // by face; empty: none
   };

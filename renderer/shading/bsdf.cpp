@@ -4,8 +4,7 @@
 
 namespace emberline {
 
-// Parts are constructed in place: copying fresh scalars through wide registers would stall on store
-// forwarding (15 ns).
+// Constructed in place: copying fresh scalars would stall on store forwarding (15 ns).
 SurfaceBsdf::SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo)
     : wo_(wo),
       ggx_(std::max(square(parameters.roughness), kMirrorAlpha), wo),

@@ -58,8 +58,7 @@ struct BsdfParameters {
 class SurfaceBsdf {
  public:
   SurfaceBsdf() = default;  // absorbs everything
-  // Looks up the albedos for wo, which is fixed per surface point. Unless wo.z > 0, the result
-  // absorbs everything.
+  // Looks up the albedos for wo. Unless wo.z > 0, the result absorbs everything.
   SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo);
   // `geometric_normal`: in local space, unit, on wo's side (dot with wo >= 0).
   SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo, const Vec3f& geometric_normal);
@@ -103,8 +102,7 @@ class SurfaceBsdf {
   // ---- the base
   // Returns the channel sum of the reflection's albedo without multiple scattering.
   float make_base(const BsdfParameters& parameters, const Reflection& reflection);
-  // f |wi.z| of the diffuse base and of multiple scattering, which share a cosine lobe for
-  // sampling.
+  // f |wi.z| of the diffuse base and of multiple scattering, which share a cosine lobe.
   Color4 eval_cosine(const Vec3f& wi, const SpecularAlbedo::Value& at_wi) const;
   // Albedo of the dielectric interface at the angle to which `loss` and `schlick` belong.
   float dielectric_reflectance(float loss, float schlick) const {

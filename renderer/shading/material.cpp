@@ -30,8 +30,7 @@ float usable_ior(float ior, float otherwise) {
 
 float usable_scale(float scale) { return std::isfinite(scale) ? scale : 1.0f; }
 
-// Film thickness in nanometres. The limit, a millimetre, shows no colours, and its phases are still
-// precise.
+// Film thickness in nanometres. A millimetre shows no colours, but its phases are precise.
 float usable_thickness(float thickness) { return std::min(non_negative(thickness), 1e6f); }
 
 // The unit direction in a texel's red and green; if there is none, that of the tangent.
@@ -239,8 +238,7 @@ bool Material::is_clear_solid() const {
          alpha_mode_ == AlphaMode::kOpaque && !is_emissive_ && !unlit_;
 }
 
-// Exporters often write rgba images that are opaque throughout, and coverage has a cost for every
-// ray.
+// Coverage costs time for every ray, and exporters often write rgba images that are opaque.
 void Material::compile_coverage() {
   if (alpha_mode_ == AlphaMode::kOpaque) return;
   const float opaque = alpha_mode_ == AlphaMode::kMask ? alpha_cutoff_ : 1.0f;

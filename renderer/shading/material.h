@@ -83,12 +83,10 @@ class Material {
     return emission_varies_ ? varying_emission(attributes, u_texture) : emission();
   }
   const Rgb& emission() const { return constant_.emission; }  // if it is constant
-  // The emission above is the maximum over the shutter. emission_share() is its factor at a time,
-  // if it changes.
+  // If the emission changes, the above is the maximum; emission_share() is its factor at a time.
   bool emission_changes() const { return emission_share_ != nullptr; }
   Rgb emission_share(float time) const { return emission_share_->at(time); }
-  // Mean emission over a triangle with these corners, for light power. 0 for unlit materials, which
-  // are not lights.
+  // Mean emission over a triangle with these corners, for light power. 0 for unlit materials.
   Rgb mean_emission(const SurfaceAttributes& a0, const SurfaceAttributes& a1,
                     const SurfaceAttributes& a2) const;
 
@@ -106,8 +104,7 @@ class Material {
   bool emits_evenly() const {
     return !emission_varies_ && !(layers().clearcoat > 0.0f) && alpha_mode() == AlphaMode::kOpaque;
   }
-  // Whether evaluate(), coverage() or a direction in tangent space reads attributes of a mesh with
-  // or without colours.
+  // Whether shading or coverage reads attributes of a mesh with or without colours.
   bool reads_attributes(bool vertex_colors) const {
     return needs_uv() || vertex_colors || needs_tangents() || alpha_mode() != AlphaMode::kOpaque;
   }

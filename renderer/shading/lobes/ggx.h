@@ -44,8 +44,7 @@ class GgxReflection {
     k_ = (1.0f - alpha2_) * s2 / fma(alpha2_, square(wo.z), s2);
   }
 
-  // Maps u in [0, 1)^2 to a reflected direction. The caller rejects wi.z <= 0, which carries no
-  // energy.
+  // Maps u in [0, 1)^2 to a reflected direction. The caller rejects wi.z <= 0 (no energy).
   Vec3f sample(const Vec2f& u) const {
     float sin_phi, cos_phi;
     sincos_turns(u.x, &sin_phi, &cos_phi);

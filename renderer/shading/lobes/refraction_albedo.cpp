@@ -15,8 +15,7 @@ namespace {
 
 constexpr int kMus = 20, kRoughnesses = 16, kEtas = 16;
 constexpr int kNodes = 24;
-// z = sqrt((n - 1) / (n + 1)) spreads indices evenly (the parametrisation is that of Cycles); 0.8
-// is n = 4.6.
+// z = sqrt((n - 1) / (n + 1)) spreads indices evenly (as in Cycles); 0.8 is n = 4.6.
 constexpr float kLastZ = 0.8f;
 constexpr float kFirstRoughness = 0.0316227766f;  // sqrt(kMirrorAlpha)
 

@@ -99,8 +99,7 @@ namespace {
               lerp(p[kColumns].*field, p[kColumns + 1].*field, column.fraction), row_fraction);
 }
 
-// 2^x for x <= 0, to 1e-7: a series around the nearest integer. Branch-free, so that loops
-// vectorise.
+// 2^x for x <= 0, to 1e-7: a series around the nearest integer. Branch-free, to vectorise.
 [[gnu::always_inline]] inline float exp2_below_one(float x) {
   x = std::max(x, -126.0f);
   const float whole = std::nearbyint(x), y = (x - whole) * 0.693147181f;
@@ -155,8 +154,7 @@ class Table {
   }
 
  private:
-  // log2 of the squared sine of the half vector, the base of the distribution's power: the same for
-  // all roughnesses.
+  // log2 of the squared sine of the half vector, independent of the roughness.
   using HalfSines = std::array<std::array<float, kCosines>, kAzimuths>;
 
   void fill_half_sines(size_t column);

@@ -46,8 +46,7 @@ class SpecularAlbedo {
     return {loss, fma(m5, 1.0f - loss, rest)};
   }
 
-  // Cosine-weighted averages over the hemisphere of the values of at(): 2 * integral of at(mu) mu
-  // dmu.
+  // Cosine-weighted averages of at() over the hemisphere: 2 * integral of at(mu) mu dmu.
   float average_loss() const { return average_loss_; }
   float average_schlick() const { return average_schlick_; }
 

@@ -1,5 +1,4 @@
-// Reflectance of a thin film in air on a base (KHR_materials_iridescence), with interference
-// colours.
+// Reflectance with interference of a thin film in air on a base (KHR_materials_iridescence).
 //
 // After Belcour & Barla 2017, "A Practical Extension to Microfacet Theory for the Modeling of
 // Varying Iridescence": light bounces in the film, and the orders interfere (Airy's sum). The sum
