@@ -14,7 +14,7 @@ namespace {
 
 constexpr uint32_t kSalt = 0xb1e0015eu;
 
-// The 24 orders of four digits; order p sends digit d to (p >> 2d) & 3.
+// The 24 permutations of four digits; permutation p maps digit d to (p >> 2d) & 3.
 constexpr std::array<uint32_t, 24> orders_of_4() {
   std::array<uint32_t, 24> orders{};
   size_t count = 0;
@@ -31,7 +31,7 @@ constexpr std::array<uint32_t, 24> orders_of_4() {
 }
 constexpr std::array<uint32_t, 24> kOrders = orders_of_4();
 
-// Bit i of a 16-bit number goes to bit 2i.
+// Moves bit i of a 16-bit number to bit 2i.
 constexpr uint32_t spread_bits(uint32_t x) {
   x = (x | x << 8) & 0x00ff00ffu;
   x = (x | x << 4) & 0x0f0f0f0fu;
@@ -39,11 +39,11 @@ constexpr uint32_t spread_bits(uint32_t x) {
   return (x | x << 1) & 0x55555555u;
 }
 
-// Permutes each base-4 digit of a pixel's place on the Z-curve at random, by the digits above it.
+// Permutes each base-4 digit of a pixel's Z-curve position by a hash of the digits above it.
 uint32_t shuffled_place(uint32_t place, uint32_t digits, uint32_t key) {
   uint32_t shuffled = 0;
   for (uint32_t i = 0; i < digits; ++i) {
-    // With the level.
+    // Identifies the square and its level.
     const uint32_t square = uint32_t(uint64_t(place) >> (2 * i + 2)) | 1u << (2 * (15 - i));
     const uint32_t pick = (hash32(key ^ hash32(square)) >> 16) * 24 >> 16;
     const uint32_t digit = (place >> (2 * i)) & 3u;

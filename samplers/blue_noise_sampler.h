@@ -1,18 +1,19 @@
-// Blue-noise error over the frame (Ahmed & Wonka 2020, "Screen-space blue-noise diffusion of Monte
-// Carlo sampling error via hierarchical ordering of pixels", ACM TOG 39(6)).
+// Distributes error over the frame as blue noise (Ahmed & Wonka 2020, "Screen-space blue-noise
+// diffusion of Monte Carlo sampling error via hierarchical ordering of pixels", ACM TOG 39(6)).
 //
-// One Owen-scrambled Sobol' sequence serves all pixels: each takes an aligned piece of
+// One Owen-scrambled Sobol' sequence serves all pixels. Each pixel takes an aligned range of
 // samples_per_pixel points, in the order of a Z-curve whose base-4 digits are permuted at random,
 // by a hash of the digits above. So the four pixels of any aligned 2 x 2, 4 x 4, ... square share a
-// net: where one pixel's estimate is too bright, its neighbours' are too dark, and the error of
-// the frame lies in its high frequencies, which the eye (and any denoiser) averages away.
+// net: where one pixel's estimate is too bright, its neighbours' are too dark. The error lies in
+// high frequencies, which the eye and a denoiser average away.
 //
-// Each pair of dimensions has its own permutations and scrambles. The set of a pixel's points in a
-// pair is the sequence's piece, in an order of the pixel's own: an Owen shuffle for the pixel pair,
-// so that each prefix of 2^m samples is a (0,m,2)-net; a random one for each other pair, else
-// strata of two pairs stay matched (sobol_sampler.h).
+// Each pair of dimensions has its own permutations and scrambles. Within a pair, each pixel
+// shuffles the points of its range. The pixel pair uses an Owen shuffle, so that each prefix of 2^m
+// samples is a (0,m,2)-net; other pairs use a random shuffle, because otherwise strata of two pairs
+// would stay matched (sobol_sampler.h).
 //
-// Pixels up to the next power of two share a sequence, so a crop has the numbers of the whole.
+// All pixels within the next power of two share a sequence, so a crop has the same numbers as the
+// whole frame.
 #pragma once
 
 #include "samplers/sample_runs.h"
@@ -22,10 +23,10 @@ namespace emberline {
 
 class BlueNoiseSampler final : public Sampler {
  public:
-  // samples_per_pixel: a power of two. The frame is cut into square tiles that one sequence of
-  // 2^32 points can serve; they are at least as large as the frame up to 8192 x 8192 at 64 samples
-  // (1024 x 1024 at 4096), and are randomised independently. With two streams each is a sequence of
-  // its own, with half the samples.
+  // samples_per_pixel must be a power of two. The frame is cut into square tiles that one sequence
+  // of 2^32 points can serve. A tile covers the whole frame up to 8192 x 8192 at 64 samples (1024 x
+  // 1024 at 4096); tiles are randomised independently. With two streams, each is a separate
+  // sequence with half the samples.
   explicit BlueNoiseSampler(const SamplerSettings& settings);
   void fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sample, int count, SlotBlock& out,
             int dimensions) const override;

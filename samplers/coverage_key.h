@@ -1,10 +1,10 @@
-// The number that decides whether a surface with stochastic coverage is there for one ray.
+// The random number that decides whether a ray hits a surface with stochastic coverage.
 //
-// Such decisions are stratified over the samples of a pixel, surface by surface (Laine & Karras
-// 2011, "Stratified Sampling for Stochastic Transparency", EGSR): a pane of coverage 1/4 is there
-// for 16 of 64 samples, not for 16 +- 3.5. Surfaces are independent of each other, so that two
-// panes let the product of what each lets pass through; and a decision depends on nothing but key
-// and surface, whatever order a ray's hits are found in.
+// The decisions are stratified over the samples of a pixel, separately for each surface (Laine &
+// Karras 2011, "Stratified Sampling for Stochastic Transparency", EGSR): a pane of coverage 1/4 is
+// hit by 16 of 64 samples, not by 16 +- 3.5. Surfaces are independent, so two panes transmit the
+// product of their transmittances. A decision depends only on the key and the surface, not on the
+// order in which a ray's hits are found.
 #pragma once
 
 #include <cstdint>
@@ -14,13 +14,13 @@
 
 namespace emberline {
 
-// One per ray; passed by value, in one register. Default: of scenes where nothing asks.
+// One per ray; passed by value, in one register. The default: no stochastic coverage.
 struct CoverageKey {
-  uint32_t seed = 0;   // what the samples have in common that are stratified together
-  uint32_t index = 0;  // which of them this is
+  uint32_t seed = 0;   // shared by samples that are stratified together
+  uint32_t index = 0;  // of the sample among these
 };
 
-// Two numbers in [0, 1) of one triangle: the first decides, the second chooses a texel.
+// Two numbers in [0, 1) per triangle: the first decides coverage, the second chooses a texel.
 struct CoverageNumbers {
   CoverageNumbers(CoverageKey key, uint32_t instance, uint32_t primitive)
       : seed_(hash_combine(hash_combine(key.seed, instance), primitive)), index_(key.index) {}

@@ -14,8 +14,8 @@ constexpr int kTreeDimensions = camera_dim::kTime + 1;  // pixel, lens, time
 constexpr int kTreeDepth = 32;
 constexpr uint32_t kTreeSize = 1u << 31;  // samples; more would start another tree
 
-// Dimension kDimension of the samples whose paths are given: depths kDimension, kDimension + 5, ...
-// are its leading binary digits, and where the path ends, a hash goes on.
+// Values of dimension kDimension for samples with the given tree paths. The leading binary digits
+// are the path's bits at depths kDimension, kDimension + 5, ...; a hash gives the rest.
 template <int kDimension>
 void fill_dimension(const uint32_t* path, const uint32_t* sample_hash, uint32_t key, int count,
                     float* values) {

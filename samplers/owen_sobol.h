@@ -1,12 +1,11 @@
-// Owen-scrambled Sobol' points by hash: no stored scrambles.
+// Owen-scrambled Sobol' points by hash, without stored scrambles.
 //
-// Everything here works on the index side of the bit reversal: with rev() the reversal of 32 bits,
-// the first two Sobol' dimensions are rev(i) and rev(pascal(i)), and an Owen scramble of a number u
-// is rev(permute(rev(u))). The reversals cancel, so that one point costs one reversal per number:
+// All functions work on bit-reversed numbers. Let rev() reverse 32 bits. The first two Sobol'
+// dimensions are rev(i) and rev(pascal(i)), and an Owen scramble of a number u is
+// rev(permute(rev(u))). Inner reversals cancel, so each number of a point costs one reversal:
 //     u0 = rev(permute(i, seed0)),  u1 = rev(permute(pascal(i), seed1)).
-// Worked: i = 6 = 110b has u0 = .011b = 3/8; pascal(6) = 101b, so u1 = .101b = 5/8 (seedless).
-// All functions are pure and, but for ordered(), free of branches, so that loops over them
-// vectorise.
+// Example without seeds: i = 6 = 110b has u0 = .011b = 3/8; pascal(6) = 101b, so u1 = .101b = 5/8.
+// All functions are pure and, except for ordered(), branch-free, so that loops over them vectorise.
 #pragma once
 
 #include <array>
@@ -26,10 +25,10 @@ constexpr uint32_t reverse_bits(uint32_t x) {
   return x;
 }
 
-// A seeded permutation of 32-bit words in which each bit depends on itself and lower bits only:
-// on bit-reversed numbers that is an Owen scramble (Laine & Karras 2011, "Stratified Sampling for
-// Stochastic Transparency", section 3.1; Burley 2020, "Practical Hash-based Owen Scrambling",
-// JCGT 9(4), section 4). Constants: N. Vegdahl 2021, "Building a Better LK Hash".
+// A seeded permutation of 32-bit words in which each bit depends only on itself and lower bits: an
+// Owen scramble of bit-reversed numbers (Laine & Karras 2011, "Stratified Sampling for Stochastic
+// Transparency", section 3.1; Burley 2020, "Practical Hash-based Owen Scrambling", JCGT 9(4),
+// section 4). Constants: N. Vegdahl 2021, "Building a Better LK Hash".
 constexpr uint32_t permute(uint32_t x, uint32_t seed) {
   x ^= x * 0x3d20adeau;
   x += seed;
@@ -39,10 +38,10 @@ constexpr uint32_t permute(uint32_t x, uint32_t seed) {
   return x;
 }
 
-// Index of the second Sobol' dimension: multiplication by Pascal's triangle modulo 2 in
-// log2(32) steps (Ahmed 2024, "An Implementation Algorithm of 2D Sobol Sequence Fast, Elegant, and
-// Compact", EGSR; here mirrored, since we stand on the index side of the reversal). Linear over
-// xor: pascal(a ^ b) = pascal(a) ^ pascal(b).
+// Index of the second Sobol' dimension: multiplication by Pascal's triangle modulo 2 in log2(32)
+// steps (Ahmed 2024, "An Implementation Algorithm of 2D Sobol Sequence Fast, Elegant, and Compact",
+// EGSR; mirrored here, because indices are bit-reversed). Linear over xor: pascal(a ^ b) =
+// pascal(a) ^ pascal(b).
 constexpr uint32_t pascal(uint32_t i) {
   i ^= i >> 16;
   i ^= (i & 0xff00ff00u) >> 8;
@@ -52,20 +51,20 @@ constexpr uint32_t pascal(uint32_t i) {
   return i;
 }
 
-// pascal() for i < 8 in two of its five steps.
+// pascal() for i < 8, which needs only two of its five steps.
 constexpr uint32_t pascal_below_8(uint32_t i) {
   i ^= i >> 2;
   i ^= (i & 2u) >> 1;
   return i;
 }
 
-// Orders that go together. Pairs of dimensions share one sequence; a pair in an order of its own
-// takes the point of ordered(i) for its i-th. An order is a matrix over the index's bits: a bit
-// flips itself and lower bits, so that aligned blocks of 2^m stay together, and each pair the
-// (0,2)-sequence that it is. The first columns are such that two pairs are even together, too, from
-// 64 samples on any two of them: tests/bench/pair_orders.cpp has found them. With 16 samples and
-// fewer some numbers copy the first digits of others, which seldom go together. The other columns,
-// for samples from 4096 on, are random.
+// Index orders for pairs of dimensions that must be jointly stratified. All pairs share one
+// sequence; a pair with an order takes point ordered(i) for sample i. An order is a matrix over the
+// index's bits in which a bit flips itself and lower bits, so that aligned blocks of 2^m stay
+// together and each pair remains a (0,2)-sequence. The first kSearchedColumns columns come from
+// tests/bench/pair_orders.cpp: from 64 samples on, any two pairs are also stratified jointly. With
+// 16 samples or fewer, some numbers share leading digits with others that are rarely used together
+// with them. The other columns, for samples from 4096 on, are random.
 enum class Order : uint8_t { kPixel, kFirst, kSecond, kChoice, kLens, kTime };
 inline constexpr int kOrders = 6;
 inline constexpr int kSearchedColumns = 12;
@@ -97,28 +96,28 @@ constexpr uint32_t ordered(uint32_t i, Order order) {
   for (; i != 0; i &= i - 1) x ^= columns[size_t(std::countr_zero(i))];
   return x;
 }
-// The same of 0..7, element i in bits [4i, 4i + 3).
+// ordered() for 0..7; element i is in bits [4i, 4i + 3).
 constexpr uint32_t ordered_8(Order order) {
   uint32_t elements = 0;
   for (uint32_t i = 0; i < 8; ++i) elements |= ordered(i, order) << (4 * i);
   return elements;
 }
 
-// Uniform in [0, 1), at most 1 - 2^-24. Equal to to_unit_float(reverse_bits(x)); the signed
-// conversion is one instruction on every vector unit, the unsigned one is not.
+// Uniform in [0, 1), at most 1 - 2^-24. Equal to to_unit_float(reverse_bits(x)). The conversion is
+// from a signed integer, because that is one instruction on every vector unit.
 constexpr float reversed_to_unit_float(uint32_t x) {
   return float(int32_t(reverse_bits(x) >> 8)) * 0x1p-24f;
 }
 
-// The nested (Owen) shuffle of sample indices: every aligned block of 2^m indices goes to an
-// aligned block of 2^m indices (Burley 2020, section 5).
+// Nested (Owen) shuffle of sample indices: every aligned block of 2^m indices maps to an aligned
+// block of 2^m indices (Burley 2020, section 5).
 constexpr uint32_t shuffle_index(uint32_t index, uint32_t seed) {
   return reverse_bits(permute(reverse_bits(index), seed));
 }
 
-// A random order of 0..7, element i in bits [4i, 4i + 3): Fisher-Yates on packed nibbles. The 28
-// random bits are a fraction whose leading digit in base 8, 7, ... 2 picks each partner; each of
-// the 8! orders has probability (1 +- 2e-4) / 8!.
+// A random permutation of 0..7, with element i in bits [4i, 4i + 3): Fisher-Yates on packed
+// nibbles. The 28 random bits are a fraction whose leading digits in base 8, 7, ... 2 pick the
+// swaps; each of the 8! permutations has probability (1 +- 2e-4) / 8!.
 constexpr uint32_t random_order_of_8(uint32_t random_bits) {
   uint32_t fraction = random_bits >> 4;
   uint32_t order = 0x76543210u;
@@ -133,8 +132,8 @@ constexpr uint32_t random_order_of_8(uint32_t random_bits) {
   return order;
 }
 
-// Indices in an order of their own, for numbers that are paired with others of the same samples: an
-// Owen shuffle of blocks of 8, and a random order in each (sobol_sampler.h says why both).
+// Shuffles indices of numbers that are paired with other numbers of the same samples: an Owen
+// shuffle of blocks of 8, and a random permutation within each (sobol_sampler.h explains why both).
 constexpr uint32_t shuffle_in_blocks(uint32_t index, uint32_t seed) {
   const uint32_t block = index >> 3;
   const uint32_t order = random_order_of_8(hash32(hash32(seed) ^ hash32(block + 0x9e3779b9u)));

@@ -1,6 +1,5 @@
 // The numbers of a batch of up to 16 samples, filled slot by slot on first use. A batch holds
-// consecutive samples of one pixel, or, where only few of each pixel are wanted, samples of
-// several.
+// consecutive samples of one pixel, or, if each pixel needs only a few, samples of several pixels.
 //
 // One per worker thread, reused; no allocation after construction.
 #pragma once
@@ -18,10 +17,10 @@ namespace emberline {
 
 class PixelSamples {
  public:
-  // Of numbers for what is done several times at one event, beyond those of any path's events.
+  // Number of extra slots outside the path's own, for work that is repeated within one event.
   static constexpr int kBesideSlots = 15;
 
-  // `camera_dimensions`: how many of slot 0's the camera asks for.
+  // `camera_dimensions`: number of dimensions of slot 0 that the camera uses.
   explicit PixelSamples(const Sampler& sampler, int camera_dimensions = kSlotDimensions)
       : sampler_(sampler), camera_dimensions_(camera_dimensions) {}
 
@@ -34,7 +33,7 @@ class PixelSamples {
     start(count, false);
   }
 
-  // Starts a batch of any samples of any pixels, 16 at most.
+  // Starts a batch of up to 16 samples of any pixels.
   void start_batch(std::span<const SampleAddress> samples, uint32_t seed) {
     assert(!samples.empty() && samples.size() <= size_t(kSampleLanes));
     std::copy(samples.begin(), samples.end(), addresses_.begin());
@@ -43,20 +42,19 @@ class PixelSamples {
     start(int(samples.size()), true);
   }
 
-  // Chooses which sample of the batch, counted from 0, the following calls speak of, from its
-  // camera on.
+  // Selects a sample of the batch, counted from 0, and starts its camera slot.
   void start_sample(int index) {
     choose(index);
     start_slot(0);
   }
 
-  // Goes back to a sample that was started, to where it had come: samples may take turns.
+  // Selects a sample that was started before and continues where it stopped.
   void resume_sample(int index) {
     choose(index);
     current_ = &blocks_[std::min(slot_[lane_], kCachedSlots)];
   }
 
-  // Moves the chosen sample on to a scattering event; slot 0 is the camera.
+  // Moves the selected sample to a scattering event; slot 0 is the camera.
   void start_slot(uint32_t slot) {
     slot_[lane_] = slot;
     extra_[lane_] = 0;
@@ -67,8 +65,8 @@ class PixelSamples {
       }
       current_ = &blocks_[slot];
     } else {
-      // Long paths are rare: no batch is worth keeping for them. A sample fills its own lane of
-      // the last block, so that others, which may be at other slots, keep theirs.
+      // Long paths are rare, so their slots are not cached. A sample fills only its own lane of the
+      // last block, because other samples may be at other slots.
       fill_lane(slot);
       current_ = &blocks_[kCachedSlots];
     }
@@ -76,7 +74,7 @@ class PixelSamples {
 
   float get(int dimension) const { return current_->values[dimension][lane_]; }
 
-  // A number of one of kBesideSlots further slots, wherever the sample is.
+  // A number from one of the kBesideSlots extra slots, independent of the sample's current slot.
   float beside(int slot, int dimension) {
     assert(slot >= 0 && slot < kBesideSlots);
     if (!(filled_beside_ & (1u << slot))) {
@@ -86,14 +84,14 @@ class PixelSamples {
     return beside_[size_t(slot)].values[dimension][lane_];
   }
 
-  // An independent number beside the plan, for decisions whose count the data sets: hashed from
-  // (seed, pixel, sample, slot, how many were asked before).
+  // An independent number outside the dimension plan, for decisions whose count depends on the
+  // data: hashed from (seed, pixel, sample, slot, number of earlier calls).
   float extra() { return to_unit_float(extra_bits()); }
   uint32_t extra_bits() {
     if (!hashed_) hash_samples();
     return hash_combine(sample_hash_[lane_], slot_[lane_] * 0x51ed270bu + extra_[lane_]++);
   }
-  // For one ray; likewise, but stratified over the samples.
+  // Like extra(), but stratified over the samples, for the coverage decisions of one ray.
   CoverageKey coverage_key() {
     if (!streams_hashed_) hash_streams();
     const uint32_t ray = slot_[lane_] * 0x51ed270bu + extra_[lane_]++;
@@ -133,7 +131,7 @@ class PixelSamples {
                     blocks_[kCachedSlots]);
     }
   }
-  // All of the batch's block, since they cost little more than one.
+  // Hashes all samples of the batch, since that costs little more than one.
   void hash_samples() {
     const uint32_t seed_hash = hash32(pixel_.seed);
     if (scattered_) {
@@ -164,20 +162,20 @@ class PixelSamples {
     streams_hashed_ = true;
   }
 
-  static constexpr uint32_t kFirstBesideSlot = 1u << 24;  // beyond those of any path
+  static constexpr uint32_t kFirstBesideSlot = 1u << 24;  // beyond any path's slots
   static constexpr uint32_t kCachedSlots = 8;
 
   const Sampler& sampler_;
   int camera_dimensions_;
   bool scattered_ = false;
-  PixelKey pixel_;             // of a batch of one pixel; the seed of either
-  uint32_t first_sample_ = 0;  // likewise
+  PixelKey pixel_;             // of a batch of one pixel; the seed is valid for both kinds
+  uint32_t first_sample_ = 0;  // of a batch of one pixel
   std::array<SampleAddress, kSampleLanes> addresses_;  // of a scattered batch
   int first_lane_ = 0;
   int count_ = 0;
   int lane_ = 0;
-  uint32_t slot_[kSampleLanes] = {};         // where each sample of the batch is
-  uint32_t extra_[kSampleLanes] = {};        // and how many extra numbers it has asked for there
+  uint32_t slot_[kSampleLanes] = {};         // current slot of each sample of the batch
+  uint32_t extra_[kSampleLanes] = {};        // number of extra numbers drawn in that slot
   uint32_t sample_hash_[kSampleLanes] = {};  // of (seed, pixel, sample), if hashed_
   bool hashed_ = false;
   CoverageKey streams_[kSampleLanes] = {};  // of (seed, pixel, stream), if streams_hashed_

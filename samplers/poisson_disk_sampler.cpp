@@ -15,10 +15,10 @@ namespace {
 constexpr uint32_t kSalt = 0xd15c5a17u;
 constexpr uint32_t kTableSize = 1024;
 constexpr uint32_t kTables = 8;
-constexpr int kTablePairs = 2;                           // of a slot
-constexpr uint32_t kTableSlots = kTables / kTablePairs;  // slots from 0 on
+constexpr int kTablePairs = 2;                           // per slot
+constexpr uint32_t kTableSlots = kTables / kTablePairs;  // slots [0, kTableSlots) have tables
 
-// Coordinates in units of 2^-32, so that the torus is the overflow of the integers.
+// Coordinates are in units of 2^-32, so that integer overflow wraps around the torus.
 struct Table {
   uint32_t x[kTableSize], y[kTableSize];
 };
@@ -28,12 +28,13 @@ double squared_distance(const Table& t, uint32_t i, uint32_t x, uint32_t y) {
   return dx * dx + dy * dy;
 }
 
-// Squared: of the hexagonal lattice with n points in the unit torus, times the radius squared.
+// Squared minimum distance of n points: kPoissonDiskRadius times the spacing of the hexagonal
+// lattice of n points in the unit torus, squared.
 double squared_spacing(uint32_t n) {
   return kPoissonDiskRadius * kPoissonDiskRadius * 2.0 / (std::sqrt(3.0) * n);
 }
 
-// The points placed so far, by cells which are at least as wide as the distance asked about.
+// Spatial grid of the points placed so far. Cells are at least as wide as the query distance.
 class CellGrid {
  public:
   CellGrid(const Table& table, uint32_t points, double distance)
@@ -47,7 +48,7 @@ class CellGrid {
     first = point;
   }
 
-  // Whether no point is nearer than this; the distance is at most the cells' width.
+  // Whether no point is nearer than this distance, which must not exceed the cell width.
   bool keeps_distance(uint32_t x, uint32_t y, double squared) const {
     const uint32_t column = cell(x), row = cell(y);
     for (const uint32_t r : {row, before(row), after(row)}) {
@@ -68,12 +69,12 @@ class CellGrid {
 
   const Table& table_;
   uint32_t side_;
-  std::vector<uint32_t> first_;            // point of each cell
-  std::array<uint32_t, kTableSize> next_;  // point of the same cell
+  std::vector<uint32_t> first_;            // first point of each cell
+  std::array<uint32_t, kTableSize> next_;  // next point in the same cell
 };
 
-// Appends the first dart that keeps its distance. There is room for one, and since the tables are
-// always the same, that it is found is no matter of luck.
+// Appends the first dart that keeps its distance. The loop ends because the radius leaves room and
+// the tables are deterministic.
 void throw_darts(Table& table, uint32_t n, const CellGrid& grid, uint64_t& state) {
   do {
     const uint64_t bits = hash64(state += 0x9e3779b97f4a7c15ull);
@@ -84,7 +85,7 @@ void throw_darts(Table& table, uint32_t n, const CellGrid& grid, uint64_t& state
 
 Table make_table(uint64_t state) {
   Table table;
-  // A grid per doubling of the points keeps about one of them in a cell.
+  // A new grid for each doubling of the points keeps about one point per cell.
   for (uint32_t begin = 0; begin < kTableSize; begin = std::max(1u, 2 * begin)) {
     CellGrid grid(table, begin, std::sqrt(squared_spacing(begin + 1)));
     for (uint32_t n = begin; n < std::min(kTableSize, std::max(1u, 2 * begin)); ++n) {
@@ -97,7 +98,7 @@ Table make_table(uint64_t state) {
 
 using Tables = std::array<Table, kTables>;
 
-// Made once for all samplers: they are the same for every seed, pixels tell apart by their shifts.
+// Built once for all samplers and seeds; random shifts tell pixels apart.
 const Tables& tables() {
   static const auto made = [] {
     auto result = std::make_unique<Tables>();
@@ -107,7 +108,7 @@ const Tables& tables() {
   return *made;
 }
 
-// A run's numbers in one pair; key: what is special to it.
+// One pair's numbers for a run; `key` selects its symmetry and shift.
 void fill_pair(const Table& table, uint32_t key, const SampleRun& run, float* x, float* y) {
   const uint32_t symmetry = hash_combine(key, 0);
   const uint32_t shift_x = hash_combine(key, 1), shift_y = hash_combine(key, 2);
@@ -124,7 +125,7 @@ void fill_pair(const Table& table, uint32_t key, const SampleRun& run, float* x,
 
 PoissonDiskSampler::PoissonDiskSampler(const SamplerSettings& settings)
     : streams_(settings.streams), rest_(settings) {
-  tables();  // not during the first pixel
+  tables();  // build them before the first pixel
 }
 
 void PoissonDiskSampler::fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sample,
@@ -139,8 +140,8 @@ void PoissonDiskSampler::fill(const PixelKey& pixel, uint32_t slot, uint32_t fir
     const uint32_t hash = run_hash(pixel, run, kSalt);
     for (uint32_t p = 0; p < uint32_t(kTablePairs) && 2 * int(p) < dimensions; ++p) {
       const uint32_t pair = kTablePairs * slot + p;
-      // An odd stride goes to every table once; random ones average over what two tables that stay
-      // together happen to have in common.
+      // An odd stride visits every table once. Randomising it averages out accidental correlation
+      // between any two tables.
       const Table& table = tables()[(hash + pair * (hash >> 3 | 1u)) % kTables];
       fill_pair(table, hash_combine(hash, pair), run, out.values[2 * p] + run.lane,
                 out.values[2 * p + 1] + run.lane);

@@ -1,10 +1,10 @@
-// A seeded order of [0, size) that is computed, not stored: any element alone, in constant time.
+// A seeded permutation of [0, size) that is computed, not stored: any element in constant time.
 //
-// Rounds of invertible operations on words of the next power of two (add and multiply carry
-// upwards, a shifted xor carries downwards), walked along until the word falls below `size`: the
-// permutation's cycles, with the outsiders left out, are a permutation of [0, size) (Black &
-// Rogaway 2002, "Ciphers with Arbitrary Finite Domains", section 3; Kensler 2013, "Correlated
-// Multi-Jittered Sampling", was first to use that for samples).
+// Rounds of invertible operations permute words below the next power of two (add and multiply carry
+// upwards, a shifted xor carries downwards). They are repeated until the word falls below `size`:
+// the permutation's cycles without the larger words are a permutation of [0, size) (Black & Rogaway
+// 2002, "Ciphers with Arbitrary Finite Domains", section 3; first used for samples by Kensler 2013,
+// "Correlated Multi-Jittered Sampling").
 #pragma once
 
 #include <algorithm>
@@ -29,8 +29,8 @@ class RandomPermutation {
     return i;
   }
 
-  // The places of indices first .. first + count - 1; the loops vectorise, and all lanes walk until
-  // the last has arrived. `count` is at most what `places` holds.
+  // The permuted indices of first .. first + count - 1. The loops vectorise; all lanes iterate
+  // until the last is done. `places` must hold `count` elements.
   void places(uint32_t first, int count, uint32_t* places) const {
     uint32_t outside = 0;
     for (int i = 0; i < count; ++i) {
@@ -48,10 +48,10 @@ class RandomPermutation {
   }
 
  private:
-  // With 8, two elements go to all pairs of places equally often within 5 %; with 4, within 40 %.
+  // Two elements reach all pairs of places equally often within 5 %; with 4 rounds, within 40 %.
   static constexpr uint32_t kRounds = 8;
 
-  // Half the word's bits, so that each round brings the upper half down to the lower.
+  // Half the word's bits, so that each round mixes the upper half into the lower.
   static uint32_t downward_shift(uint32_t mask) {
     return std::max(1u, uint32_t(std::bit_width(mask)) / 2);
   }

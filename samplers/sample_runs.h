@@ -1,7 +1,7 @@
-// Which of a pixel's samples belong together: streams, blocks, and the hash that sets them apart.
+// Streams and blocks of a pixel's samples, and the hash that separates them.
 //
-// With two streams, sample k belongs to stream (k >> 3) & 1, as its index ((k >> 4) << 3) | (k &
-// 7). Worked: samples 40..47 are indices 16..23 of stream 1.
+// With two streams, sample k belongs to stream (k >> 3) & 1, at index ((k >> 4) << 3) | (k & 7).
+// Example: samples 40..47 are indices 16..23 of stream 1.
 #pragma once
 
 #include <algorithm>
@@ -17,8 +17,8 @@ constexpr StreamIndex stream_index(StreamCount streams, uint32_t sample) {
   return {(sample >> 3) & 1u, ((sample >> 4) << 3) | (sample & 7u)};
 }
 
-// How many of a pixel's first `count` samples belong to `stream`. Worked: of 27 samples with two
-// streams, 0..7 and 16..23 are stream 0's 16, the rest stream 1's 11.
+// Number of a pixel's first `count` samples that belong to `stream`. Example: of 27 samples with
+// two streams, stream 0 has 0..7 and 16..23 (16 samples), stream 1 the other 11.
 constexpr uint32_t stream_length(StreamCount streams, uint32_t stream, uint32_t count) {
   if (streams == StreamCount::kOne) return count;
   const uint32_t rest = count & 15u, before = 8 * stream;
@@ -28,14 +28,14 @@ constexpr uint32_t stream_length(StreamCount streams, uint32_t stream, uint32_t 
 // Consecutive samples that are consecutive indices of one block of one stream.
 struct SampleRun {
   uint32_t stream;
-  uint32_t block;  // of `block_size[stream]` indices
+  uint32_t block;  // each of block_size[stream] indices
   uint32_t index;  // of the first sample, within the block
   int lane;        // of the first sample
   int count;
 };
 
-// Cuts samples [first_sample, first_sample + count) into runs, in order; at most kSampleLanes of
-// them, and one or two (a piece per stream) where blocks are not smaller than a batch.
+// Cuts samples [first_sample, first_sample + count) into runs, in order. There are at most
+// kSampleLanes runs, and one per stream if blocks are not smaller than a batch.
 template <typename Visit>
 void for_each_run(StreamCount streams, const uint32_t (&block_size)[2], uint32_t first_sample,
                   int count, Visit&& visit) {
@@ -51,7 +51,7 @@ void for_each_run(StreamCount streams, const uint32_t (&block_size)[2], uint32_t
   }
 }
 
-// What is common to all samples of a run; `salt` tells samplers apart, which may be used together.
+// The hash shared by all samples of a run; `salt` separates samplers that may be used together.
 constexpr uint32_t run_hash(const PixelKey& pixel, const SampleRun& run, uint32_t salt) {
   const uint32_t pixel_hash =
       hash_combine(hash_combine(hash32(pixel.seed ^ salt), pixel.x), pixel.y);

@@ -1,13 +1,13 @@
 // Numbers in [0, 1) for a path tracer, addressed by (pixel, sample, slot, dimension, seed).
 //
-// A slot is one scattering event's worth of numbers: slot 0 is the camera's, slot b the b-th
-// surface's. A sampler fills a slot for up to 16 consecutive samples of one pixel at a time, so the
-// one virtual call is paid per (16 samples, slot), never per number, and the loop vectorises over
+// A slot holds the numbers of one scattering event: slot 0 is the camera's, slot b the b-th
+// surface's. A sampler fills a slot for up to 16 consecutive samples of one pixel at a time, so
+// there is one virtual call per (16 samples, slot), never per number, and the loop vectorises over
 // the samples (Burley 2020, "Practical Hash-based Owen Scrambling", JCGT 9(4), for the hash).
 //
-// No state is carried from one sample to the next: fill() is const and its result for a sample
+// No state is carried from one sample to the next: fill() is const, and its result for a sample
 // does not depend on which other samples are filled with it (law 1). Early passes of a progressive
-// render want one sample each of many pixels: fill_scattered() gives them the same numbers.
+// render need one sample each of many pixels: fill_scattered() gives them the same numbers.
 #pragma once
 
 #include <cstdint>
@@ -21,9 +21,9 @@ namespace emberline {
 inline constexpr int kSampleLanes = 16;    // samples filled together; an aligned block of indices
 inline constexpr int kSlotDimensions = 8;  // four pairs of dimensions per slot
 
-// The dimension plan. Pairs are stratified together; a pair is two neighbouring dimensions that
-// start at an even one. Samplers may take the dimensions from 4 on, which are used one by one, as
-// single ones.
+// The dimension plan. A pair is two adjacent dimensions that start at an even index; it is
+// stratified as a pair. Dimensions from 4 on are used one by one, so samplers may treat them as
+// single dimensions.
 namespace camera_dim {
 enum : int {
   kPixelX = 0,
@@ -49,13 +49,12 @@ enum : int {
 };
 }
 
-// Which pixel of which frame; the frame's seed included.
+// A pixel of a frame; the seed includes the frame's.
 struct PixelKey {
   uint32_t x = 0, y = 0;
   uint32_t seed = 0;
 };
 
-// Which sample of which pixel.
 struct SampleAddress {
   uint32_t x = 0, y = 0;
   uint32_t sample = 0;
@@ -67,12 +66,11 @@ struct alignas(64) SlotBlock {
   float values[kSlotDimensions][kSampleLanes];
 };
 
-// How many independent randomisations a pixel's samples come from. One is best stratified; two
-// give an honest error estimate: sample k belongs to stream (k >> 3) & 1.
+// Number of independent randomisations of a pixel's samples. One is best stratified; two give an
+// unbiased error estimate: sample k belongs to stream (k >> 3) & 1.
 enum class StreamCount : uint8_t { kOne = 1, kTwo = 2 };
 
-// A sample's place in its stream; of samples that have nothing to do with each other each is a
-// stream.
+// A sample's position in its stream. Independent samples form one stream each.
 struct StreamIndex {
   uint32_t stream, index;
 };
@@ -81,42 +79,42 @@ class Sampler {
  public:
   virtual ~Sampler() = default;
   // Writes lanes [first_sample % 16, first_sample % 16 + count) of at least the first `dimensions`
-  // dimensions of `slot`, whose values do not depend on how many are asked for. The lanes must not
-  // wrap: first_sample % 16 + count <= 16. Thread-safe.
+  // dimensions of `slot`; the values do not depend on `dimensions`. The lanes must not wrap:
+  // first_sample % 16 + count <= 16. Thread-safe.
   virtual void fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sample, int count,
                     SlotBlock& out, int dimensions = kSlotDimensions) const = 0;
   // The same numbers for up to 16 samples of any pixels: writes samples[i] to lane first_lane + i.
-  // The default asks fill() for each alone, which is right for every sampler and fast for none.
+  // The default calls fill() for each sample, which is correct but slow.
   virtual void fill_scattered(std::span<const SampleAddress> samples, uint32_t seed, uint32_t slot,
                               int first_lane, SlotBlock& out,
                               int dimensions = kSlotDimensions) const;
 
-  // Which samples are stratified together: for decisions beside the plan, which are then, too.
-  // Thread-safe.
+  // The groups of samples that are stratified together, so that decisions outside the dimension
+  // plan can be stratified likewise. Thread-safe.
   virtual StreamIndex stream_of(uint32_t sample) const = 0;
 
-  // The factor on the value of `sample` when a pixel takes exactly `count` samples (sample <
-  // count), for samplers whose points do not all stand for equal volumes. The mean over a pixel's
-  // samples is 1, so that the weighted sum is still divided by `count`. Thread-safe.
+  // The weight of `sample` when a pixel takes exactly `count` samples (sample < count), for
+  // samplers whose points represent unequal volumes. The mean over a pixel's samples is 1, so the
+  // weighted sum is still divided by `count`. Thread-safe.
   virtual float integration_weight(uint32_t /*sample*/, uint32_t /*count*/) const { return 1.0f; }
 };
 
-// How many samples a pixel may take: as many as one likes, known at any time; or exactly
-// SamplerSettings::samples_per_pixel, of any size or a power of two. Samples beyond a fixed count
-// are valid too: each further samples_per_pixel of them are a fresh randomisation.
+// Sample counts that a sampler supports: any, not known in advance; or exactly
+// SamplerSettings::samples_per_pixel, arbitrary or a power of two. Samples beyond a fixed count are
+// valid too: each further samples_per_pixel of them are a new randomisation.
 enum class SampleCounts : uint8_t { kAny, kFixed, kPowerOfTwo };
 
-// Whose rate of convergence a sampler's variance has, where theory or long measurement knows it
+// The convergence rate of a sampler's variance, where theory or long measurement establishes it
 // (renderer/statistics/convergence.h).
 enum class ConvergenceRate : uint8_t { kUnknown, kIndependent, kJittered, kSobol };
 
 struct SamplerSettings {
   StreamCount streams = StreamCount::kOne;
-  uint32_t samples_per_pixel = 64;  // at least 1; samplers of any count do not look at it
-  int width = 1, height = 1;        // of the frame in pixels, for those that spread error over it
+  uint32_t samples_per_pixel = 64;  // at least 1; ignored by samplers of any count
+  int width = 1, height = 1;  // of the frame in pixels, for samplers that distribute error over it
 };
 
-// The table of samplers: feeds the factory, --help, the "valid names are" message and the tests.
+// The table of samplers: used by the factory, --help, the "valid names are" message and the tests.
 struct SamplerEntry {
   std::string_view name;
   std::string_view summary;
@@ -127,11 +125,11 @@ struct SamplerEntry {
 };
 std::span<const SamplerEntry> sampler_table();
 
-// Those whose first samples are the same, and weigh the same, however many come: what frames can be
-// extended with, and cut into ranges of samples.
+// Names of the samplers whose first samples and weights do not depend on the sample count. Only
+// these can extend a frame or split it into ranges of samples.
 std::vector<std::string_view> extensible_samplers();
 
-// Throws UsageError that lists the valid names, or says which counts the sampler can take.
+// Throws UsageError with the valid names, or with the counts that the sampler supports.
 std::unique_ptr<Sampler> create_sampler(std::string_view name, const SamplerSettings& settings);
 
 }  // namespace emberline

@@ -1,12 +1,10 @@
-// A slot's numbers sample by sample, for whoever looks at points rather than at paths: statistics
-// and tests.
+// Access to a slot's numbers sample by sample, for statistics and tests.
 #pragma once
 
 #include "samplers/sampler.h"
 
 namespace emberline {
 
-// The numbers of one sample in one slot.
 struct SlotNumbers {
   float u[kSlotDimensions];
 };

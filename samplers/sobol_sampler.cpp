@@ -12,13 +12,14 @@
 namespace emberline {
 namespace {
 
-constexpr uint32_t kBlockSize =
-    8;  // indices permuted at random among themselves; see README.md for why 8
+// Indices that are permuted at random among themselves; README.md explains why 8.
+constexpr uint32_t kBlockSize = 8;
 
 using owen_sobol::Order;
 
-// What a pair of a slot takes; nothing: a random order. Light and BSDF samples of one surface share
-// one: they add up. What multiplies must not, or one is a copy of the other.
+// The index order of a pair, or nothing for a random order. Light and BSDF samples of one surface
+// share an order, since their contributions add. Numbers whose effects multiply must not share one,
+// or one would be a copy of the other.
 constexpr std::optional<Order> order_of(uint32_t slot, int pair) {
   if (slot == 0) {
     if (pair == 0) return Order::kPixel;
@@ -31,14 +32,14 @@ constexpr std::optional<Order> order_of(uint32_t slot, int pair) {
   }
   return std::nullopt;
 }
-// ordered_8() of each.
+// ordered_8() of each order.
 constexpr std::array<uint32_t, owen_sobol::kOrders> kOrdered8 = [] {
   std::array<uint32_t, owen_sobol::kOrders> result{};
   for (size_t o = 0; o < result.size(); ++o) result[o] = owen_sobol::ordered_8(Order(o));
   return result;
 }();
 
-// Well-mixed words that tell apart the uses of one slot's hash.
+// Well-mixed words that separate the uses of one slot's hash.
 template <int kCount>
 constexpr std::array<uint32_t, kCount> salts(uint32_t first) {
   std::array<uint32_t, kCount> result{};
@@ -50,14 +51,14 @@ constexpr std::array<uint32_t, kSlotDimensions / 2> kShuffleSalt =
     salts<kSlotDimensions / 2>(0x100);
 constexpr std::array<uint32_t, kSlotDimensions / 2> kOrderSalt = salts<kSlotDimensions / 2>(0x200);
 
-// What the eight samples of one block of a stream have in common, for one or two blocks and the
-// first pairs of dimensions: entries [b * kDimensions + d] and [b * kPairs + p], so that the loops
+// Data shared by the eight samples of one block of a stream, for one or two blocks and the first
+// pairs of dimensions. Entries are [b * kDimensions + d] and [b * kPairs + p], so that the loops
 // over them vectorise.
 template <int kBlocks, int kPairs>
 struct BlockPlan {
   static constexpr int kDimensions = 2 * kPairs;
   alignas(64) uint32_t scramble[kBlocks * kDimensions];  // Owen scramble of each dimension
-  // A pair's index in its sequence is that of the block's first sample xor the nibble of the order.
+  // A pair's index in its sequence: that of the block's first sample xor a nibble of `order`.
   alignas(64) uint32_t base[kBlocks * kPairs];
   alignas(64) uint32_t order[kBlocks * kPairs];
 };
@@ -106,7 +107,7 @@ BlockPlan<kBlocks, kPairs> plan_blocks(const Block (&blocks)[kBlocks], uint32_t 
   return plan;
 }
 
-// All samples of whole blocks; the inner loop vectorises (8 lanes of 32 bits).
+// Fills whole blocks; the inner loop vectorises (8 lanes of 32 bits).
 template <int kBlocks, int kPairs>
 void fill_blocks(const BlockPlan<kBlocks, kPairs>& plan, int first_lane, SlotBlock& out) {
   for (int b = 0; b < kBlocks; ++b) {
@@ -128,7 +129,7 @@ void fill_blocks(const BlockPlan<kBlocks, kPairs>& plan, int first_lane, SlotBlo
   }
 }
 
-// One sample; here the loop over dimensions is the one that vectorises.
+// Fills one sample; here the loop over dimensions vectorises.
 template <int kPairs>
 void fill_one(const BlockPlan<1, kPairs>& plan, uint32_t index_in_block, int lane, SlotBlock& out) {
   constexpr int kDimensions = 2 * kPairs;
@@ -182,7 +183,7 @@ void fill_whole(const Block (&blocks)[kBlocks], uint32_t slot, int first_lane, S
   }
 }
 
-// Whether eight samples are one block of a pixel, in order.
+// Whether eight samples are one whole block of a pixel, in order.
 bool is_whole_block(const SampleAddress* samples) {
   const SampleAddress& first = samples[0];
   uint32_t different = first.sample % kBlockSize;
@@ -193,14 +194,14 @@ bool is_whole_block(const SampleAddress* samples) {
   return different == 0;
 }
 
-// Sixteen samples of any pixels, each with its own stream and block.
+// Sixteen samples of any pixels, each with a separate stream and block.
 struct ScatteredLanes {
   alignas(64) uint32_t stream_hash[kSampleLanes];
   alignas(64) uint32_t block[kSampleLanes];     // within the stream
-  alignas(64) uint32_t in_block[kSampleLanes];  // which of its eight samples
+  alignas(64) uint32_t in_block[kSampleLanes];  // index within the block's eight samples
 };
 
-// ordered() of each lane's block.
+// ordered() for the first index of each lane's block.
 void order_blocks(const ScatteredLanes& lanes, Order order, uint32_t (&base)[kSampleLanes]) {
   const owen_sobol::OrderColumns& columns = owen_sobol::kOrderColumns[size_t(order)];
   uint32_t bits = 0;
@@ -216,8 +217,8 @@ void order_blocks(const ScatteredLanes& lanes, Order order, uint32_t (&base)[kSa
   }
 }
 
-// One pair of dimensions of a slot, as plan_blocks() and fill_blocks() have it; the loops vectorise
-// over the lanes.
+// One pair of dimensions of a slot, with the values of plan_blocks() and fill_blocks(); the loops
+// vectorise over the lanes.
 void fill_scattered_pair(const ScatteredLanes& lanes, uint32_t slot, int pair,
                          float (&x)[kSampleLanes], float (&y)[kSampleLanes]) {
   alignas(64) uint32_t base[kSampleLanes], order[kSampleLanes];
@@ -247,15 +248,15 @@ void fill_scattered_pair(const ScatteredLanes& lanes, uint32_t slot, int pair,
   }
 }
 
-// The `half`-th eight samples of a pixel; worked: with two streams, samples 40..47 are half 5,
-// which is block 2 of stream 1.
+// The block of samples 8 * half to 8 * half + 7 of a pixel. Example: with two streams, samples
+// 40..47 are half 5, which is block 2 of stream 1.
 Block block_of(uint32_t pixel_hash, uint32_t half, StreamCount streams) {
   if (streams == StreamCount::kOne) return {hash_combine(pixel_hash, 0), half};
   return {hash_combine(pixel_hash, half & 1u), half >> 1};
 }
 
-// The time of camera samples, in an order that goes with the pixel's, as what moves through the
-// pixel asks for.
+// The time of camera samples, in an order that stratifies it jointly with the pixel position,
+// because motion couples the two.
 void fill_time(const ScatteredLanes& lanes, int count, float* time) {
   alignas(64) uint32_t base[kSampleLanes];
   order_blocks(lanes, Order::kTime, base);
@@ -311,8 +312,8 @@ void SobolSampler::fill_scattered_pairs(std::span<const SampleAddress> samples, 
                                         uint32_t slot, int first_lane, SlotBlock& out,
                                         int dimensions) const {
   const uint32_t seed_hash = hash32(seed);
-  // The second half of the first 16 samples, and what adaptive sampling adds by eights, are whole
-  // blocks: what their samples have in common is made once.
+  // The second half of the first 16 samples, and the groups of eight that adaptive sampling adds,
+  // are whole blocks. Their shared data is computed once.
   const auto first_block = [&](const SampleAddress& a) {
     const uint32_t pixel_hash = hash_combine(hash_combine(seed_hash, a.x), a.y);
     return block_of(pixel_hash, a.sample / kBlockSize, streams_);
@@ -341,7 +342,7 @@ void SobolSampler::fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sam
   assert(count >= 1 && first_sample % kSampleLanes + uint32_t(count) <= kSampleLanes);
   const uint32_t pixel_hash = hash_combine(hash_combine(hash32(pixel.seed), pixel.x), pixel.y);
   const auto block = [&](uint32_t half) { return block_of(pixel_hash, half, streams_); };
-  // A pinhole's camera asks for the pixel's pair alone.
+  // A pinhole camera uses only the pixel pair.
   if (dimensions <= 2) {
     fill_pairs<1>(block, slot, first_sample, count, out);
   } else {

@@ -1,25 +1,23 @@
-// Owen-scrambled Sobol' pairs in orders of their own, so that pairs are even together.
+// Owen-scrambled Sobol' pairs, in index orders that stratify some pairs jointly.
 //
-// Each pair of dimensions is one scrambled (0,2)-sequence. Pair 0 of slot 0, the pixel position,
-// is taken in natural order: every prefix of 2^m samples is a (0,m,2)-net. So are those of the
-// pairs that vary most together with it, in orders that were searched for this
-// (owen_sobol::Order): the lens, light and BSDF samples of the first and of the second surface, the
-// choices of lobe and light at the first; time likewise. A pixel's picture depends on where in the
-// pixel and in which direction together: where both are stratified as one its variance is .8 to 1
-// times as large at 64 samples (tests/bench/results/samplers.md).
+// Each pair of dimensions is one scrambled (0,2)-sequence. Pair 0 of slot 0, the pixel position, is
+// taken in natural order: every prefix of 2^m samples is a (0,m,2)-net. The same holds for the
+// pairs whose effects depend most on the pixel position: the lens, light and BSDF samples of the
+// first and second surface, the choices of lobe and light at the first, and the time. They use
+// searched orders (owen_sobol::Order). Stratifying position and direction jointly multiplies a
+// pixel's variance by .8 to 1 at 64 samples (tests/bench/results, "Noise and sparkle").
 //
-// Every other pair visits its sequence in an order drawn for it, else pairs would be copies of each
-// other: the order of blocks of 8 is an Owen shuffle, the order within a block a random
-// permutation. At multiples of 16 samples each is again stratified as well as ever. Either half
-// alone is a trap. With the Owen shuffle only, low index bits stay matched, and strata
-// of two pairs meet in whole pairs: exp(-4 |a - b|^2) comes out at 1.4 times, and sign x sign at 2
-// times the variance of random numbers. With the permutation only, structure finer than a block
-// stays matched: 1 + N/64 times. With both: 0.93 to 0.98, 8/7 and 9/8, the last two exactly as
-// theory has it for blocks of 8. In searched orders the first two have .27 times and none at 64
-// samples; the last, one fine frequency of the many, 2.
+// Every other pair visits its sequence in a random order, since pairs would otherwise be copies of
+// each other: an Owen shuffle of blocks of 8, and a random permutation within each block. At
+// multiples of 16 samples each pair is still fully stratified. Both are needed. With only the Owen
+// shuffle, low index bits stay matched: the variance is 1.4 times that of random numbers for exp(-4
+// |a - b|^2), and 2 times for sign x sign. With only the permutation, structure finer than a block
+// stays matched: 1 + N/64 times. With both, these factors are 0.93 to 0.98, 8/7 and 9/8, the last
+// two exactly as theory predicts for blocks of 8. With searched orders, the first two are .27 and 0
+// at 64 samples; the last, for one fine frequency of many, is 2.
 //
-// With two streams, sample k belongs to stream (k >> 3) & 1, as its index ((k >> 4) << 3) | (k &
-// 7); the streams are independent randomisations, so (A - B)^2 / 4 is an honest estimate of the
+// With two streams, sample k belongs to stream (k >> 3) & 1, at index ((k >> 4) << 3) | (k & 7).
+// The streams are independent randomisations, so (A - B)^2 / 4 is an unbiased estimate of the
 // variance of the pixel's mean (A + B) / 2. Counts are then best multiples of 16.
 #pragma once
 

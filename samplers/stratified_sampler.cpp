@@ -14,11 +14,11 @@ namespace {
 constexpr uint32_t kSalt = 0x57a71f1eu;
 constexpr int kPlanarDimensions = 4;  // the first two pairs
 
-// Doubles hold the sum of a cell's number (24 bits) and a place in it.
+// A double holds the sum of a cell index (24 bits) and a position within the cell.
 double place_in_cell(uint32_t bits) { return double(bits >> 4) * 0x1p-28; }
 float below_one(double u) { return std::min(float(u), kOneMinusEpsilon); }
 
-// The jitter of one dimension for the samples of a run.
+// One dimension's jitter for the samples of a run.
 struct Jitter {
   uint32_t bits[kSampleLanes];
 
@@ -38,7 +38,7 @@ void fill_plane(const JitterGrid& grid, const uint32_t* cell, const Jitter& jitt
     const uint32_t columns = wide ? grid.columns + 1 : grid.columns;
     const double width = wide ? per_wide_column : per_column;
     const uint32_t among = wide ? cell[i] : cell[i] - grid.wide_cells;
-    // Half a cell to the right of the quotient's jump, where rounding cannot reach it.
+    // Half a cell beyond the quotient's jump, so that rounding cannot change the result.
     const uint32_t column = among - uint32_t(int32_t((among + 0.5) * width)) * columns;
     x[i] = below_one((column + place_in_cell(jitter_x.bits[i])) * width);
     y[i] = below_one(((cell[i] - column) + columns * place_in_cell(jitter_y.bits[i])) * per_cell);

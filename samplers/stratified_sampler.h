@@ -1,12 +1,13 @@
-// Jittered samples: the domain cut into as many equal cells as there are samples, one uniform point
-// in each (Dippe & Wold 1985, "Antialiasing Through Stochastic Sampling", section 3.2; Cook, Porter
-// & Carpenter 1984 for shuffled strata in further dimensions).
+// Jittered samples: the domain is cut into as many equal cells as there are samples, with one
+// uniform point in each (Dippe & Wold 1985, "Antialiasing Through Stochastic Sampling", section
+// 3.2; Cook, Porter & Carpenter 1984 for shuffled strata in further dimensions).
 //
-// The first two pairs of a slot are stratified in the plane, the four dimensions behind them, which
-// the dimension plan uses one by one, each for itself. The plane is cut into about sqrt(n) rows
-// whose heights are in proportion to the cells that they hold, so that any number n, a prime too,
-// gives n cells of area 1/n. Worked: 7 samples are rows of 3, 2 and 2 cells, 3/7, 2/7, 2/7 high.
-// Which sample gets which cell is an independent random order per dimension.
+// The first two pairs of a slot are stratified in the plane; the other four dimensions, which the
+// dimension plan uses one by one, are stratified separately. The plane is cut into about sqrt(n)
+// rows whose heights are proportional to their numbers of cells, so that any n, primes included,
+// gives n cells of area 1/n. Example: 7 samples use rows of 3, 2 and 2 cells, with heights 3/7, 2/7
+// and 2/7. Each pair and each single dimension assigns cells to samples in an independent random
+// order.
 #pragma once
 
 #include "samplers/sample_runs.h"
@@ -14,18 +15,18 @@
 
 namespace emberline {
 
-// A unit square in rows of cells of equal area.
+// The unit square cut into rows of cells of equal area.
 struct JitterGrid {
   // cells: at least 1.
   explicit JitterGrid(uint32_t cells);
   uint32_t cells;
-  uint32_t columns;     // of a row; the first rows have one more
-  uint32_t wide_cells;  // how many cells are in those
+  uint32_t columns;     // per row; the first rows have one more
+  uint32_t wide_cells;  // number of cells in the rows with one more
 };
 
 class StratifiedSampler final : public Sampler {
  public:
-  // With two streams each has cells of its own, as many as it gets of samples_per_pixel.
+  // With two streams, each has separate cells, as many as its share of samples_per_pixel.
   explicit StratifiedSampler(const SamplerSettings& settings);
   void fill(const PixelKey& pixel, uint32_t slot, uint32_t first_sample, int count, SlotBlock& out,
             int dimensions) const override;

@@ -1,4 +1,4 @@
-// State as bytes and back, by one function for both directions:
+// Saves and loads state with one function for both directions:
 //
 //   void Planner::archive(Archive& archive) {
 //     archive.number(round_, 0, kMostRounds);
@@ -6,12 +6,12 @@
 //   }
 //   std::vector<std::byte> bytes;
 //   Archive saving(bytes);                       Archive loading(std::span(bytes));
-//   planner.archive(saving);                     like_it.archive(loading);
+//   planner.archive(saving);                     restored.archive(loading);
 //   saving.end();                                loading.end();
 //
-// The bytes are those of this machine: not for another byte order. They may come from a file that
-// somebody else has written, so each function says what it accepts; loading throws InputError for
-// anything else, and what was being loaded must then be let go.
+// The bytes are in this machine's byte order. They may come from an untrusted file, so each
+// function states the values that it accepts. Loading throws InputError for anything else; the
+// object being loaded must then be discarded.
 #pragma once
 
 #include <cmath>
@@ -29,7 +29,7 @@ namespace emberline {
 
 class Archive {
  public:
-  // Writes over what `to` has.
+  // Overwrites `to`.
   explicit Archive(std::vector<std::byte>& to) : to_(&to) {}
   explicit Archive(std::span<const std::byte> from) : from_(from) {}
 
@@ -45,24 +45,24 @@ class Archive {
     check(raw >= wide(least) && raw <= wide(most));
     value = T(raw);
   }
-  // Within [least, most], or NaN where that stands for something unknown.
+  // A number within [least, most], or NaN if `may_be_nan`.
   void number(double& value, double least, double most, bool may_be_nan = false) {
     bytes(&value, sizeof value);
     check((value >= least && value <= most) || (may_be_nan && std::isnan(value)));
   }
-  // Exactly these elements, as the next.
+  // Exactly values.size() elements, without a stored count.
   template <typename T>
   requires std::is_trivially_copyable_v<T>
   void values(std::span<T> values) { bytes(values.data(), values.size_bytes()); }
-  // Nothing, or `size` elements; numbers, or plain structs of numbers whose values the caller
-  // checks. Floats are not NaN.
+  // No elements, or exactly `size`: numbers other than NaN, or plain structs of numbers, whose
+  // values the caller checks.
   template <typename T>
   requires std::is_trivially_copyable_v<T>
   void array(std::vector<T>& values, size_t size) {
     list(values, size);
     check(values.empty() || values.size() == size);
   }
-  // The same of `most` elements at most.
+  // Like array(), but with any number of elements up to `most`.
   template <typename T>
   requires std::is_trivially_copyable_v<T>
   void list(std::vector<T>& values, size_t most) {
@@ -81,7 +81,7 @@ class Archive {
   void check(bool accepted) const {
     if (loading() && !accepted) refuse();
   }
-  // Nothing is left over: of what is loaded, or of what the bytes were before.
+  // Saving truncates the buffer to what was written; loading checks that nothing is left over.
   void end() const {
     check(from_.empty());
     if (!loading()) to_->resize(size_);
@@ -99,7 +99,7 @@ class Archive {
   [[noreturn]] static void refuse() {
     throw InputError("state of a frame", "it is damaged, or not of this frame");
   }
-  // A large frame's film by all threads: nothing renders meanwhile.
+  // Large arrays (a film) are copied by all threads.
   static void copy(const void* from, std::byte* to, size_t size) {
     constexpr size_t kLarge = size_t(32) << 20, kGrain = size_t(1) << 20;
     if (size < kLarge) {
@@ -124,7 +124,7 @@ class Archive {
   }
 
   std::vector<std::byte>* to_ = nullptr;
-  size_t size_ = 0;  // of what is written
+  size_t size_ = 0;  // bytes written
   std::span<const std::byte> from_;
 };
 

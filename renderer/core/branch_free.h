@@ -1,5 +1,5 @@
-// Arithmetic without branches, for decisions that a random number takes: those cannot be predicted,
-// and each wrong guess costs some twenty cycles.
+// Branch-free arithmetic for random decisions. Their branches cannot be predicted, and each
+// misprediction costs about twenty cycles.
 #pragma once
 
 #include <bit>
@@ -10,7 +10,7 @@
 
 namespace emberline {
 
-// c ? a : b, computed.
+// c ? a : b without a branch.
 inline float select(bool c, float a, float b) {
   const uint32_t mask = 0u - uint32_t(c);
   return std::bit_cast<float>((std::bit_cast<uint32_t>(a) & mask) |
@@ -21,8 +21,8 @@ inline int select(bool c, int a, int b) {
   return (a & mask) | (b & ~mask);
 }
 
-// sin and cos of 2 pi u, u in [0, 1], to 1e-7: the argument reduction is exact in turns, so a short
-// Taylor series on [-pi/4, pi/4] does (3 ns against sincosf's 11).
+// sin and cos of 2 pi u for u in [0, 1], to 1e-7. The argument reduction is exact in turns, so a
+// short Taylor series on [-pi/4, pi/4] is enough (3 ns against 11 ns for sincosf).
 [[gnu::always_inline]] inline void sincos_turns(float u, float* sine, float* cosine) {
   const float quarter = std::nearbyint(4.0f * u);
   const float x = std::fma(4.0f, u, -quarter) * (0.5f * kPi);
@@ -35,7 +35,7 @@ inline int select(bool c, int a, int b) {
   c = std::fma(x2, c, 1.0f / 24);
   c = std::fma(x2, c, -0.5f);
   c = std::fma(x2, c, 1.0f);
-  // Quadrant by bits, without branches: they would be mispredicted every other time.
+  // Selects the quadrant with bit operations: a branch would be mispredicted half of the time.
   const uint32_t q = uint32_t(int(quarter));
   const uint32_t swap = 0u - (q & 1u);
   const uint32_t bits_s = std::bit_cast<uint32_t>(s), bits_c = std::bit_cast<uint32_t>(c);

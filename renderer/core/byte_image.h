@@ -1,4 +1,4 @@
-// A picture of 8-bit values in memory: drawn, encoded, shown.
+// An image of 8-bit values in memory, for drawing, encoding and display.
 #pragma once
 
 #include <cstdint>
@@ -8,10 +8,10 @@ namespace emberline {
 
 struct ByteImage {
   int width = 0, height = 0;
-  int channels = 3;             // 1, 3, or 4 with alpha last, colour not multiplied by it
+  int channels = 3;             // 1, 3, or 4 with unassociated alpha last
   std::vector<uint8_t> values;  // interleaved, row-major, display-encoded
   bool srgb = true;             // tag the file as sRGB
-  bool incomplete = false;      // of a frame that was stopped: PNG and JPEG say so
+  bool incomplete = false;      // from a stopped frame; PNG and JPEG record it
 };
 
 }  // namespace emberline

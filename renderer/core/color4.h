@@ -1,5 +1,5 @@
-// Four floats that are computed with as one (a GCC and Clang vector): a colour, and in its fourth
-// lane whatever a function finds useful to compute alongside.
+// Four floats in a GCC or Clang vector: a colour, and a fourth lane that a function may use for
+// anything that it computes alongside.
 #pragma once
 
 #include "renderer/core/vector.h"

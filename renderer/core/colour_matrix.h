@@ -1,4 +1,4 @@
-// Linear colours of one set of primaries as those of another.
+// Conversion of linear colours from one set of primaries to another.
 #pragma once
 
 #include <memory>
@@ -9,19 +9,19 @@
 namespace emberline {
 
 struct ColourMatrix {
-  Vec3f red, green, blue;  // the weights that make each
+  Vec3f red, green, blue;  // weights of each output channel
 
   Rgb operator*(const Rgb& c) const { return {dot(red, c), dot(green, c), dot(blue, c)}; }
 };
 
-// From the space of descriptions, linear Rec. 709, to the one that is rendered in; null: the same.
+// From the descriptions' linear Rec. 709 to the working space; null if they are the same.
 using ToWorkingSpace = std::shared_ptr<const ColourMatrix>;
 
 inline Rgb converted(const ToWorkingSpace& matrix, const Rgb& c) {
   return matrix ? *matrix * c : c;
 }
 
-// Shares of `colour` as shares of it there.
+// Converts per-channel factors on `colour` to factors on the converted colour.
 inline std::shared_ptr<const TimeCurve<Rgb>> converted(
     const ToWorkingSpace& matrix, const std::shared_ptr<const TimeCurve<Rgb>>& shares,
     const Rgb& colour) {

@@ -1,4 +1,4 @@
-// Numbers used in more than one place.
+// Constants used in more than one place.
 #pragma once
 
 #include <numbers>
@@ -9,13 +9,13 @@ inline constexpr float kPi = std::numbers::pi_v<float>;
 inline constexpr float kInvPi = std::numbers::inv_pi_v<float>;
 inline constexpr double kPiD = std::numbers::pi;
 
-// The largest float below 1: every sampler's numbers are at most this.
+// The largest float below 1, and the upper bound of every sampler's numbers.
 inline constexpr float kOneMinusEpsilon = 0x1.fffffep-1f;
 
-// Rounding unit of float, 2^-24; one ulp of 1 is twice this.
+// Unit roundoff of float, 2^-24; half an ulp of 1.
 inline constexpr float kFloatUnit = 0x1p-24f;
 
-// A microfacet lobe narrower than this alpha is a mirror. pbrt-v4 uses the same limit
+// A microfacet lobe with a smaller alpha is treated as a mirror. pbrt-v4 uses the same limit
 // (TrowbridgeReitzDistribution::EffectivelySmooth, 1e-3).
 inline constexpr float kMirrorAlpha = 1e-3f;
 

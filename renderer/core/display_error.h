@@ -1,4 +1,4 @@
-// What an error of linear radiance is in the picture as it is looked at (sRGB, [0, 1]).
+// Converts errors of linear radiance to errors of the displayed image (sRGB, [0, 1]).
 #pragma once
 
 #include <algorithm>
@@ -6,13 +6,13 @@
 
 namespace emberline {
 
-// The sRGB transfer function (IEC 61966-2-1), linear light to [0, 1], clipped there; NaN gives 0.
-// Within 1e-6, without a branch, so that loops over pixels vectorise.
+// The sRGB transfer function (IEC 61966-2-1) from linear light to [0, 1], clipped; NaN gives 0. It
+// is accurate to 1e-6 and has no branch, so that loops over pixels vectorise.
 inline float display_value(float linear) {
-  constexpr float kStraight = 0.0031308f;  // below, the curve is a line
+  constexpr float kStraight = 0.0031308f;  // below this the curve is linear
   const float x = linear > 0.0f ? std::min(linear, 1.0f) : 0.0f;
-  // The curve over t = 1 - x^(1/4), which bends little: 1 + t q(t), exact at white. q interpolates
-  // in the Chebyshev nodes of [0, 1 - kStraight^(1/4)]; its degree makes the error 3e-7.
+  // The curve as a function of t = 1 - x^(1/4), which is nearly straight: 1 + t q(t), exact at
+  // white. q interpolates at the Chebyshev nodes of [0, 1 - kStraight^(1/4)]; the error is 3e-7.
   const float t = 1.0f - std::sqrt(std::sqrt(x));
   float q = 0.0528659709f;
   q = q * t - 0.0934508964f;
@@ -27,11 +27,11 @@ inline float display_value(float linear) {
 
 inline constexpr float kLeastDisplaySlope = 0.02f;
 
-// The squared slope of display_value() over mean +- deviation, so that clipped white and noise
-// about to leave it are told apart; at least least_slope^2, so that no pixel counts for
-// nothing, but not so much that the squared error were above 1/4, which is the most that a value in
-// [0, 1] varies. A deviation below .001 is taken for that: the slope is a difference of two floats;
-// so is one above 1e15, so that the weight is none of 0.
+// The squared slope of display_value() over mean +- deviation, which tells clipped white apart from
+// noise near white. It is at least least_slope^2, so that every pixel counts, but never so large
+// that the squared error exceeds 1/4, the largest variance of a value in [0, 1]. The deviation is
+// clamped to [1e-3, 1e15]: below, the difference of two floats loses its precision; above, the
+// weight becomes 0.
 inline float display_error_weight(float mean, float deviation,
                                   float least_slope = kLeastDisplaySlope) {
   const float d = std::min(std::max(deviation, 1e-3f), 1e15f);

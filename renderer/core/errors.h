@@ -1,12 +1,10 @@
-// The errors a user can cause, one exception type per exit code. Thrown only at load and I/O
-// boundaries and while options are read; hot code does not throw.
+// Errors that a user can cause, with one exception type per exit code. They are thrown only at load
+// and I/O boundaries and while options are read; hot code does not throw.
 //
-// Every message is one line: what is wrong, where (file, JSON pointer), what to do.
-//
-// A setting's name stands between backticks (setting_names.h).
-// A message with names or values from outside cuts them with shortened(); one that does not is cut
-// as a whole. A message with arguments is formatted; one that is a text already is taken as it is,
-// braces too.
+// Every message is one line: what is wrong, where (file, JSON pointer), and what to do. Setting
+// names are in backticks (setting_names.h). shortened() cuts names and values that come from
+// outside; an overlong message is cut as a whole. A message without format arguments is taken
+// literally, braces included.
 #pragma once
 
 #include <fmt/core.h>
@@ -47,8 +45,7 @@ struct UsageError : EmberlineError {
       : UsageError(fmt::format(message, std::forward<First>(first), std::forward<Rest>(rest)...)) {}
 };
 
-// A file given to us cannot be used (exit 3). `place` is the file, with "#/json/pointer" behind it
-// where one applies.
+// An input file cannot be used (exit 3). `place`: the file, and "#/json/pointer" if it applies.
 struct InputError : EmberlineError {
   InputError(const std::string& place, const std::string& message)
       : EmberlineError(kExitInput, place + ": " + message) {}
@@ -59,8 +56,7 @@ struct InputError : EmberlineError {
                    fmt::format(message, std::forward<First>(first), std::forward<Rest>(rest)...)) {}
 };
 
-// What a load may take is used up: the fault of all that was asked for, and not of the object that
-// was being read. Who goes on without a broken object does not catch this.
+// The whole load exceeded its limits; code that skips a broken object must not catch this.
 struct LimitError : InputError {
   using InputError::InputError;
 };

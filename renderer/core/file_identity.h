@@ -1,4 +1,4 @@
-// Which file a name stands for, however it is spelt.
+// Identifies a file independently of the spelling of its path.
 #pragma once
 
 #include <compare>
@@ -7,15 +7,14 @@
 
 namespace emberline {
 
-// The same for hard links, symbolic links and every spelling of a path. Holds while the file
-// exists.
+// Equal for hard links, symbolic links and every spelling of a path. Valid while the file exists.
 struct FileIdentity {
   uint64_t device = 0, inode = 0;
 
   auto operator<=>(const FileIdentity&) const = default;
 };
 
-// What a folder says of a file's contents: most changes of these change it.
+// File metadata that changes with most changes of the contents.
 struct FileState {
   uint64_t size = 0;
   int64_t modified_ns = 0;  // since 1970
@@ -23,7 +22,7 @@ struct FileState {
   bool operator==(const FileState&) const = default;
 };
 
-// A file that was read, and the name under which it was asked for.
+// An input file and the name under which it was requested.
 struct NamedFile {
   std::string name;
   FileIdentity identity;

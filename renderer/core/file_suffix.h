@@ -1,4 +1,4 @@
-// What a file is to hold is told by the end of its name.
+// The suffix of a file name decides the file's format.
 #pragma once
 
 #include <algorithm>
@@ -14,8 +14,8 @@ inline std::string lower_case(std::string text) {
   return text;
 }
 
-// From the last dot of the file's own name on, in lower case: ".exr" of "shots/A.010.EXR". Empty
-// without a dot, and for a name that only begins with one.
+// The suffix from the last dot of the file name on, in lower case: ".exr" for "shots/A.010.EXR".
+// Empty if there is no dot, or only a leading one.
 inline std::string lower_suffix(std::string_view path) {
   return lower_case(std::filesystem::path(path).extension().string());
 }

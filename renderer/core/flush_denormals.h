@@ -1,5 +1,5 @@
-// While one lives, its thread takes numbers too small to be normal for zero, and makes none: they
-// take many times as long. Whoever turns sums into pixels has it, whichever driver made them.
+// Scope guard that makes its thread flush denormals to zero, since arithmetic on them is many times
+// slower. All code that resolves pixels uses it, so that they do not depend on the driver.
 #pragma once
 
 #if defined(__x86_64__) || defined(_M_X64)

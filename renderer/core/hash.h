@@ -1,5 +1,5 @@
-// Integer hashes: the source of every seed. All are bijective or well mixed, so that raw indices
-// (which correlate) never reach a sampler.
+// Integer hashes, from which every seed is made. All are bijective or well mixed, so that raw
+// indices, which correlate, never reach a sampler.
 #pragma once
 
 #include <bit>
@@ -29,8 +29,7 @@ constexpr uint64_t hash64(uint64_t x) {
   return x;
 }
 
-// Folds a further word into a hash; order matters. The golden-ratio increment keeps 0 from being
-// a fixed point.
+// The order of words matters. The golden-ratio increment keeps 0 from being a fixed point.
 constexpr uint32_t hash_combine(uint32_t h, uint32_t word) {
   return hash32((h ^ hash32(word + 0x9e3779b9u)) * 0x85ebca6bu + 0x9e3779b9u);
 }

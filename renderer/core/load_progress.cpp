@@ -13,17 +13,17 @@ namespace {
 
 struct StageInfo {
   const char* name;
-  bool counted;  // the items are things that people know
-  double end;    // the share of a load that is over when the stage is
+  bool counted;  // items are meaningful to the user
+  double end;    // fraction of the load that is complete when the stage ends
 };
 
-// Chosen by us, so that a bar runs about evenly where images are what takes time, as in most files.
+// Chosen by us, so that the bar moves evenly when images take most of the time, as in most files.
 constexpr StageInfo kStages[] = {
     {"reading", false, 0.1},     {"meshes", true, 0.25}, {"images", true, 0.6},
     {"environment", false, 0.7}, {"BVH", false, 0.9},    {"lights", false, 1.0},
 };
 
-// Reports that move a bar by less than this are left out.
+// Smaller changes of the fraction are not reported.
 constexpr double kLeastStep = 1.0 / 256.0;
 
 const StageInfo& info(LoadStage stage) { return kStages[size_t(stage)]; }
@@ -32,7 +32,7 @@ double start_of(LoadStage stage) {
   return stage == LoadStage::kReading ? 0.0 : kStages[size_t(stage) - 1].end;
 }
 
-// Later ones than the clock can count to: none.
+// Timeouts beyond the range of the clock are ignored.
 std::optional<std::chrono::steady_clock::time_point> deadline(std::optional<double> timeout_s) {
   using Clock = std::chrono::steady_clock;
   if (!timeout_s || !(*timeout_s < 1e9)) return std::nullopt;

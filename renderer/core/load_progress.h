@@ -1,9 +1,8 @@
-// How far loading has come, for whoever waits for it, how to call it off, and what it may take of
-// memory and time.
+// Progress reports, cancellation, and memory and time limits of a load.
 //
-// Whoever waits makes a LoadProgress and hands it to load_gltf, build_scene or EditableScene, one
-// load each. Those that load say where they are; where nobody looks, that is a branch per image or
-// mesh and nothing at all per texel or vertex. What is loaded is the same with and without.
+// The caller makes one LoadProgress per load and passes it to load_gltf, build_scene or
+// EditableScene. Loading code reports its position; without a callback this costs one branch per
+// image or mesh and nothing per texel or vertex. The result does not depend on it.
 #pragma once
 
 #include <chrono>
@@ -20,58 +19,56 @@
 
 namespace emberline {
 
-// The load was called off, by whoever asked for it: no error, and nothing to tell a user about.
+// The caller cancelled the load. This is not an error and needs no message.
 struct Cancelled : std::exception {
   const char* what() const noexcept override { return "cancelled"; }
 };
 
-// In the order in which they come.
+// In the order of loading.
 enum class LoadStage : uint8_t { kReading, kMeshes, kImages, kEnvironment, kBvh, kLights };
 
-// What a load may take. `scene` is named in the error of one that takes longer.
+// Limits of a load. A timeout error names `scene`.
 struct LoadLimits {
   std::shared_ptr<MemoryBudget> memory = MemoryBudget::unlimited();
   std::optional<double> timeout_s;
   std::string scene;
-  // A scene's textures that take more are held in a file, and of that so much in memory. Not the
-  // environment, whose every row is read anyway.
+  // Textures beyond this size are kept in a file, with at most this much of it in memory. The
+  // environment map is not included, because each of its rows is read anyway.
   std::optional<uint64_t> texture_bytes = {};
 };
 
 class LoadProgress {
  public:
-  // What is being done, for people ("images 12 of 15"), and the share of the whole that is done:
-  // in [0, 1], never less than before, 1 once the scene is built. Called some hundred times at
-  // most, from the threads that load, one call at a time; must not throw.
+  // Receives the current step as text ("images 12 of 15") and the completed fraction: in [0, 1],
+  // never decreasing, 1 once the scene is built. Called a few hundred times at most, from the
+  // loading threads, one call at a time; must not throw.
   using Report = std::function<void(const std::string& stage, double fraction)>;
 
-  // `stop` may be asked from any thread. The load then ends with Cancelled: within 40 ms, but
-  // up to 250 at the beginning of a BVH of millions of triangles.
-  // The time of the limits runs from here on; the load that takes longer ends with InputError, as
-  // soon as with Cancelled.
+  // `stop` may be requested from any thread. The load then ends with Cancelled within 40 ms, or up
+  // to 250 ms at the beginning of a BVH of millions of triangles (tests/bench/results). The
+  // timeout starts here; a load that exceeds it ends with InputError after the same delay.
   explicit LoadProgress(Report report, std::stop_token stop = {}, LoadLimits limits = {});
   LoadProgress(const LoadProgress&) = delete;
   LoadProgress& operator=(const LoadProgress&) = delete;
 
-  // Nobody looks, nobody stops, and nothing is too much.
+  // No callback, no cancellation, no limits.
   static LoadProgress& unwatched();
 
-  // ---- for those that load; thread-safe --------------------------------------------------------
+  // ---- for loading code; thread-safe -----------------------------------------------------------
 
   bool watched() const { return watched_; }
   // Whether check() would throw.
   bool ends() const { return watched_ && (stop_.stop_requested() || late()); }
-  // Throws Cancelled if the load was called off, InputError if it takes too long, as do begin and
-  // advance.
+  // Throws Cancelled if cancelled, InputError on timeout. So do begin() and advance().
   void check() const {
     if (ends()) throw_end();
   }
   const std::shared_ptr<MemoryBudget>& budget() const { return limits_.memory; }
   const std::optional<uint64_t>& texture_bytes() const { return limits_.texture_bytes; }
-  // Enters a stage of so many equal items; a stage that is gone through twice does not go back.
+  // Enters a stage of `items` equal items. Repeating a stage does not reduce the fraction.
   void begin(LoadStage stage, uint64_t items = 0);
   void advance(uint64_t items = 1);
-  // Of the next so many items this share is done. Does not throw: for callbacks.
+  // Reports that `share` of the next `items` is done. Does not throw, for use in callbacks.
   void partly(uint64_t items, double share) noexcept;
   void finish();
 
@@ -80,7 +77,7 @@ class LoadProgress {
 
   bool late() const { return deadline_ && Clock::now() > *deadline_; }
   [[noreturn]] void throw_end() const;
-  void report_share(double share);  // holds mutex_
+  void report_share(double share);  // requires mutex_
 
   const bool watched_;
   const Report report_;
@@ -91,7 +88,7 @@ class LoadProgress {
   LoadStage stage_ = LoadStage::kReading;
   uint64_t items_ = 0, done_ = 0;
   std::optional<LoadStage> reported_;
-  double fraction_ = 0.0;  // as last reported
+  double fraction_ = 0.0;  // last reported value
 };
 
 }  // namespace emberline

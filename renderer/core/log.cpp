@@ -23,7 +23,7 @@ constexpr size_t kMostWarningsShown = 100;
 struct LogState {
   std::mutex mutex;
   std::set<std::string, std::less<>> warned;
-  std::vector<std::string> warnings;  // the same, in order
+  std::vector<std::string> warnings;  // in order of appearance
   std::function<void()> before, after;
   std::function<void(LogKind, std::string_view)> sink;
   std::shared_ptr<spdlog::logger> logger;

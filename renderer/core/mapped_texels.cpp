@@ -9,7 +9,7 @@ MappedTexels::MappedTexels(std::shared_ptr<const std::byte> texels, size_t size)
       size_(size),
       asked_(std::make_unique<std::atomic<bool>[]>((size + kPart - 1) / kPart)) {}
 
-// Best effort: a page that does not come is read when it is looked at.
+// Best effort: a page that is not prefetched is read on access.
 void MappedTexels::ask_for_part(size_t part) const {
   asked_[part].store(true, std::memory_order_relaxed);
   const size_t begin = part * kPart;

@@ -1,11 +1,10 @@
-// Texels of one image in a mapped file (io/image/texture_store.h), and the order in which they lie
-// there.
+// Texels of one image in a mapped file (io/image/texture_store.h), and their order in it.
 //
-// Order: squares of kTileSide, one row of squares after the other, so that a page of memory holds
-// what a surface shows together. A row of 4096 texels of 4 bytes is four pages; a square is one.
+// Texels are stored in tiles of kTileSide x kTileSide, row by row, so that a page of memory holds
+// texels that are used together. With 4-byte texels, a row of 4096 is four pages; a tile is one.
 //
-// Reading a page that is not in memory stops the thread until the disk has it. Who looks up many
-// texels asks for all of them first: then the disk works on all of them at once.
+// Reading a page that is not in memory blocks the thread until the disk delivers it. Code that
+// looks up many texels prefetches all of them first, so that the disk reads them concurrently.
 #pragma once
 
 #include <algorithm>
@@ -17,9 +16,9 @@ namespace emberline {
 
 inline constexpr int kTileSide = 32;
 
-// The squares at the right and the bottom are cut off, so there is no padding: in an image of 40 x
-// 35, texel (33, 34) is the second of the last of three rows of 8, which follow 32 * 40 + 3 * 32
-// texels.
+// Tiles at the right and the bottom are cut off, so there is no padding. In an image of 40 x 35,
+// texel (33, 34) is in the last tile, which has 3 rows of 8 texels and starts at index
+// 32 * 40 + 3 * 32; its index within the tile is 2 * 8 + 1.
 inline size_t tiled_index(int width, int height, int x, int y) {
   const int left = x & ~(kTileSide - 1), top = y & ~(kTileSide - 1);
   const int columns = std::min(kTileSide, width - left), rows = std::min(kTileSide, height - top);
@@ -33,22 +32,22 @@ class MappedTexels {
   MappedTexels(std::shared_ptr<const std::byte> texels, size_t size);
 
   const std::byte* data() const { return texels_.get(); }
-  // Has the page of that byte, and some around it, read from the file if need be. Does not wait.
+  // Prefetches the page of this byte and its surroundings. Does not wait.
   void ask_for(size_t byte) const {
     if (!asked_[byte / kPart].load(std::memory_order_relaxed)) ask_for_part(byte / kPart);
   }
-  // The process's share of the memory they are in.
+  // Releases the process's pages of the texels.
   void let_go() const;
 
  private:
-  // What is asked for at once.
+  // Bytes prefetched by one request.
   static constexpr size_t kPart = size_t(1) << 16;
 
   void ask_for_part(size_t part) const;
 
   std::shared_ptr<const std::byte> texels_;
   size_t size_;
-  std::unique_ptr<std::atomic<bool>[]> asked_;  // of each part, since they were let go
+  std::unique_ptr<std::atomic<bool>[]> asked_;  // per part, since the last let_go()
 };
 
 }  // namespace emberline

@@ -1,9 +1,9 @@
-// What a run may take of the machine's memory. Whoever is about to allocate what a file or an
-// option asks for reserves it first, from the sizes that are announced, so that a small file that
-// unfolds to gigabytes is refused before anything of it exists.
+// The memory budget of a run. Code that is about to allocate memory for a file or an option
+// reserves it first, from the announced sizes, so that a small file that expands to gigabytes is
+// refused before anything is allocated.
 //
-// Reached through LoadProgress::budget(), which everything that loads gets. What is reserved stays
-// so as long as the budget lives, unless it is given back.
+// Loading code gets it from LoadProgress::budget(). Memory stays reserved until it is given back or
+// the budget is destroyed.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@
 
 namespace emberline {
 
-// What memory is for, in messages and reports.
+// Purpose of a reservation, for messages and reports.
 enum class MemoryPart : uint8_t { kFile, kGeometry, kTextures, kBvh, kLights, kFilm };
 inline constexpr size_t kMemoryParts = 6;
 std::string_view name_of(MemoryPart part);
@@ -23,7 +23,7 @@ std::string_view name_of(MemoryPart part);
 // Thread-safe.
 class MemoryBudget {
  public:
-  static constexpr uint64_t kUnlimited = UINT64_MAX;  // and nothing is counted
+  static constexpr uint64_t kUnlimited = UINT64_MAX;  // nothing is counted, either
 
   explicit MemoryBudget(uint64_t limit) : limit_(limit) {}
   MemoryBudget(const MemoryBudget&) = delete;
@@ -31,16 +31,16 @@ class MemoryBudget {
 
   static const std::shared_ptr<MemoryBudget>& unlimited();
 
-  // Throws InputError that names `place` if so much is not left; nothing is reserved then.
+  // Throws InputError, naming `place`, if not enough is left; then nothing is reserved.
   void reserve(MemoryPart part, uint64_t bytes, const std::string& place);
-  // False instead of an exception: for callbacks.
+  // Returns false instead of throwing, for use in callbacks.
   bool try_reserve(MemoryPart part, uint64_t bytes) noexcept;
   void give_back(MemoryPart part, uint64_t bytes) noexcept;
-  // What reserve() says beside the place.
+  // The message of reserve() without the place.
   std::string refusal(MemoryPart part, uint64_t bytes) const;
 
-  // A budget of its own with the same limit, in which what is reserved here is gone: for a load,
-  // which reserves here what it took() when it is through.
+  // A separate budget with the same limit that starts with this one's reservations. A load uses it,
+  // and reserves its took() here on success.
   std::shared_ptr<MemoryBudget> rest() const;
   uint64_t took() const { return reserved() - before_; }
 
@@ -58,7 +58,7 @@ class MemoryBudget {
   std::array<std::atomic<uint64_t>, kMemoryParts> parts_{};
 };
 
-// Memory that is only needed for a while: given back when this goes out of scope.
+// A temporary reservation, given back on destruction.
 class MemoryReservation {
  public:
   MemoryReservation() = default;
@@ -73,7 +73,7 @@ class MemoryReservation {
   MemoryReservation& operator=(MemoryReservation&& other) noexcept;
   ~MemoryReservation() { release(); }
 
-  // More of the same. Throws as MemoryBudget::reserve does.
+  // Extends the reservation. Throws as MemoryBudget::reserve() does.
   void add(uint64_t bytes, const std::string& place);
   void release() noexcept;
   uint64_t bytes() const { return bytes_; }
@@ -87,7 +87,7 @@ class MemoryReservation {
   uint64_t bytes_ = 0;
 };
 
-// count * size, or the largest number where that is more: counts come from files.
+// count * size, saturating: counts come from files.
 uint64_t bytes_of(uint64_t count, uint64_t size);
 
 }  // namespace emberline

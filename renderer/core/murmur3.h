@@ -1,5 +1,5 @@
-// MurmurHash3 of 32 bits for x86, by A. Appleby (public domain, 2011), as Cryptomatte's
-// specification asks for. Bytes are read lowest first, whatever the machine.
+// 32-bit MurmurHash3 for x86 by A. Appleby (public domain, 2011), required by the Cryptomatte
+// specification. Bytes are read in little-endian order on any machine.
 #pragma once
 
 #include <bit>

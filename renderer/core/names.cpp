@@ -10,7 +10,7 @@
 
 namespace emberline {
 
-// The usual dynamic program, of which a row is kept.
+// Dynamic programming that keeps one row of the table.
 size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<size_t> row(b.size() + 1);
   for (size_t j = 0; j <= b.size(); ++j) row[j] = j;
@@ -28,7 +28,7 @@ size_t edit_distance(std::string_view a, std::string_view b) {
 
 std::string unknown_name_message(std::string_view kind, std::string_view name,
                                  std::span<const std::string_view> valid) {
-  constexpr size_t kLongestWord = 64;  // a pasted paragraph is not worth comparing
+  constexpr size_t kLongestWord = 64;  // longer names are not compared
   std::string_view nearest;
   size_t nearest_distance = 0;
   for (const std::string_view candidate : valid) {

@@ -1,4 +1,4 @@
-// One wording for every name a user may choose from a table: samplers, filters, integrators,
+// Common wording for every name that users choose from a table: samplers, filters, integrators,
 // drivers. Used only while options are read.
 #pragma once
 
@@ -10,7 +10,7 @@
 
 namespace emberline {
 
-// A row of a table of names that stand for values.
+// A row of a table that maps names to values.
 template <typename T>
 struct NamedValue {
   std::string_view name;
@@ -18,7 +18,7 @@ struct NamedValue {
   T value;
 };
 
-// The name of a value; empty if the table has none for it.
+// The name of a value; empty if the table does not contain it.
 template <typename T>
 std::string_view name_of(std::span<const NamedValue<T>> table, T value) {
   for (const NamedValue<T>& entry : table) {
@@ -32,17 +32,16 @@ std::string_view name_of(std::span<const NamedValue<T>> table, T value) {
 size_t edit_distance(std::string_view a, std::string_view b);
 
 // "unknown sampler 'sobel' (did you mean 'sobol'?); valid names are sobol, independent".
-// A suggestion is made when at most a third of its letters differ, so that nonsense gets none.
+// A name is suggested only if at most a third of its letters differ.
 std::string unknown_name_message(std::string_view kind, std::string_view name,
                                  std::span<const std::string_view> valid);
 
-// Throws UsageError: the option's name and unknown_name_message().
+// Throws UsageError with the option's name and unknown_name_message().
 [[noreturn]] void throw_unknown_name(std::string_view option, std::string_view kind,
                                      std::string_view name,
                                      std::span<const std::string_view> valid);
 
-// The entry of `table` (entries have a `name`) called `name`. Throws UsageError, which starts with
-// the option's name.
+// The entry of `table` with this `name`. Throws UsageError like throw_unknown_name().
 template <typename Table>
 const auto& find_named(const Table& table, std::string_view option, std::string_view kind,
                        std::string_view name) {

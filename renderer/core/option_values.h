@@ -1,5 +1,5 @@
-// Reading the values of options strictly: the whole text, finite, in range; and one wording for
-// what is wrong with them. CLI11's own ranges let NaN through and print floats with six decimals.
+// Strict parsing of option values (the whole text, finite, in range), with common error messages.
+// CLI11's own ranges accept NaN and print floats with six decimals.
 #pragma once
 
 #include <algorithm>
@@ -16,9 +16,9 @@
 
 namespace emberline {
 
-// A finite number, decimal, in the C locale whatever the user's; nothing may stand around it.
+// A finite decimal number in the C locale, without surrounding characters.
 std::optional<double> parse_real(std::string_view text);
-// A whole number written as one: "64", not "64.0" or "1e3".
+// An integer without a fraction or exponent: "64", not "64.0" or "1e3".
 std::optional<int64_t> parse_whole(std::string_view text);
 
 template <typename T>
@@ -34,10 +34,10 @@ std::optional<T> parse_number(std::string_view text) {
   }
 }
 
-// "a,b" -> its parts, without the empty ones; they point into the text.
+// Splits "a,b" into its non-empty parts; they point into `text`.
 std::vector<std::string_view> split_list(std::string_view text);
 
-// "1,2,3" -> numbers, exactly kCount of them.
+// Parses "1,2,3" as exactly kCount numbers.
 template <typename T, size_t kCount>
 bool parse_numbers(std::string_view text, char separator, std::array<T, kCount>& out) {
   for (size_t i = 0; i < kCount; ++i) {
@@ -51,10 +51,10 @@ bool parse_numbers(std::string_view text, char separator, std::array<T, kCount>&
   return true;
 }
 
-// "8G", "1.5M", "4096": bytes, or with K, M, G or T powers of 1024 of them; at least 1.
+// "8G", "1.5M", "4096": bytes, or with K, M, G or T powers of 1024; at least 1.
 std::optional<uint64_t> parse_size(std::string_view text);
 
-// The words that `word` may have meant, for unknown options and commands: names.h does the wording.
+// An error message with suggestions for an unknown option or command; names.h has the wording.
 std::string unknown_word_message(const char* kind, const std::string& word,
                                  const std::vector<std::string>& valid);
 

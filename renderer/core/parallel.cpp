@@ -1,8 +1,8 @@
-// ThreadSanitizer and TBB. What came before a loop happens before its body, and the body before
-// what comes after; but TBB sees to that in its library, which distributions do not instrument, so
-// every loop would look like races. Suppressions cannot help without hiding true races too, since
-// all our threads are TBB's. Therefore TBB's templates are instantiated in this file alone, which
-// is never instrumented itself (renderer/core/CMakeLists.txt) and states the order instead.
+// ThreadSanitizer and TBB: code before a loop happens before its body, and the body before the code
+// after it. TBB ensures this inside its library, which distributions do not instrument, so every
+// loop would look like a race. Suppressions would hide real races too, since all our threads are
+// TBB's. Therefore only this file instantiates TBB's templates; it is not instrumented
+// (renderer/core/CMakeLists.txt) and declares the order explicitly.
 #include "renderer/core/parallel.h"
 
 #include <tbb/blocked_range.h>
@@ -17,7 +17,7 @@ namespace emberline::parallel_detail {
 namespace {
 
 #ifdef EMBERLINE_THREAD_SANITIZER
-// Two addresses, so that one call of the body is not taken to happen before another.
+// Separate addresses for begin and end, so that calls of the body are not ordered among each other.
 class LoopOrder {
  public:
   LoopOrder() { __tsan_release(&begin_); }

@@ -1,8 +1,8 @@
-// TBB's loops as this project uses them. They return when every call has; the first exception
-// thrown in one ends the loop and is thrown again here. Called from any thread, may be nested.
+// Parallel loops over TBB. They return when every call has returned; the first exception ends the
+// loop and is rethrown here. They may be called from any thread and nested.
 //
-// The only way into them, so that ThreadSanitizer learns what is ordered (see parallel.cpp). One
-// call through a pointer per part, not per index.
+// All code must use these instead of TBB, so that ThreadSanitizer sees the ordering (see
+// parallel.cpp). They cost one indirect call per part, not per index.
 #pragma once
 
 #include <cstddef>
@@ -18,8 +18,8 @@ void run(size_t count, size_t grain, Split split,
 
 namespace emberline {
 
-// body(begin, end) for parts of [0, count); TBB chooses them, and splits none of `grain` indices or
-// fewer.
+// Calls body(begin, end) for parts of [0, count) chosen by TBB, which does not split parts of
+// `grain` or fewer indices.
 template <typename Body>
 void parallel_ranges(size_t count, size_t grain, const Body& body) {
   const auto call = [](const void* erased, size_t begin, size_t end) {
@@ -28,7 +28,7 @@ void parallel_ranges(size_t count, size_t grain, const Body& body) {
   parallel_detail::run(count, grain, parallel_detail::Split::kAsTbbLikes, call, &body);
 }
 
-// body(i) for each i below count, in parts that TBB chooses.
+// Calls body(i) for each i < count, in parts chosen by TBB.
 template <typename Body>
 void parallel_each(size_t count, size_t grain, const Body& body) {
   parallel_ranges(count, grain, [&](size_t begin, size_t end) {
@@ -40,7 +40,7 @@ void parallel_each(size_t count, const Body& body) {
   parallel_each(count, 1, body);
 }
 
-// body(i) for each i below count, each a task of its own: for few and long ones.
+// Calls body(i) for each i < count as a separate task, for a few long calls.
 template <typename Body>
 void parallel_tasks(size_t count, const Body& body) {
   const auto call = [](const void* erased, size_t begin, size_t) {

@@ -1,4 +1,4 @@
-// A channel of a picture: of a film, a frame or an EXR file.
+// A channel of a film, a frame or an EXR file.
 #pragma once
 
 #include <cstdint>

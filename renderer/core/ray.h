@@ -1,4 +1,4 @@
-// A ray and what it may hit.
+// Rays, their batch size and the largest coordinate.
 #pragma once
 
 #include <limits>
@@ -7,23 +7,23 @@
 
 namespace emberline {
 
-// Rays that are made, or looked up in the environment, together: the samples of one block.
+// Number of rays generated, or looked up in the environment, together: one block of samples.
 inline constexpr int kRayBatch = 16;
 
 inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-// The largest coordinate of an origin or an unnormalised direction. Embree takes them up to 1.84e18
-// (FLT_LARGE of kernels/common/ray.h, 3.13 and 4), and where its assertions are built in, as in
-// Debian's, ends the process over others; float squares them up to 1.8e19.
+// The largest coordinate of an origin or an unnormalised direction. Embree accepts up to 1.84e18
+// (FLT_LARGE in kernels/common/ray.h, 3.13 and 4) and aborts beyond that where its assertions are
+// compiled in, as in Debian. Squares overflow float beyond 1.8e19.
 inline constexpr double kFarthestOrigin = 1e18;
 
 // Points origin + t * direction for t in [0, t_max], in the scene's internal space (rebased, see
-// scene.h). Origins are already offset from the surface they leave, so there is no t_min.
+// scene.h). Origins are already offset from their surface, so there is no t_min.
 struct Ray {
   Vec3f origin;
   Vec3f direction;
   float t_max = kInfinity;
-  float time = 0.0f;  // in [0, 1], from the shutter's opening to its closing
+  float time = 0.0f;  // in [0, 1], from shutter open to close
 };
 
 }  // namespace emberline

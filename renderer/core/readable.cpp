@@ -15,7 +15,7 @@ std::string readable_count(uint64_t count) {
 std::string readable_number(double value, int digits) {
   if (std::isnan(value)) return "none";
   if (std::isinf(value)) return value > 0 ? "infinite" : "-infinite";
-  // 12345 to three digits is 12345: a whole number's digits are not hidden behind an exponent.
+  // Whole numbers keep all their digits instead of an exponent: 12345 to three digits is 12345.
   const double size = std::abs(value);
   if (size >= std::pow(10.0, digits) - 0.5 && size < 1e9) return fmt::format("{:.0f}", value);
   return fmt::format("{:.{}g}", value, digits);

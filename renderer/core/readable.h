@@ -1,4 +1,4 @@
-// Numbers for people. The same text in any locale.
+// Formats numbers for people, independently of the locale.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@ namespace emberline {
 // "14,745,600".
 std::string readable_count(uint64_t count);
 
-// So many significant digits (1 to 15), without trailing zeros: "0.0312", "1234", "1.5e-07"; "none"
+// `digits` significant digits (1 to 15) without trailing zeros: "0.0312", "1234", "1.5e-07"; "none"
 // for NaN, "infinite" for infinity.
 std::string readable_number(double value, int digits = 3);
 
@@ -19,7 +19,7 @@ std::string readable_bytes(uint64_t bytes);
 // "820 us", "59.3 ms", "12.3 s", "3 min 20 s", "2 h 05 min".
 std::string readable_seconds(double seconds);
 
-// "25.3 %" of a share from 0 to 1.
+// "25.3 %" for a share in [0, 1].
 std::string readable_percent(double share);
 
 }  // namespace emberline

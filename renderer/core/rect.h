@@ -13,7 +13,7 @@ struct Rect {
   int width() const { return std::max(0, x1 - x0); }
   int height() const { return std::max(0, y1 - y0); }
   int64_t area() const { return int64_t(width()) * height(); }
-  // Pixels numbered by rows from the top, and back.
+  // Pixels are numbered by rows from the top.
   size_t index_of(int x, int y) const { return size_t(y - y0) * size_t(width()) + size_t(x - x0); }
   int x_of(size_t i) const { return x0 + int(i % size_t(width())); }
   int y_of(size_t i) const { return y0 + int(i / size_t(width())); }

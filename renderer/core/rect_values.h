@@ -1,5 +1,5 @@
-// Values of pixels, as many for each, interleaved by rows: those of a rectangle in and out of those
-// of a frame that holds it.
+// Copies the values of a rectangle out of and into a frame. Each pixel has the same number of
+// values, interleaved, in row order.
 #pragma once
 
 #include <algorithm>
@@ -25,7 +25,7 @@ std::vector<typename Values::value_type> take_rect(const Values& values, const R
   return taken;
 }
 
-// Threads may do so side by side for parts that have no pixel in common.
+// Thread-safe for disjoint parts.
 template <class Part, class Values>
 void put_rect(const Part& pixels, const Rect& part, const Rect& frame, Values& values) {
   const size_t count = pixels.size() / size_t(part.area());

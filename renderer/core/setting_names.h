@@ -1,6 +1,6 @@
-// How messages and help texts name settings. In the sources a setting's name stands between
-// backticks, as `noise-threshold`; the program that runs spells it as its users write it: the
-// command --noise-threshold, Python noise_threshold.
+// Spelling of setting names in messages and help texts. The sources write a name in backticks, as
+// `noise-threshold`; each program spells it as its users do: --noise-threshold in the command,
+// noise_threshold in Python.
 #pragma once
 
 #include <string>
@@ -8,10 +8,11 @@
 
 namespace emberline {
 
-// What stands in place of the backticks and the name; empty: this is no setting, and all stays.
+// Returns the replacement for the backticks and the name, or an empty string to keep both if this
+// is not a setting.
 using SpellSetting = std::string (*)(std::string_view name);
 
-// For the whole process, before its first message. As long as nobody has: the bare name.
+// Process-wide; call it before the first message. The default is the bare name.
 void spell_settings(SpellSetting spell);
 
 std::string spelled(std::string_view text);

@@ -1,4 +1,4 @@
-// Foreign texts in messages: none makes a message long.
+// Limits the length of texts from outside in messages.
 #pragma once
 
 #include <string>
@@ -6,7 +6,7 @@
 
 namespace emberline {
 
-// Cut to a length that fits a message.
+// Cuts a text for use within a message.
 inline std::string shortened(std::string_view text) {
   constexpr size_t kLongest = 80;
   std::string cut(text.substr(0, kLongest));
@@ -14,8 +14,7 @@ inline std::string shortened(std::string_view text) {
   return cut;
 }
 
-// A whole message. What is longer than any that this program has to say is cut in its middle: its
-// beginning says where, its end what to do.
+// Cuts an overlong message in the middle: its beginning says where, its end what to do.
 inline std::string fitting(std::string_view message) {
   constexpr size_t kBeginning = 1500, kEnd = 500;
   if (message.size() <= kBeginning + kEnd) return std::string(message);

@@ -1,5 +1,5 @@
-// The sum over any rectangle of a picture in four reads (Crow 1984, "Summed-Area Tables for Texture
-// Mapping"). Of whole numbers: exact, whatever their order.
+// The sum over any rectangle of an image in four reads (Crow 1984, "Summed-Area Tables for Texture
+// Mapping"). Sums are of integers, so they are exact.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@ namespace emberline {
 
 class SummedAreas {
  public:
-  // value(i) of each pixel, by rows from the top; in parallel.
+  // value(i) returns the value of pixel i, in row order; called in parallel.
   template <typename Value>
   SummedAreas(int width, int height, const Value& value)
       : pitch_(size_t(width) + 1), sums_(pitch_ * (size_t(height) + 1)) {

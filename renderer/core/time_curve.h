@@ -1,4 +1,4 @@
-// What changes while the shutter is open, at times of its own: 0 opens it, 1 closes it. Plain data
+// Values that change while the shutter is open, from time 0 (open) to time 1 (close). Plain data
 // and pure functions.
 #pragma once
 
@@ -7,14 +7,15 @@
 
 namespace emberline {
 
-// Values at times that do not fall, one at least, and straight lines between them; before the first
-// and behind the last its value. Where two have one time it jumps: the later counts from then on.
+// A piecewise linear curve with at least one key, constant before the first and after the last.
+// Times are non-decreasing; at two equal times the value jumps, and the later key applies from then
+// on.
 template <class Value>
 struct TimeCurve {
   std::vector<float> times;
   std::vector<Value> values;
 
-  // Takes the logarithm of their number.
+  // Binary search, logarithmic in the number of keys.
   Value at(float time) const {
     const auto behind = size_t(std::upper_bound(times.begin(), times.end(), time) - times.begin());
     if (behind == 0) return values.front();
@@ -25,10 +26,10 @@ struct TimeCurve {
   }
 };
 
-// When a thing is there: it comes and goes in turn.
+// Visibility over time; each change toggles it.
 struct ShownTimes {
   bool at_opening = true;
-  std::vector<float> changes;  // which do not fall
+  std::vector<float> changes;  // non-decreasing times
 
   bool at(float time) const {
     const auto passed = std::upper_bound(changes.begin(), changes.end(), time) - changes.begin();

@@ -1,4 +1,4 @@
-// Value types of the whole renderer: Imath vectors under the names this project uses.
+// Value types of the renderer: Imath vectors under project names.
 //
 // Rgb is linear Rec. 709 radiance or reflectance; products of two Rgb are component-wise.
 // Directions named wo and wi point away from the surface.
@@ -21,11 +21,10 @@ using Vec4f = Imath::V4f;
 using Mat44d = Imath::M44d;  // row vectors: p' = p * M, translation in the last row
 using Rgb = Imath::V3f;
 
-// a * b + c, rounded once. The compiler is told not to fuse by itself (-ffp-contract=off): a
-// picture's bits must not depend on what it inlines. So hot code says where it pays, with these and
-// with the products of vectors below; Imath's own operators round every product. Always inlined,
-// with what is made of them: GCC takes std::fma for a call until long after it has decided what to
-// inline.
+// a * b + c, rounded once. Implicit fusing is off (-ffp-contract=off), because an image's bits must
+// not depend on what the compiler inlines; hot code fuses explicitly with these functions and the
+// vector products below. Imath's own operators round every product. All are always_inline, since
+// GCC treats std::fma as a call until after its inlining decisions.
 [[gnu::always_inline]] inline float fma(float a, float b, float c) { return std::fma(a, b, c); }
 [[gnu::always_inline]] inline double fma(double a, double b, double c) { return std::fma(a, b, c); }
 [[gnu::always_inline]] inline Vec2f fma(const Vec2f& a, float b, const Vec2f& c) {
@@ -58,7 +57,7 @@ template <class T>
 inline Vec3d to_double(const Vec3f& v) { return {v.x, v.y, v.z}; }
 inline Vec3f to_float(const Vec3d& v) { return {float(v.x), float(v.y), float(v.z)}; }
 inline Vec3d row(const Mat44d& m, int i) { return {m[i][0], m[i][1], m[i][2]}; }
-// An affine matrix's image of a point; Imath's own divides by w.
+// The image of a point under an affine matrix, without Imath's division by w.
 inline Vec3d transform_point(const Mat44d& m, const Vec3d& p) {
   return fma(row(m, 0), p.x, fma(row(m, 1), p.y, fma(row(m, 2), p.z, row(m, 3))));
 }
@@ -76,11 +75,10 @@ inline bool is_finite(const Vec3f& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-// Unit vector along v; `fallback` when v is too short to have a direction (its squared length
-// underflows float) or is not finite.
+// Unit vector along v, or `fallback` if v is not finite or its squared length underflows.
 inline Vec3f normalize_or(const Vec3f& v, const Vec3f& fallback) {
   const float short_length2 = dot(v, v);
-  if (short_length2 > 1e-20f && short_length2 < 1e20f) {  // far from float's limits: the usual case
+  if (short_length2 > 1e-20f && short_length2 < 1e20f) {  // common case, far from float's limits
     return v * (1.0f / std::sqrt(short_length2));
   }
   const double length2 = dot(to_double(v), to_double(v));

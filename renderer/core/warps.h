@@ -1,8 +1,8 @@
-// Maps from the unit square to the shapes that light transport samples. Their inverses, and the
-// densities that only tests need, are in tests/support/warp_inverses.h.
+// Maps from the unit square to shapes that light transport samples. Their inverses, and densities
+// that only tests need, are in tests/support/warp_inverses.h.
 //
-// u is in [0, 1)^2. Directions are unit; densities are with respect to solid angle unless a name
-// says area. All functions are pure.
+// u is in [0, 1)^2. Directions are unit vectors; densities are with respect to solid angle unless
+// the name says area. All functions are pure.
 #pragma once
 
 #include "renderer/core/constants.h"

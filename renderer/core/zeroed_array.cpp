@@ -11,7 +11,7 @@
 
 namespace emberline {
 
-// From here on pages are huge.
+// Larger arrays get huge pages.
 constexpr size_t kLarge = size_t(8) << 20;
 
 void prefer_huge_pages([[maybe_unused]] void* data, [[maybe_unused]] size_t bytes) {
@@ -20,7 +20,7 @@ void prefer_huge_pages([[maybe_unused]] void* data, [[maybe_unused]] size_t byte
   if (bytes < kLarge) return;
   const uintptr_t first = (reinterpret_cast<uintptr_t>(data) + kPage - 1) & ~(kPage - 1);
   const uintptr_t last = (reinterpret_cast<uintptr_t>(data) + bytes) & ~(kPage - 1);
-  // Advice: where it is refused, the small pages do.
+  // Advisory: if the kernel refuses, small pages are used.
   (void)madvise(reinterpret_cast<void*>(first), last - first, MADV_HUGEPAGE);
 #endif
 }

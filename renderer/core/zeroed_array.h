@@ -1,6 +1,6 @@
-// An array that is all zero bits when it is made. The system hands out small pages of its memory on
-// first use, so that a film costs nothing until samples come. Huge pages, of which the first few
-// samples of a frame would touch every one, are taken by all threads together.
+// A zero-initialised array. Small pages are allocated by the system on first use, so a film costs
+// nothing until samples arrive. Huge pages are touched up front by all threads, since the first few
+// samples of a frame would touch every one.
 #pragma once
 
 #include <cassert>
@@ -12,15 +12,16 @@
 
 namespace emberline {
 
-// Asks for pages of 2 MiB instead of 4 KiB under a large array: a bisection frame of 1280 x 720
-// touched 16,000 pages in its first pass, a sixth of the time of that pass.
+// Requests pages of 2 MiB instead of 4 KiB for a large array. A bisection frame of 1280 x 720
+// touches 16,000 small pages in its first pass, a sixth of that pass's time.
 void prefer_huge_pages(void* data, size_t bytes);
 
-// The same for memory that is zero, and all its huge pages are there on return. Cleared one by one,
-// as samples come, they held up a first pass of bisection.
+// Requests huge pages for memory that is already zero, and touches all of them. Otherwise they are
+// cleared one by one as samples arrive, which delays a first pass of bisection
+// (tests/bench/results, "Many threads").
 void take_huge_pages(void* zeroes, size_t bytes);
 
-// Sets all to zero; large ones with all threads.
+// Sets all bytes to zero, with all threads if the array is large.
 void clear_bytes(void* data, size_t bytes);
 
 template <typename T>
@@ -28,10 +29,10 @@ class ZeroedArray {
   static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T>);
 
  public:
-  // `size` zeroes; keeps its memory where that suffices. Throws std::bad_alloc.
+  // Makes an array of `size` zeroes; reuses its memory if large enough. Throws std::bad_alloc.
   void reset(size_t size) {
     if (size > capacity_) {
-      data_.reset();  // before the new memory is asked for
+      data_.reset();  // free the old memory first
       capacity_ = 0;
       data_.reset(static_cast<T*>(std::calloc(size, sizeof(T))));
       if (!data_) throw std::bad_alloc();

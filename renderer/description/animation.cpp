@@ -8,15 +8,15 @@
 namespace emberline {
 namespace {
 
-// Between `key` and the one behind it.
+// A position between `key` and the next one.
 struct Segment {
   size_t key = 0;
-  double share = 0.0;     // of it that is over; 0: at the key, or held
+  double share = 0.0;     // fraction of the segment that has passed; 0: at the key, or held
   double duration = 0.0;  // seconds
 };
 
-// A time that rounds to a key's is at the key: frame 1 of 24 a second lies a little before the
-// float that stands for it, and a step must be over by then.
+// A time that rounds to a key's float counts as the key: frame 1 of 24 per second lies slightly
+// before its float, and a step must already have happened there.
 Segment find_segment(const std::vector<float>& times, double time) {
   const auto behind = std::upper_bound(times.begin(), times.end(), float(time));
   if (behind == times.begin()) return {};
@@ -37,7 +37,7 @@ Quaternion quaternion_at(const float* numbers) {
   return {numbers[0], numbers[1], numbers[2], numbers[3]};
 }
 
-// Appendix C, "Cubic Spline Interpolation". `at` is the first key's in-tangent.
+// Appendix C, "Cubic Spline Interpolation". `at` points to the first key's in-tangent.
 void sample_spline(const float* at, size_t width, const Segment& segment, std::span<double> value) {
   const double t = segment.share, t2 = t * t, t3 = t2 * t;
   const float *from = at + width, *out_tangent = at + 2 * width;
@@ -50,7 +50,7 @@ void sample_spline(const float* at, size_t width, const Segment& segment, std::s
   }
 }
 
-// A spline through opposite quaternions may pass through none: the nearer key then stands.
+// A spline through opposite quaternions may pass through zero; the nearer key is used then.
 void normalise(std::span<double> value, const float* from, const float* to, double share) {
   double length = length_of(value);
   if (!(length > 0.0)) {

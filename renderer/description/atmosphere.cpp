@@ -9,9 +9,9 @@ namespace {
 
 constexpr double kFirst = 380, kStep = 20;  // nm
 
-// The sun outside the air in W/m^2/nm, after ASTM G-173 (E-490), and how much ozone takes in at 233
-// K in 1e-26 m^2, after V. Gorshelev, A. Serdyuchenko et al., "High spectral resolution ozone
-// absorption cross-sections" (2014).
+// The sun's irradiance outside the atmosphere in W/m^2/nm, after ASTM G-173 (E-490), and the
+// absorption cross-section of ozone at 233 K in 1e-26 m^2, after V. Gorshelev, A. Serdyuchenko et
+// al., "High spectral resolution ozone absorption cross-sections" (2014).
 constexpr std::array<double, kBands> kSun = {1.0798, 1.7291, 1.6506, 1.9734, 2.0213, 1.9459,
                                              1.8733, 1.8808, 1.8509, 1.8343, 1.7981, 1.7249,
                                              1.6642, 1.5631, 1.5338, 1.4611};
@@ -19,11 +19,11 @@ constexpr std::array<double, kBands> kOzone = {0.0473, 0.2145, 0.6986, 1.949, 4.
                                                15.41,  24.47,  32.955, 44.69, 45.495, 46.62,
                                                34.775, 24.5,   16.625, 10.757};
 
-// 300 Dobson units of 2.687e20 molecules/m^2, in a layer as thick as 15 km of its middle.
+// 300 Dobson units of 2.687e20 molecules/m^2, equivalent to 15 km at the layer's peak density.
 constexpr double kOzoneMolecules = 300 * 2.687e20 / 15e3;
 
-// The CIE 1931 observer, after C. Wyman, P.-P. Sloan, P. Shirley, "Simple Analytic Approximations
-// to the CIE XYZ Color Matching Functions" (JCGT 2013), the fit of several lobes.
+// The CIE 1931 observer by the multi-lobe fit of C. Wyman, P.-P. Sloan, P. Shirley, "Simple
+// Analytic Approximations to the CIE XYZ Color Matching Functions" (JCGT 2013).
 Vec3d observer(double nm) {
   const auto lobe = [nm](double mean, double below, double above) {
     const double t = (nm - mean) / (nm < mean ? below : above);
@@ -42,7 +42,7 @@ Vec3d rec709(const Vec3d& xyz) {
           0.0557 * xyz.x - 0.2040 * xyz.y + 1.0570 * xyz.z};
 }
 
-// What each band adds.
+// The colour contribution of each band.
 std::array<Vec3d, kBands> make_colours() {
   constexpr double kLumensPerWatt = 683;
   std::array<Vec3d, kBands> colours;

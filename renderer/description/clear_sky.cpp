@@ -19,7 +19,7 @@ using namespace atmosphere;
 constexpr double kRadian = kPiD / 180;
 constexpr double kSunRadius = 0.265 * kRadian;
 
-// What light meets on a way, as metres of the densest.
+// Amounts along a ray, as metres at the reference densities.
 struct Column {
   double rayleigh = 0, haze = 0, ozone = 0;
 
@@ -45,18 +45,19 @@ Spectrum transmittance(const Column& column) {
   return result;
 }
 
-// The way out of the air, or to the ground, from a radius at a cosine to the zenith.
+// Distance to the top of the atmosphere, or to the ground, from a radius at a cosine to the zenith.
 double way_to_top(double radius, double cosine) {
   const double across = radius * cosine;
   return -across + std::sqrt(std::max(0.0, across * across + kTop * kTop - radius * radius));
 }
-double way_to_ground(double radius, double cosine) {  // negative: there is none
+double way_to_ground(double radius, double cosine) {  // negative: it does not reach the ground
   const double across = radius * cosine, d = across * across + kGround * kGround - radius * radius;
   return cosine < 0 && d >= 0 ? std::max(0.0, -across - std::sqrt(d)) : -1;
 }
 
-// Midpoints of `steps` pieces of a way that grow with the distance, since air is densest where one
-// is; visit(place, radius, metres, column up to there). Returns the whole column.
+// Visits the midpoints of `steps` pieces of a ray that grow with the distance, since air is densest
+// at the start; calls visit(place, radius, metres, density, column up to there). Returns the whole
+// column.
 template <typename Visit>
 Column march(const Vec3d& from, const Vec3d& direction, double length, int steps,
              const Visit& visit) {
@@ -75,8 +76,8 @@ Column march(const Vec3d& from, const Vec3d& direction, double length, int steps
   return column;
 }
 
-// Values over height, denser near the ground, and over the angle between zenith and sun, about an
-// angle.
+// Values over height, with higher resolution near the ground, and over the angle between zenith and
+// sun in a range around `middle`.
 template <typename Value>
 class SkyTable {
  public:
@@ -96,7 +97,7 @@ class SkyTable {
     });
   }
 
-  // The four values around a place, with their weights.
+  // Calls take(value, weight) for the four values around a place.
   template <typename Take>
   void around(double radius, double angle, const Take& take) const {
     const double height = std::clamp((radius - kGround) / (kTop - kGround), 0.0, 1.0);
@@ -117,8 +118,8 @@ class SkyTable {
   std::vector<Value> values_;
 };
 
-// From the ground one looks 10 degrees round the earth until the air ends; from there as far again,
-// and there and back.
+// A ray from the ground passes 10 degrees around the earth before it leaves the atmosphere; a
+// second ray from there goes equally far, in either direction.
 constexpr double kViewReach = 10.6 * kRadian, kSecondReach = 32 * kRadian;
 constexpr int kViewSteps = 64, kSecondSteps = 24;
 
@@ -139,7 +140,7 @@ class Sky {
         [this](double radius, double angle) { return all_further_scattering(radius, angle); });
   }
 
-  // What reaches a place of the sun's light; the sun is a disc that sets.
+  // The sunlight that reaches a place; the sun is a disc that sets.
   Spectrum sunlight(double radius, double angle, const Column& further) const {
     const double horizon = kPiD / 2 + std::acos(std::min(1.0, kGround / radius));
     const double seen = std::clamp(0.5 + (horizon - angle) / (2 * kSunRadius), 0.0, 1.0);
@@ -152,11 +153,11 @@ class Sky {
     return light;
   }
 
-  // Light that is seen at the ground, but for the phase functions of what is scattered once.
+  // Light seen from the ground, without the phase functions of single scattering.
   struct Seen {
     Vec3d rayleigh = Vec3d(0.0), haze = Vec3d(0.0), again = Vec3d(0.0);
   };
-  // Of a direction above the horizon, `azimuth` from the sun's.
+  // For a direction above the horizon, `azimuth` from the sun's.
   Seen look(double elevation, double azimuth) const {
     const Coefficients& c = coefficients();
     const Vec3d sun(std::cos(elevation_), std::sin(elevation_), 0);
@@ -188,10 +189,10 @@ class Sky {
   }
 
  private:
-  // Hillaire's equations 5 to 10: what is scattered a second time at a place, and its geometric
-  // sum. The sun's irradiance outside the air is 1.
+  // Hillaire's equations 5 to 10: second-order scattering at a place, and its geometric series. The
+  // sun's irradiance outside the atmosphere is 1.
   Spectrum all_further_scattering(double radius, double angle) const {
-    constexpr int kZeniths = 16, kAzimuths = 4;  // of half the sphere: it is symmetric
+    constexpr int kZeniths = 16, kAzimuths = 4;  // half of the sphere, by symmetry
     const Coefficients& c = coefficients();
     const Vec3d from(0, radius, 0), sun(std::sin(angle), std::cos(angle), 0);
     Spectrum second{}, share{};
@@ -234,11 +235,11 @@ class Sky {
   SkySettings settings_;
   double elevation_;
   SkyTable<Column> towards_sun_;
-  SkyTable<Spectrum> again_;  // light, from everywhere alike, that has been scattered before
+  SkyTable<Spectrum> again_;  // multiply scattered light, taken as isotropic
 };
 
-// The upper half of the map: what is seen, interpolated between rays that are denser towards the
-// horizon, with the phase functions of each texel itself.
+// The upper half of the map, interpolated between rays that are denser towards the horizon, with
+// the phase functions evaluated per texel.
 class SkyPainter {
  public:
   SkyPainter(const Sky& sky, const SkySettings& settings)
@@ -249,7 +250,7 @@ class SkyPainter {
     });
   }
 
-  // `azimuth`: to the sun's, in any turn. Not negative.
+  // `azimuth`: relative to the sun's, any multiple of a turn. The elevation must not be negative.
   Vec3d radiance(double elevation, double azimuth) const {
     const double turned = std::abs(std::remainder(azimuth, 2 * kPiD));
     const double y = std::sqrt(elevation / (kPiD / 2)) * (kRows - 1);
@@ -296,11 +297,11 @@ EnvironmentDescription clear_sky(const SkySettings& settings) {
                 sizeof value);
   };
 
-  std::vector<Vec3d> fallen(size_t(above), Vec3d(0.0));  // on the ground, of each row
+  std::vector<Vec3d> fallen(size_t(above), Vec3d(0.0));  // on the ground, per row
   parallel_each(size_t(above), [&](size_t row) {
     const double up = kPiD / 2 - kPiD * (double(row) + 0.5) / height;
     for (int x = 0; x < width; ++x) {
-      // From +X towards +Z, which an azimuth does a quarter later.
+      // The longitude goes from +X towards +Z; an azimuth starts a quarter turn earlier, at -Z.
       const double longitude = (double(x) + 0.5) / width * 2 * kPiD - kPiD;
       const Vec3d radiance = painter.radiance(up, longitude + kPiD / 2 - azimuth);
       put(x, int(row), radiance);

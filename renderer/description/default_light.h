@@ -1,12 +1,12 @@
-// Light for a scene that has none.
+// A default light for scenes without one.
 #pragma once
 
 namespace emberline {
 
 struct SceneDescription;
 
-// Gives a description without any light a plain white environment, and a warning, unless it may be
-// dark or everything placed is unlit. From then on it may be dark: calling it again does nothing.
+// Adds a plain white environment to a description without light, and warns, unless it may be dark
+// or everything placed is unlit. Sets `may_be_dark`, so that later calls do nothing.
 void add_default_light(SceneDescription& description);
 
 }  // namespace emberline

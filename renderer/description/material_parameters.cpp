@@ -17,7 +17,7 @@ struct Range {
 constexpr Range kShare = {0.0, 1.0}, kLight = {0.0, edit_limits::kBrightest},
                 kLength = {1.0 / edit_limits::kFarthest, edit_limits::kFarthest},
                 kDegrees = {-edit_limits::kMostTurns, edit_limits::kMostTurns};
-// Far beyond what any material has.
+// Far beyond real materials.
 constexpr Range kIndex = {1.0, 1e4}, kSpecular = {0.0, 1e4}, kNanometres = {0.0, 1e6},
                 kDispersion = {0.0, 1e3}, kNormalScale = {-1e3, 1e3};
 

@@ -1,5 +1,5 @@
-// The parameters of a material that edits may replace, in one table: apply() (scene_edits.h), the
-// file of edits (io/json/edits_file.h) and the window's panel go by it. To add one: a member of
+// The table of material parameters that edits may replace. It drives apply() (scene_edits.h), the
+// edits file (io/json/edits_file.h) and the window's panel. To add one, add a member of
 // MaterialEdit and a row.
 #pragma once
 
@@ -11,20 +11,20 @@
 
 namespace emberline {
 
-// A number or a colour. What is absent in an edit stays as the file has it.
+// A number or a colour. Values that are absent in an edit stay as in the file.
 struct MaterialParameter {
-  std::string_view name;  // in a file of edits
-  double least, most;     // of an edit, each channel of a colour
+  std::string_view name;  // in an edits file
+  double least, most;     // range of an edit, per channel of a colour
   std::optional<float> MaterialEdit::*edited_number = nullptr;
   float MaterialDescription::*number = nullptr;
   std::optional<Rgb> MaterialEdit::*edited_color = nullptr;
   Rgb MaterialDescription::*color = nullptr;
-  float unit = 1.0f;  // of an edited number, in that of MaterialDescription
+  float unit = 1.0f;  // unit of an edited number, in units of MaterialDescription
 };
 
-// In the order in which a file of edits has them.
+// In the order of the edits file.
 std::span<const MaterialParameter> material_parameters();
-// `name` is one of the table's (asserted).
+// `name` must be in the table (asserted).
 const MaterialParameter& material_parameter(std::string_view name);
 
 }  // namespace emberline

@@ -1,4 +1,4 @@
-// What a triangle mesh holds for each vertex and triangle, as it is read and as it is traced.
+// Arrays of a triangle mesh per vertex and triangle, as loaded and as traced.
 #pragma once
 
 #include <array>
@@ -9,29 +9,29 @@
 
 namespace emberline {
 
-// Where a deforming mesh's vertices are at one time: as many of each as the mesh has.
+// Vertices of a deforming mesh at one time, as many as the mesh has.
 struct MeshStep {
   std::vector<Vec3f> positions;
   std::vector<Vec3f> normals;
   std::vector<Vec4f> tangents;
 };
 
-// Positions, and every attribute that is present, have one entry per vertex.
+// Positions and each attribute that is present have one entry per vertex.
 struct MeshArrays {
   std::vector<Vec3f> positions;
   std::vector<std::array<uint32_t, 3>> triangles;  // indices < positions.size(); CCW is the front
   std::vector<Vec3f> normals;   // empty: flat shading. Unit length or zero (unusable).
   std::vector<Vec4f> tangents;  // empty: none needed. xyz unit, w = +-1 (MikkTSpace convention).
-  std::vector<std::vector<Vec2f>> uv_sets;  // each empty or full
-  std::vector<Vec4f> colors;                // COLOR_0 linear rgba; empty: white
+  std::vector<std::vector<Vec2f>> uv_sets;  // each empty or complete
+  std::vector<Vec4f> colors;                // COLOR_0, linear rgba; empty: white
   std::vector<MeshStep> motion = {};        // see Motion in scene_description.h
-  std::vector<Vec3f> later = {};            // positions; see LaterInstance there
-  // Of a file that can be posed again, a mesh that does not deform: its number, which is the same
-  // in every pose. 0: none.
+  std::vector<Vec3f> later = {};            // positions; see LaterInstance in scene_description.h
+  // Number of a mesh that does not deform, in a file that can be posed; it is the same in all
+  // poses. 0: none.
   uint64_t key = 0;
 };
 
-// Calls use(array) for each array of a mesh that has an entry per vertex, or none.
+// Calls use(array) for each per-vertex array of a mesh; arrays may be empty.
 template <class Mesh, class Use>
 void for_each_vertex_array(Mesh& mesh, const Use& use) {
   use(mesh.positions);
@@ -47,7 +47,7 @@ void for_each_vertex_array(Mesh& mesh, const Use& use) {
   }
 }
 
-// Bytes that the arrays take.
+// Bytes used by the arrays.
 inline uint64_t held_bytes(const MeshArrays& mesh) {
   const auto bytes = [](const auto& array) { return array.capacity() * sizeof(array[0]); };
   uint64_t sum = bytes(mesh.triangles) + bytes(mesh.uv_sets) + bytes(mesh.motion);

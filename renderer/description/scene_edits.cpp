@@ -27,7 +27,7 @@ std::string list_all(const char* what, const std::vector<Named>& list) {
   throw InputError(place.empty() ? "edits" : place, message);
 }
 
-// The index of what `target` means in a list of `what`s.
+// The index of `target` in a list of entries of kind `what`.
 template <class Named>
 size_t find_target(const EditTarget& target, const char* what, const std::vector<Named>& list) {
   if (const std::optional<size_t> found = find_entry(target, list)) return *found;
@@ -42,7 +42,7 @@ size_t find_target(const EditTarget& target, const char* what, const std::vector
                                    count, what, shortened(target.name), listed));
 }
 
-// By its own name, or by that of its node where no camera has it and one node has.
+// Finds a camera by its name, or by its node's name if no camera has the name and one node does.
 size_t find_camera(const EditTarget& target, const std::vector<CameraDescription>& cameras) {
   const auto is_node = [&](const CameraDescription& camera) { return camera.node == target.name; };
   if (!target.name.empty() && !find_entry(target, cameras) &&
@@ -53,7 +53,7 @@ size_t find_camera(const EditTarget& target, const std::vector<CameraDescription
   return find_target(target, "camera", cameras);
 }
 
-// A finite product: of a brightness near float's end more is the same.
+// A product clamped to float's range: near the maximum, more makes no difference.
 Rgb scaled(const Rgb& value, const Rgb& factor) {
   const auto product = [](float a, float b) {
     return std::min(a * b, std::numeric_limits<float>::max());
@@ -99,7 +99,7 @@ class EditApplication {
 
   const SceneEdits& edits_;
   SceneDescription& scene_;
-  std::vector<size_t> lights_, materials_;  // what each edit means
+  std::vector<size_t> lights_, materials_;  // indices of the edits' targets
   int variant_ = -1;
 };
 
@@ -146,7 +146,7 @@ void EditApplication::check_targets() {
 
 void EditApplication::check_fits(const MaterialEdit& edit,
                                  const MaterialDescription& material) const {
-  // The extension keeps what has an index of 0 as it is ("Backwards Compatibility Mode").
+  // The extension keeps materials with an index of 0 unchanged ("Backwards Compatibility Mode").
   if (edit.ior && material.ior == 0.0f) {
     refuse(edit.target.place, fmt::format("material '{}' reflects everything (index 0, or "
                                           "specular-glossiness) and has no \"ior\" to be edited",
@@ -202,7 +202,7 @@ void EditApplication::edit_light(size_t i) {
   light = scaled(light, factor);
 }
 
-// Frames of any shape take their width from the height, so that the file's ratio means nothing.
+// A frame's width follows from its height, so the file's aspect ratio is dropped.
 void make_orthographic(double height, CameraDescription& camera) {
   camera.orthographic = true;
   camera.aspect.reset();
@@ -214,7 +214,7 @@ void make_orthographic(double height, CameraDescription& camera) {
 Mat44d view_matrix(const CameraEdit& edit) {
   Mat44d m = look_at_matrix(*edit.look_from, *edit.look_at, edit.up);
   if (edit.mirrored) {
-    for (int c = 0; c < 3; ++c) m[0][c] = -m[0][c];  // the picture's right edge
+    for (int c = 0; c < 3; ++c) m[0][c] = -m[0][c];  // the right edge of the image
   }
   return m;
 }

@@ -1,9 +1,9 @@
-// What an artist changes of a loaded scene without touching its file: view, lights, surroundings,
-// materials. Plain data; io/json/edits_file.h reads and writes it, apply() puts it into a
-// SceneDescription, EditableScene (editable_scene.h) into a scene that is already built.
+// An artist's changes to a loaded scene that do not touch its file: view, lights, environment,
+// materials. Plain data; io/json/edits_file.h reads and writes it, apply() applies it to a
+// SceneDescription, EditableScene (editable_scene.h) to a built scene.
 //
-// Edits say what differs from the file, so that no edits at all is the file as it is, and undo is
-// the edits of before. Units are SceneDescription's where nothing else is said.
+// Edits are the differences from the file: no edits mean the unchanged file, and undo applies the
+// previous edits. Units are those of SceneDescription unless stated otherwise.
 #pragma once
 
 #include <algorithm>
@@ -18,33 +18,32 @@
 
 namespace emberline {
 
-// One of the file's lights, materials, cameras or variants. The name finds it where one alone has
-// that name, wherever the file now lists it; the index tells those of equal name apart, and finds
-// one without a name.
+// One of the file's lights, materials, cameras or variants. A unique name identifies it, even if
+// its index has changed; the index distinguishes entries of equal name and identifies unnamed ones.
 struct EditTarget {
   std::string name;
-  int index = -1;     // into the description's list; -1: the name alone
-  std::string place;  // for messages: "shot.json#/lights/0"; empty for edits that no file holds
+  int index = -1;     // into the description's list; -1: by name only
+  std::string place;  // for messages: "shot.json#/lights/0"; empty for edits without a file
 
   bool operator==(const EditTarget& other) const {
     return name == other.name && index == other.index;
   }
 };
 
-// A view. What is absent stays as the command line or the file has it.
+// A view. Absent values stay as on the command line or in the file.
 struct CameraEdit {
-  std::optional<EditTarget> camera;  // of SceneDescription::cameras
-  // World space, metres, together or not at all: a view from here instead, in perspective unless
-  // orthographic_height says otherwise.
+  std::optional<EditTarget> camera;  // in SceneDescription::cameras
+  // World space, metres, both or neither: the view from here, in perspective unless
+  // orthographic_height is set.
   std::optional<Vec3d> look_from, look_at;
-  Vec3d up = Vec3d(0.0, 1.0, 0.0);      // with them; any length but 0
-  bool mirrored = false;                // with them: left and right are exchanged
+  Vec3d up = Vec3d(0.0, 1.0, 0.0);      // with look_from; any length but 0
+  bool mirrored = false;                // with look_from: swaps left and right
   std::optional<double> fov_y_degrees;  // vertical, of a perspective view
-  // The view is orthographic, whatever the camera was, and shows so many metres from its lower edge
-  // to its upper one. Not with fov_y_degrees or f_stop.
+  // Makes the view orthographic, whatever the camera was, with this height in metres. Not with
+  // fov_y_degrees or f_stop.
   std::optional<double> orthographic_height;
-  // A lens instead of a pinhole (lens_radius in camera.h), and what it is focused on in metres
-  // along the axis; where that is absent, on look_at.
+  // A lens instead of a pinhole (lens_radius in camera.h), and its focus distance in metres along
+  // the axis; if absent, it is focused on look_at.
   std::optional<double> f_stop, focus_distance;
   std::string place;  // for messages
 
@@ -56,11 +55,11 @@ struct CameraEdit {
   }
 };
 
-// When the scene is seen, and for how long. What is absent stays as the command line has it.
+// The time at which the scene is seen, and the shutter. Absent values stay as on the command line.
 struct AnimationEdit {
   std::string name = {};            // or an index, or "all"; empty: the first, if there is a time
   std::optional<double> time = {};  // seconds
-  std::optional<double> fps = {};   // frames of a second, for what is counted in them
+  std::optional<double> fps = {};   // frames per second, for values in frames
   // Frames from that time on; both or neither.
   std::optional<double> shutter_open = {}, shutter_close = {};
   std::string place = {};  // for messages
@@ -71,13 +70,13 @@ struct AnimationEdit {
   }
 };
 
-// kMaterial: everything that shines by that material.
+// kMaterial: everything that one material emits.
 enum class EditedLight : uint8_t { kPunctual, kMaterial, kEnvironment };
 
-// What a light's own radiance is multiplied by. A material that does not emit stays dark.
+// Factors on a light's own radiance. A material that does not emit stays black.
 struct LightEdit {
   EditedLight kind = EditedLight::kPunctual;
-  EditTarget target;  // kEnvironment: its place alone
+  EditTarget target;  // kEnvironment: only `place` is used
   float intensity = 1.0f;
   Rgb color = Rgb(1.0f);  // linear Rec. 709
   bool on = true;
@@ -87,9 +86,9 @@ struct LightEdit {
 
 // Values of EnvironmentDescription that replace the scene's.
 struct EnvironmentEdit {
-  std::string file;                    // empty: the environment that is there
+  std::string file;                    // empty: the existing environment
   std::shared_ptr<const Image> image;  // of the file; kHalf or kFloat, 3 channels
-  uint64_t repaired_texels = 0;        // when it was read
+  uint64_t repaired_texels = 0;        // during reading
   std::optional<float> strength;
   std::optional<float> rotation_degrees;
   std::string place;  // for messages
@@ -100,17 +99,17 @@ struct EnvironmentEdit {
   }
 };
 
-// Factors of MaterialDescription that replace the file's. Textures stay and are multiplied by them.
+// Factors of MaterialDescription that replace the file's; textures stay and are multiplied by them.
 // material_parameters.h has their names and ranges.
 struct MaterialEdit {
   EditTarget target;
   std::optional<Rgb> base_color;
   std::optional<float> roughness, metallic, transmission, normal_scale;
-  std::optional<Rgb> emission;  // radiance; before any LightEdit of the material
-  std::optional<float> ior;     // not of one that reflects everything
+  std::optional<Rgb> emission;  // radiance, before any LightEdit of the material
+  std::optional<float> ior;     // not for materials that reflect everything
   std::optional<float> specular;
   std::optional<Rgb> specular_color;
-  std::optional<Rgb> attenuation_color;       // these three: where there is an interior
+  std::optional<Rgb> attenuation_color;       // this and the next two: only with an interior
   std::optional<float> attenuation_distance;  // metres
   std::optional<float> dispersion;
   std::optional<float> diffuse_transmission;
@@ -125,20 +124,19 @@ struct MaterialEdit {
   bool operator==(const MaterialEdit&) const = default;
 };
 
-// The ends of the ranges that a file of edits is held to, as the command line has them for its own
-// options: squares of distances stay finite in float, and so does radiance times what a film sums
-// up.
+// Limits for values in an edits file, the same as for the command line: squared distances stay
+// finite in float, and so does radiance times a film's sums.
 namespace edit_limits {
 inline constexpr double kFarthest = 1e15;      // metres
-inline constexpr double kBrightest = 1e9;      // radiance, and what multiplies it
+inline constexpr double kBrightest = 1e9;      // radiance, and factors on it
 inline constexpr double kMostTurns = 36000.0;  // degrees
 }  // namespace edit_limits
 
 struct SceneEdits {
   CameraEdit camera;
-  // Whoever loads or poses the scene asks for it (GltfOptions); apply() does not.
+  // The code that loads or poses the scene uses it (GltfOptions); apply() ignores it.
   AnimationEdit animation;
-  // Of SceneDescription::variants; absent: the meshes wear their own materials.
+  // In SceneDescription::variants; absent: the meshes use their own materials.
   std::optional<EditTarget> variant;
   std::vector<LightEdit> lights;
   EnvironmentEdit environment;
@@ -147,8 +145,8 @@ struct SceneEdits {
   bool operator==(const SceneEdits&) const = default;
 };
 
-// The index of what `target` means in a list of the description; none where that is not there, or
-// where several have its name and its index says of none of them that it is the one.
+// The index of `target` in a list of the description. None if it is missing, or if several entries
+// have its name and its index is not one of them.
 template <class Named>
 std::optional<size_t> find_entry(const EditTarget& target, const std::vector<Named>& list) {
   const bool listed = target.index >= 0 && size_t(target.index) < list.size();
@@ -160,39 +158,38 @@ std::optional<size_t> find_entry(const EditTarget& target, const std::vector<Nam
   return size_t(std::ranges::find_if(list, has_name) - list.begin());
 }
 
-// Makes the edits in a description, whole or an outline. A scene without any light is first given
-// the plain white environment that build_scene would give it; what the edits turn off then stays
-// dark. glTF's default material, where a placed mesh has it, becomes one more of
-// `description.materials`, last and named kDefaultMaterialName.
+// Applies the edits to a description, complete or an outline. A scene without light first gets the
+// plain white environment that build_scene() would add; lights that the edits switch off then stay
+// dark. If a placed mesh uses glTF's default material, it is appended to `description.materials`
+// with the name kDefaultMaterialName.
 //
-// A variant is put on first, so that materials are edited by what they are called in the file.
-// Whether a scene has any light is asked of the file's own materials: the light of a variant comes
-// on top of the white environment that a file without light is given.
+// The variant is applied first, so that material edits refer to the file's names. Whether a scene
+// has light depends on the file's own materials: a variant's light is added to the white
+// environment of a file without light.
 //
-// Throws InputError (the edit's place, the valid names) for a target that is not there, or that
-// two edits name, for a variant of a description that was loaded without what they wear, for an
-// environment edit where there is no environment, for anisotropy of what was loaded without
-// tangents, and for an index of refraction where there is none; the description is then as it was.
-// Values are taken as they are: edits_file.h holds a file's to their ranges.
+// Throws InputError (the edit's place, the valid names) for a missing target, for two edits of one
+// target, for a variant of a description that was loaded without its materials, for an environment
+// edit without an environment, for anisotropy without tangents, and for an index of refraction of a
+// material that has none; the description is then unchanged. Values are not checked: edits_file.h
+// checks the ranges of a file's values.
 void apply(const SceneEdits& edits, SceneDescription& description);
 inline constexpr const char* kDefaultMaterialName = "default material";
 
-// Whether they make a material anisotropic, so that the scene is to be loaded with
+// Whether the edits make a material anisotropic, so that the scene must be loaded with
 // GltfOptions::tangents.
 bool need_tangents(const SceneEdits& edits);
 
-// The index of the light, or of the material, that an edit means; 0 for the environment. Throws
-// InputError for one that is not there.
+// The index of the light or material that an edit refers to; 0 for the environment. Throws
+// InputError if it is missing.
 size_t edited_light(const LightEdit& edit, const SceneDescription& description);
 
-// The view that `edits` make of `camera`, which is what is looked through without them. Throws
-// InputError for a camera that is not there, a field of view or a lens for an orthographic one, a
-// lens that is focused nowhere, and a view from where it looks at.
+// The view that `edits` make of `camera`, the view without them. Throws InputError for a missing
+// camera, a field of view or a lens for an orthographic one, a lens without a focus distance, and a
+// view from the point that it looks at.
 CameraDescription edited_camera(const SceneEdits& edits, const SceneDescription& description,
                                 CameraDescription camera);
 
-// All of a description but vertices and triangles, which an edit does not change: enough for
-// apply() and EditableScene.
+// A copy without vertices and triangles: enough for apply() and EditableScene.
 SceneDescription outline(const SceneDescription& description);
 
 }  // namespace emberline

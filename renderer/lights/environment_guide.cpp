@@ -19,17 +19,17 @@ using sky_tiles::kColumns;
 using sky_tiles::kCount;
 using sky_tiles::kRows;
 
-// Samples of a region that go by light alone, over those that go by what is seen: as if so many
-// points more had been looked from, and had seen everything alike. Ours.
+// Weight of blind samples (by light alone) relative to guided ones: a constant, plus the weight of
+// kBlindPlaces survey points that see everything equally. Chosen by us.
 constexpr double kBlindShare = 0.3, kBlindPlaces = 1.0;
-// Of all light; less of it would take factors that are no floats.
+// Fraction of all light; below it, factors would overflow float.
 constexpr double kLeastSeen = 1e-9;
-// Of what the tables leave out at most.
+// Lower bound of the mean light left out of the tables, relative to its maximum.
 constexpr double kLeastLeftOut = 1e-3;
-// Texels along each side of a tile, or up to twice as many, that its even light is the mean of.
+// Texels averaged along each side of a tile for its even light, or up to twice as many.
 constexpr int kMeasured = 16;
 
-// The last entry that begins at or before `at`, which is below the end of the last one.
+// The last entry that begins at or before `at`, which must be below the end of the last entry.
 template <class Number>
 const Number* entry_at(const Number* first, const Number* last, double at) {
   return std::upper_bound(first, last + 1, at, [](double a, Number b) { return a < double(b); }) -
@@ -42,10 +42,10 @@ float remainder(double at, double from, double to) {
   return std::min(float((at - from) / (to - from)), kOneMinusEpsilon);
 }
 
-// Running sums of shares that add up to 1, where they reach it whatever rounding says.
+// Running sums of probabilities; exactly 1 from the last possible entry on.
 void add_up(const auto& share, int count, float* sums) {
   double sum = 0;
-  int end = 0;  // of what can be chosen
+  int end = 0;  // end of the entries that can be chosen
   for (int i = 0; i < count; ++i) {
     sums[i] = float(sum);
     sum += share(i);
@@ -54,7 +54,7 @@ void add_up(const auto& share, int count, float* sums) {
   std::fill(sums + end, sums + count + 1, 1.0f);
 }
 
-// The running sums within a row of tiles, behind those of the rows.
+// The running sums within a row of tiles; they follow those of the rows.
 auto* columns_of(auto* rows, int row) { return rows + kRows + 1 + row * (kColumns + 1); }
 
 }  // namespace
@@ -66,7 +66,7 @@ EnvironmentGuide::EnvironmentGuide(const EnvironmentLight& light) : light_(light
   for (int tile = 0; tile < kCount; ++tile) mass_ += mass(tile);
 }
 
-// Which texels are whose, and how much of the tables' probability each tile has.
+// Assigns texels to tiles, and computes each tile's probability in the tables.
 void EnvironmentGuide::place_tiles() {
   const int width = light_.width_, height = light_.height_;
   tile_of_row_.resize(size_t(height));
@@ -79,7 +79,7 @@ void EnvironmentGuide::place_tiles() {
     tile_of_row_[size_t(row)] = band * kColumns;
     first_row[band] = row;
   }
-  // A band of a small map may have no row.
+  // A band of a small map may have no rows.
   for (int band = kRows; band-- > 0;) {
     first_row[band] = std::min(first_row[band], first_row[band + 1]);
   }
@@ -115,7 +115,7 @@ void EnvironmentGuide::place_tiles() {
   }
 }
 
-// In a row's steps.
+// In units of the row's fixed-point steps.
 double EnvironmentGuide::column_mass(int row, int first, int end) const {
   const int width = light_.width_;
   const uint32_t* const sums = sums_of_row(row);
@@ -123,13 +123,13 @@ double EnvironmentGuide::column_mass(int row, int first, int end) const {
   return double(sums[width] - sums[first]) + double(sums[end - width]);
 }
 
-// Of the texels' weights, what the tables leave out.
+// Mean texel weight that MIS compensation removes from the tables.
 double EnvironmentGuide::mean_left_out(const Tile& tile) const {
   double sum = 0;
   int count = 0;
   const int row_step = std::max(1, (tile.end_row - tile.first_row) / kMeasured);
   const int column_step = std::max(1, (tile.end_column - tile.first_column) / kMeasured);
-  // Any of so many, or lines of the map might lie between.
+  // Random offsets, so that regular structures in the map are not missed.
   const auto any = [](int first, int step, int end) {
     return std::min(first + int(hash32(uint32_t(first)) % uint32_t(step)), end - 1);
   };
@@ -156,7 +156,7 @@ void EnvironmentGuide::measure_even_light() {
   for (size_t t = 0; t < size_t(kCount); ++t) {
     Tile& tile = tiles_[t];
     if (!(tile.solid_angle > 0)) continue;
-    // Where all texels that were looked at are black others need not be.
+    // Texels between the examined ones may be bright even if all examined ones are black.
     const double weight =
         light_.image_ ? std::max(mean_left_out(tile), kLeastLeftOut * double(light_.threshold_))
                       : 1 / (4 * kPiD);
@@ -178,7 +178,7 @@ void EnvironmentGuide::weigh(int region) {
   const std::span<const float> seen = regions_.seen(region);
   double visible = 0;
   for (int t = 0; t < kCount; ++t) visible += mass(t) * double(seen[size_t(t)]);
-  // Where nothing was seen that is worth it, by light alone.
+  // Chosen by light alone if hardly any light was seen.
   const double doubt = kBlindShare + kBlindPlaces / (1 + double(regions_.places(region)));
   const double blind = visible > kLeastSeen * mass_ ? doubt * visible / mass_ : 1;
   const double total = visible + blind * mass_;
@@ -195,8 +195,8 @@ void EnvironmentGuide::weigh(int region) {
   add_up([&](int row) { return row_shares[row]; }, kRows, rows);
 }
 
-// Rows by one number and columns by the other, which keeps what stratifies them; both are left as
-// where they lie in the tile.
+// Chooses rows by one number and columns by the other, which keeps their stratification; both are
+// rescaled to the position within the tile.
 int EnvironmentGuide::choose_tile(int region, Vec2f* u) const {
   const float* const rows = &sums_[size_t(region) * kSums];
   const auto choose = [](const float* sums, int count, float* number) {
@@ -264,7 +264,7 @@ Vec3f EnvironmentGuide::direction_in(int tile, float u_part, const Vec2f& u) con
   return sample.direction;
 }
 
-// light_density: of the light's own tables.
+// light_density: by the light's own tables.
 float EnvironmentGuide::density(const EnvironmentLight::Places& places, size_t i,
                                 float light_density, int region) const {
   const float* const factors = &factors_[size_t(region) * kCount];
@@ -318,7 +318,7 @@ void EnvironmentGuide::sample_map(std::span<const GuidedRequest> requests,
   }
 }
 
-// Those of no region, and of the sun, are the light's.
+// Requests without a region, and samples of the sun, use the light's own sampling.
 void EnvironmentGuide::sample(std::span<const GuidedRequest> requests,
                               EnvironmentSample* out) const {
   assert(requests.size() <= size_t(kRayBatch));

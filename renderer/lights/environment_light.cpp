@@ -23,12 +23,11 @@
 namespace emberline {
 namespace {
 
-// Keeps a density finite at the poles, where a row of the map shrinks to a point: below any angle
-// that a float direction can tell from the pole.
+// Keeps the density finite at the poles, where a row of the map shrinks to a point: below any angle
+// from the pole that a float direction can represent.
 constexpr float kLeastSine = 1e-7f;
 
-// Angles are computed in whole groups of so many lanes, used or not: a loop of fixed length
-// vectorises.
+// Angles are computed in whole groups of lanes, because a loop of fixed length vectorises.
 constexpr size_t kGroup = 8;
 static_assert(kRayBatch % kGroup == 0);
 
@@ -36,7 +35,7 @@ Color4 load(const float* texel) { return Color4{texel[0], texel[1], texel[2], 0.
 
 Color4 load(const half* texel) {
 #ifdef __F16C__
-  // Two loads: six bytes copied to a word in memory would wait for the store when it is read.
+  // Two loads: six bytes copied to a word in memory would stall on store forwarding.
   uint32_t red_green;
   uint16_t blue;
   std::memcpy(&red_green, texel, sizeof red_green);
@@ -53,7 +52,7 @@ Color4 load(const void* texels, size_t index) {
   return load(static_cast<const Texel*>(texels) + 3 * index);
 }
 
-// A limit that also catches what is not a number, before it becomes an integer.
+// A lower limit that also replaces NaN, before conversion to an integer.
 float at_least(float x, float limit) { return x > limit ? x : limit; }
 
 // Inverse of the tent's running integral, r in [0, 1), to [-1, 1].
@@ -61,16 +60,17 @@ float sample_tent(float r) {
   return r < 0.5f ? std::sqrt(2.0f * r) - 1.0f : 1.0f - std::sqrt(2.0f * (1.0f - r));
 }
 
-// Where in t a row's influence lies, relative to its centre. Rows clamp, so the first and the last
-// are 1 from the edge of the map to their centre: half of their mass, and half a tent the rest.
+// Samples a row's influence along t, relative to its centre. Rows clamp, so the influence of the
+// first and last row is 1 from the map's edge to the centre, which is half of their mass; the rest
+// is half a tent.
 float sample_row_shape(int row, int height, float r) {
   const bool first = row == 0, last = row == height - 1;
   if ((first && r < 0.5f) || (last && r >= 0.5f)) return r - 0.5f;
   return sample_tent(r);
 }
 
-// Integral of a row's influence times sin theta, in radians: what solid angle it stands for,
-// divided by a column's width. Closed form of the tent (interior) and of the clamped half tents.
+// Integral of a row's influence times sin theta, in radians: its solid angle, divided by a column's
+// width. Closed form of the tent (interior) and of the clamped half tents.
 double row_weight(int row, int height) {
   const double step = kPiD / height;
   if (height == 1) return 2.0;
@@ -123,25 +123,24 @@ void EnvironmentLight::adjust(const EnvironmentAdjustment& adjustment) {
   const auto& [strength, tint, rotation_degrees] = adjustment;
   factor_ = color4(tint * strength);
   constant_ = working(map_constant_ * (tint * strength));
-  // What the tint makes of a grey map. Exactly 1 without any; how bright a coloured map gets is not
-  // worth reading it again for, as it only weighs this light against others.
+  // The tint's effect on a grey map; exactly 1 without a tint. This only weighs the light against
+  // others, so the exact mean of a tinted coloured map is not worth another pass.
   const double tinted = double(luminance(tint)) / double(luminance(Rgb(1.0f)));
   mean_luminance_ = std::min(map_mean_luminance_ * double(strength) * tinted,
                              double(std::numeric_limits<float>::max()));
   if (!(mean_luminance_ > 0)) mean_luminance_ = 0;
-  // Turning the map by +90 degrees brings what was at +X (phi = 0) to -Z (phi = -90): a direction
-  // looks up the angle phi + rotation. The offset is in [0, width), so that columns are within
-  // one width of the map on either side.
+  // Rotating the map by +90 degrees moves +X (phi = 0) to -Z (phi = -90): a direction looks up the
+  // angle phi + rotation. The offset is in [0, width), so columns are within one width of the map.
   double turns = 0.5 + double(rotation_degrees) / 360.0;
   turns -= std::floor(turns);
   column_offset_ = float(turns * width_ - 0.5);
   if (sun_.share > 0.0f) place_sun();
 }
 
-// A power of two, so that (0, 2)-sequences share out exactly.
+// A power of two, so that (0, 2)-sequences are divided exactly.
 void EnvironmentLight::find_sun_share() {
   const double sun = double(luminance(sun_disc_->irradiance)), sky = kPiD * map_mean_luminance_;
-  if (!(sun > 0) || !(sky > 0)) return;  // no sun stands before a black map
+  if (!(sun > 0) || !(sky > 0)) return;  // a black map has no sun
   double share = 0.5;
   while (share > 1e-3 && 0.5 * share * (sun + sky) > sun) share *= 0.5;
   sun_.share = float(share);
@@ -163,7 +162,7 @@ void EnvironmentLight::place_sun() {
 }
 
 Rgb EnvironmentLight::sun_radiance(const Vec3f& direction) const {
-  // Of so small an angle a cosine would say nothing.
+  // A cosine would be too imprecise for an angle this small.
   const float out = (direction - sun_.direction).length2() / sun_.radius2;
   if (direction.y < 0.0f) return Rgb(0.0f);
   return sun_.middle * (1.0f - kLimbDarkening * (1.0f - std::sqrt(std::max(0.0f, 1.0f - out))));
@@ -183,8 +182,8 @@ float EnvironmentLight::texel_luminance(size_t row, size_t column) const {
   return luminance(to_rgb(half_ ? load<half>(texels_, index) : load<float>(texels_, index)));
 }
 
-// Each row is summed in order by one thread, and the rows in order by the caller: the tables are
-// the same for any number of threads.
+// Each row is summed in order by one thread, and the rows in order by the caller, so the tables do
+// not depend on the number of threads.
 double EnvironmentLight::build_columns(std::vector<double>* row_totals) {
   const size_t width = size_t(width_);
   parallel_each(size_t(height_), kRowGrain, [&](size_t row) {
@@ -228,20 +227,20 @@ void EnvironmentLight::build_tables(float mis_compensation) {
   column_guides_.resize(height * column_guide_words_);
   row_sums_.resize(height + 1);
   row_guide_.resize(guide_words(height));
-  // Weights are brought near 1 by a power of two, so that no density leaves the floats.
+  // Weights are scaled to about 1 by a power of two, so that densities stay within float's range.
   weight_scale_ = std::ldexp(1.0f, std::clamp(-std::ilogb(mean), -126, 126));
   threshold_ = float(double(mis_compensation) * mean * double(weight_scale_));
   double total = build_columns(&row_sum);
-  // Nothing is brighter than the mean (a constant map): sample it as it is. Below a millionth it is
-  // rounding of the mean that stands out, not light.
+  // If no texel is brighter than the mean (a constant map), sample it without compensation. An
+  // excess below a millionth is rounding of the mean, not light.
   if (!(total > 1e-6 * sum * double(weight_scale_))) {
     threshold_ = 0.0f;
     total = build_columns(&row_sum);
   }
   build_fixed_cdf(row_sum, row_sums_.data(), row_guide_.data());
 
-  // In texel coordinates the density is (row probability) x (column probability), interpolated;
-  // ds dt = width height / (2 pi^2 sin theta) d omega.
+  // In texel coordinates the density is (row probability) x (column probability), interpolated; ds
+  // dt = width height / (2 pi^2 sin theta) d omega.
   row_density_.resize(height);
   const double scale = double(width) * double(height) / (2.0 * kPiD * kPiD) / total;
   for (size_t row = 0; row < height; ++row)
@@ -281,7 +280,7 @@ void EnvironmentLight::find_places(std::span<const Vec3f> directions, Places* ou
   for (size_t first = 0; first < directions.size(); first += kGroup) {
     for (size_t i = first; i < first + kGroup; ++i) {
       const float sine = std::sqrt(fma(x[i], x[i], z[i] * z[i]));
-      // acos(y) would lose the rows near the poles: its error there is the root of a float's.
+      // acos(y) would be inaccurate near the poles, where its error is the square root of float's.
       const float theta = fast_atan2(sine, y[i]);
       const float phi = fast_atan2(z[i], x[i]);
       column[i] = at_least(fma(phi, column_scale_, column_offset_), least_column);
@@ -296,7 +295,7 @@ struct EnvironmentLight::Corners {
   Color4 upper0, upper1, lower0, lower1;
 
   Color4 interpolate(float s, float t) const {
-    // Products, not differences: a weight of -1e-8 beside a sun would be negative light.
+    // Products, not differences: a weight of -1e-8 next to a sun would be negative light.
     const Color4 upper = fma(upper1, s * (1.0f - t), upper0 * ((1.0f - s) * (1.0f - t)));
     return fma(lower1, s * t, fma(lower0, (1.0f - s) * t, upper));
   }
@@ -373,7 +372,7 @@ void EnvironmentLight::radiance_and_pdf(std::span<const Vec3f> directions, Rgb* 
     add_sun(directions, radiance, pdf);
 }
 
-// Without the sun.
+// Excludes the sun.
 void EnvironmentLight::radiance_and_pdf(std::span<const Vec3f> directions, Places* found,
                                         Rgb* radiance, float* pdf) const {
   if (!image_ || black()) {
@@ -421,7 +420,7 @@ void EnvironmentLight::sample_sun_or_map(std::span<const Vec2f> u, EnvironmentSa
       add_sun({&out[i].direction, 1}, &out[i].radiance, &out[i].pdf);
       continue;
     }
-    // Even in the square of the chord is even in solid angle.
+    // Uniform in the squared chord is uniform in solid angle.
     const Vec2f disk = square_to_disk({u[i].x / sun_.share, u[i].y});
     const float chord2 = (disk.x * disk.x + disk.y * disk.y) * sun_.radius2;
     const float aside = std::sqrt(sun_.radius2 * (1.0f - 0.25f * chord2));
@@ -461,8 +460,8 @@ void EnvironmentLight::sample_map(std::span<const Vec2f> u, EnvironmentSample* o
   }
   for (size_t i = 0; i < count; ++i) prefetch_sums(sums_of(i), guide_of(i), column_bits_, u[i].x);
 
-  // Radiance and density are those of this very place: next to a sun they change by more within the
-  // rounding of a direction than a density may be off.
+  // Radiance and density are evaluated at the sampled texel position, not from the direction: next
+  // to a sun, they change by more than the allowed error within the rounding of a direction.
   alignas(64) float column[kRayBatch] = {}, row[kRayBatch] = {};
   for (size_t i = 0; i < count; ++i) {
     const CdfChoice chosen = choose_entry(sums_of(i), guide_of(i), column_bits_, u[i].x);
@@ -491,7 +490,7 @@ void EnvironmentLight::sample_places(size_t count, const float* column, const fl
   for (size_t i = 0; i < count; ++i) {
     const float sine = places.sin_theta[i];
     out[i].direction = Vec3f(sine * cos_phi[i], cos_theta[i], sine * sin_phi[i]);
-    places.sin_theta[i] = std::abs(sine);  // at the south pole rounding may take it below 0
+    places.sin_theta[i] = std::abs(sine);  // rounding may make it negative at the south pole
     out[i].radiance = radiance_and_pdf_at(places, i, &out[i].pdf);
   }
 }

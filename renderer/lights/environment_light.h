@@ -1,13 +1,13 @@
-// A latitude-longitude environment: bilinear radiance, importance sampled exactly.
+// A latitude-longitude environment with bilinear radiance and exact importance sampling.
 //
 // u = 0.5 + atan2(z, x) / 2 pi, v = acos(y) / pi, top row +Y; u wraps, v clamps. Radiance is the
-// bilinear interpolation of texels; the sampling density is the bilinear interpolation of
-// per-texel weights (luminance x solid angle, MIS-compensated after Karlik et al. 2019, "MIS
-// Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling"), so a one-texel
-// sun is sampled in proportion to what is seen of it.
+// bilinear interpolation of texels. The sampling density is the bilinear interpolation of per-texel
+// weights (luminance x solid angle, MIS-compensated after Karlik et al. 2019, "MIS Compensation:
+// Optimizing Sampling Techniques in Multiple Importance Sampling"), so a one-texel sun is sampled
+// in proportion to its radiance.
 //
-// A sun (SunDisc) may stand before the map: half of the samples are its own, fewer where it is dim,
-// and their density is added to the map's.
+// A sun (SunDisc) may be in front of the map: half of the samples go to it, fewer if it is dim, and
+// its density is added to the map's.
 //
 // All functions are const, pure and thread-safe. Directions are unit, in world space.
 #pragma once
@@ -35,22 +35,23 @@ struct EnvironmentSample {
   float pdf = 0.0f;  // per solid angle; 0: nothing sampled
 };
 
-// How much of the mean radiance the weights leave to BSDF sampling: weight = max(0, radiance -
-// factor x mean). Karlik et al. 2019 derive 1 beside a uniform technique, and pbrt-v4 uses it; the
-// best equal mixture with one would give 1/2. Over five HDRIs, Lambertian and glossy, 1/2, 3/4 and
-// 1 left 0.87, 0.86 and 0.86 of the variance (tests/bench/results), so what decides is a sun in
-// an even sky: only with 1 is its sky left wholly to the BSDF, which has no variance there.
+// Multiple of the mean radiance that the weights leave to BSDF sampling: weight = max(0, radiance -
+// factor x mean). Karlik et al. 2019 derive 1 in combination with a uniform technique, and pbrt-v4
+// uses it; the best equal mixture with one would give 1/2. Over five HDRIs, Lambertian and glossy,
+// 1/2, 3/4 and 1 left 0.87, 0.86 and 0.86 of the variance (tests/bench/results). 1 is best for a
+// sun in an even sky, because the sky is then left entirely to the BSDF, which has no variance
+// there.
 inline constexpr float kMisCompensation = 1.0f;
 
 struct EnvironmentLightSettings {
-  // 0 leaves the weights as they are: needed where light sampling is the only technique, since a
+  // 0 disables compensation. This is needed if light sampling is the only technique, since a
   // compensated density is 0 in directions darker than the mean.
   float mis_compensation = kMisCompensation;
   const SunDisc* sun = nullptr;              // copied
-  const ColourMatrix* to_working = nullptr;  // of what it gives; likewise
+  const ColourMatrix* to_working = nullptr;  // for its radiance; copied
 };
 
-// What may change without a look at the map.
+// Settings that can change without reading the map.
 struct EnvironmentAdjustment {
   float strength = 1.0f;
   Rgb tint = Rgb(1.0f);
@@ -59,27 +60,27 @@ struct EnvironmentAdjustment {
 
 class EnvironmentLight {
  public:
-  // Constant radiance: no table; sampled uniformly over the sphere.
+  // Constant radiance, without tables; sampled uniformly over the sphere.
   explicit EnvironmentLight(const Rgb& constant, const EnvironmentLightSettings& settings = {});
-  // image: kHalf or kFloat, 3 channels, finite and non-negative (io guarantees it). It is shared,
+  // image: kHalf or kFloat, 3 channels, finite and non-negative (guaranteed by io). It is shared,
   // not copied. `rotation_degrees` as in EnvironmentDescription.
   EnvironmentLight(std::shared_ptr<const Image> image, float strength, float rotation_degrees,
                    const EnvironmentLightSettings& settings = {});
   ~EnvironmentLight();
-  // What sampling an image takes beside its texels: two numbers for each of them.
+  // Memory for sampling an image in addition to its texels: two numbers per texel.
   static uint64_t table_bytes(const Image& image);
 
-  // Another strength, tint and rotation of the same map, to the bits of a new light with them, and
-  // without its cost: the tables depend on none of the three. Not thread-safe.
+  // Changes strength, tint and rotation. The result has the same bits as a new light with them but
+  // is cheap, since the tables depend on none of the three. Not thread-safe.
   void adjust(const EnvironmentAdjustment& adjustment);
   const EnvironmentAdjustment& adjustment() const { return adjustment_; }
 
   // Up to kRayBatch directions at once, so that the angles vectorise.
   void radiance(std::span<const Vec3f> directions, Rgb* out) const;
   EnvironmentSample sample(const Vec2f& u) const;
-  // Up to kRayBatch at once: the tables are large, and their cache misses overlap.
+  // Up to kRayBatch at once, so that cache misses in the large tables overlap.
   void sample(std::span<const Vec2f> u, EnvironmentSample* out) const;
-  // Both for little more than the price of one: what rays that leave the scene need.
+  // Both for little more than the cost of one, for rays that leave the scene.
   void radiance_and_pdf(std::span<const Vec3f> directions, Rgb* radiance, float* pdf) const;
   Rgb radiance_and_pdf(const Vec3f& direction, float* pdf) const;
 
@@ -91,18 +92,18 @@ class EnvironmentLight {
  private:
   friend class EnvironmentGuide;
 
-  // The four texels around each of some directions (columns and rows, and how far it is towards the
-  // second), and the sine of its angle to the pole.
+  // Per direction: the four texels around it (columns and rows, and the fraction towards the second
+  // of each), and the sine of its angle to the pole.
   struct Places {
     alignas(64) int column0[kRayBatch], column1[kRayBatch], row0[kRayBatch], row1[kRayBatch];
     alignas(64) float to_column1[kRayBatch], to_row1[kRayBatch], sin_theta[kRayBatch];
   };
   // Texel coordinates: (0, 0) is the centre of the first texel; column in [-width, 2 width). The
-  // arrays have kRayBatch elements, of which more than `count` are read.
+  // arrays must have kRayBatch elements; more than `count` are read.
   void find_places(size_t count, const float* column, const float* row, Places* out) const;
   void find_places(std::span<const Vec3f> directions, Places* out) const;
   struct Corners;
-  // What the four texels weigh in the density.
+  // Weights of the four texels in the density.
   struct CornerWeights {
     float upper0, upper1, lower0, lower1;
   };
@@ -114,21 +115,21 @@ class EnvironmentLight {
   float density_of(const CornerWeights& weights, const Places& p, size_t i) const;
   void radiance_and_pdf(std::span<const Vec3f> directions, Places* places, Rgb* radiance,
                         float* pdf) const;
-  // Where in the texels round a chosen one a sample lies, r in [0, 1).
+  // A sample's position around the chosen texel, r in [0, 1).
   static float column_in(int column, float r);
   float row_in(int row, float r) const;
-  // From texel coordinates to samples, and their places.
+  // Converts texel coordinates to samples and their Places.
   void sample_places(size_t count, const float* column, const float* row, Places* places,
                      EnvironmentSample* out) const;
   void sample_map(std::span<const Vec2f> u, EnvironmentSample* out) const;
   void sample_sun_or_map(std::span<const Vec2f> u, EnvironmentSample* out) const;
-  // What a direction sees of the sun.
+  // Radiance of the sun in a direction.
   Rgb sun_radiance(const Vec3f& direction) const;
-  // To those of the map. `pdf` may be null.
+  // Adds the sun to the map's values. `pdf` may be null.
   void add_sun(std::span<const Vec3f> directions, Rgb* radiance, float* pdf) const;
-  // Radiance and density of one place, from the same texels.
+  // Radiance and density at one place, from the same texels.
   Rgb radiance_and_pdf_at(const Places& p, size_t i, float* pdf) const;
-  // Of a texel's luminance, before strength.
+  // The weight of a texel's luminance, before strength.
   float weight(float luminance) const {
     return std::max(0.0f, luminance * weight_scale_ - threshold_);
   }
@@ -136,10 +137,10 @@ class EnvironmentLight {
   void build_tables(float mis_compensation);
   void find_sun_share();
   void place_sun();
-  // The tables within rows, for the threshold of now; returns the sum of the rows' totals.
+  // Builds the tables within rows for the current threshold; returns the sum of the rows' totals.
   double build_columns(std::vector<double>* row_totals);
 
-  // Of light of the map, adjusted.
+  // Converts the map's adjusted light to the working space.
   Rgb working(const Rgb& light) const {
     if (to_working_) [[unlikely]]
       return *to_working_ * light;
@@ -149,7 +150,7 @@ class EnvironmentLight {
   EnvironmentAdjustment adjustment_;
   std::optional<ColourMatrix> to_working_;
   Rgb map_constant_ = Rgb(0.0f);  // if there is no image
-  Rgb constant_ = Rgb(0.0f);      // radiance: the same, adjusted
+  Rgb constant_ = Rgb(0.0f);      // map_constant_, adjusted
   std::shared_ptr<const Image> image_;
   const void* texels_ = nullptr;
   bool half_ = false;
@@ -159,10 +160,10 @@ class EnvironmentLight {
   double map_mean_luminance_ = 0.0;
   double mean_luminance_ = 0.0;  // with strength and tint
 
-  // Column sums of all rows, width + 1 words each, and their guide tables; then the rows' own.
-  // See fixed_cdf.h. A density is looked up not in them but where the radiance is, in the texels
-  // that its weights come from: pdf = interpolated (row density x weight) / sin theta. That is what
-  // the sums say, to their step of 2^-32.
+  // Running column sums of all rows, width + 1 words each, and their guide tables; then the rows'
+  // own. See fixed_cdf.h. Densities are not looked up in them but computed from the same texels as
+  // the radiance: pdf = interpolated (row density x weight) / sin theta. This agrees with the sums
+  // up to their step of 2^-32.
   std::vector<uint32_t> column_sums_, column_guides_, row_sums_, row_guide_;
   std::vector<float> row_density_;
   float weight_scale_ = 1.0f, threshold_ = 0.0f;
@@ -170,12 +171,12 @@ class EnvironmentLight {
   size_t column_guide_words_ = 0;
 
   struct Sun {
-    Vec3f direction = Vec3f(0.0f);  // in the world
+    Vec3f direction = Vec3f(0.0f);  // in world space
     ShadingFrame frame;
-    float radius2 = 0.0f;    // square of the chord from its middle to its edge
-    float density = 0.0f;    // of directions to it, per solid angle
-    float share = 0.0f;      // of the samples; 0: there is no sun
-    Rgb middle = Rgb(0.0f);  // radiance
+    float radius2 = 0.0f;    // squared chord from its centre to its edge
+    float density = 0.0f;    // pdf of directions to it, per solid angle
+    float share = 0.0f;      // fraction of the samples; 0: there is no sun
+    Rgb middle = Rgb(0.0f);  // radiance at the centre
   };
   std::shared_ptr<const SunDisc> sun_disc_;
   Sun sun_;

@@ -1,4 +1,4 @@
-// atan2 without a branch, for the two angles that every environment lookup needs.
+// Branch-free atan2 for the two angles of every environment lookup.
 #pragma once
 
 #include <cmath>
@@ -9,14 +9,14 @@
 namespace emberline {
 
 // atan2(y, x) to 4e-7 rad (a thousandth of a texel of a 16k map); atan2(0, 0) is 0, and the sign of
-// a zero y is kept. atan(q) on [0, 1] is q P(q^2), P our own Chebyshev fit of degree 7, whose own
-// error is 7e-8; the rest is rounding. environment_light_test measures it.
+// a zero y is kept. atan(q) on [0, 1] is q P(q^2) with our own Chebyshev fit P of degree 7, whose
+// error is 7e-8; the rest is rounding. Measured by environment_light_test.
 inline float fast_atan2(float y, float x) {
   const float ax = std::abs(x), ay = std::abs(y);
   const float larger = std::max(ax, ay), smaller = std::min(ax, ay);
   const float q = smaller / std::max(larger, std::numeric_limits<float>::min());
   const float t = q * q, t2 = t * t, t4 = t2 * t2;
-  // Estrin's scheme: the chain of dependent operations is half of Horner's.
+  // Estrin's scheme: the dependency chain is half as long as with Horner's.
   const float p01 = std::fma(-0.333318114f, t, 0.999999881f);
   const float p23 = std::fma(-0.140032902f, t, 0.199669614f);
   const float p45 = std::fma(-0.0588297546f, t, 0.0986886546f);

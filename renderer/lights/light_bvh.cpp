@@ -15,11 +15,11 @@
 namespace emberline {
 namespace {
 
-// Added to cosines before they decide that nothing arrives: ten times the rounding of what
-// follows. Directions that much beyond the edge of a cone keep a little probability.
+// Added to cosines before they decide that no light arrives: ten times the rounding error of the
+// code below. Directions that far beyond the edge of a cone keep a little probability.
 constexpr float kCosineSlack = 1e-5f;
-// A query's normal need not be the one its BSDF uses (geometric, interpolated, mapped), so an
-// emitter above its horizon is not thought fainter than at 87 degrees. Chosen by us.
+// The query's normal may differ from the BSDF's (geometric, interpolated, mapped), so emitters
+// above its horizon count as if at no more than 87 degrees. Chosen by us.
 constexpr float kLeastReceiverCosine = 0.05f;
 // Keeps importances finite at a point light, relative to the tree's size.
 constexpr float kLeastSquaredDistance = 1e-30f;
@@ -56,8 +56,8 @@ Lanes cos_difference(Lanes cos_a, Lanes sin_a, Lanes cos_b, Lanes sin_b) {
   return cos_a > cos_b ? all(1.0f) : fma(cos_a, cos_b, sin_a * sin_b);
 }
 
-// Bounds of the irradiance from the emitters below each child, up to a factor common to all.
-// Inlined: the compiler would make a function of it, which takes 1.2 % of caustics.glb.
+// Bounds of the irradiance from the emitters below each child, up to a common factor. Forced
+// inline, because a call would cost 1.2 % of the time of caustics.glb.
 [[gnu::always_inline]] inline Lanes importances(const LightBvhPair& pair,
                                                 const ScaledQuery& query) {
   const Lanes x = query.point.x - load(pair.center[0]), y = query.point.y - load(pair.center[1]),
@@ -67,14 +67,14 @@ Lanes cos_difference(Lanes cos_a, Lanes sin_a, Lanes cos_b, Lanes sin_b) {
                      std::bit_cast<float>(uint32_t(pair.radius[1]) << 16), 1.0f, 1.0f};
   const Lanes radius2 = radius * radius, zero = all(0.0f);
   const Lanes reach = load(pair.intensity) / max(max(d2, radius2), all(kLeastSquaredDistance));
-  // Sines from differences of squares rather than from the cosines: every root starts as soon as
-  // d2 is known, which is what the time of a step hangs on.
+  // Sines come from differences of squares rather than from the cosines, so that all square roots
+  // can start once d2 is known: they dominate the latency of a step.
   const Lanes inverse_d = 1.0f / sqrt(max(d2, all(kLeastSquaredDistance)));
-  // The bounding sphere fills the cone of the half angle u.
+  // The bounding sphere subtends the half angle u.
   const Lanes sin_u = radius * inverse_d;
   const Lanes cos_u = sqrt(max(zero, d2 - radius2)) * inverse_d;
 
-  // How far the query is outside the cone of full intensity, at best.
+  // Minimum angle of the query outside the cone of full intensity.
   const Lanes axis_x = load(pair.axis[0]), axis_y = load(pair.axis[1]), axis_z = load(pair.axis[2]);
   const Lanes length2 = dot(axis_x, axis_y, axis_z, axis_x, axis_y, axis_z);
   const Lanes scale = 1.0f / sqrt(length2) * inverse_d;
@@ -90,7 +90,7 @@ Lanes cos_difference(Lanes cos_a, Lanes sin_a, Lanes cos_b, Lanes sin_b) {
   const Lanes cos_emitted = cos_difference(cos_x, sin_x, cos_u, sin_u) + kCosineSlack;
   const Lanes cos_e = load(pair.cos_theta_e) * (1.0f / 32767.0f);
 
-  // How far the sphere is from the query's normal, at best.
+  // Minimum angle of the sphere from the query's normal.
   const Lanes below = dot(all(query.normal.x), all(query.normal.y), all(query.normal.z), x, y, z);
   const Lanes cos_i = (query.both_sides ? max(below, -below) : -below) * inverse_d;
   const Lanes sin_i = sqrt(max(zero, fma(-below, below, d2))) * inverse_d;
@@ -100,13 +100,13 @@ Lanes cos_difference(Lanes cos_a, Lanes sin_a, Lanes cos_b, Lanes sin_b) {
       max(cos_emitted, all(kCosineSlack)) * max(cos_received, all(kLeastReceiverCosine));
   const Lanes lit = cos_emitted > cos_e ? cosines : zero;
   const Lanes seen = cos_received > zero ? lit : zero;
-  // Inside the sphere no angle is known. What is not dark must not underflow to darkness.
+  // Inside the sphere no angle is known. A positive importance must not underflow to 0.
   const Lanes value = reach * (d2 <= radius2 ? all(1.0f) : seen);
   const Lanes tiny = all(std::numeric_limits<float>::min());
   return d2 <= radius2 ? max(value, tiny) : (seen > zero ? max(value, tiny) : zero);
 }
 
-// Those of children that do not reach the query are 0.
+// The importances, with 0 for children that do not reach the query.
 Lanes importances_in_reach(const LightBvhPair& pair, const std::array<float, 2>& reach2,
                            const ScaledQuery& query) {
   const Lanes x = query.point.x - load(pair.center[0]), y = query.point.y - load(pair.center[1]),

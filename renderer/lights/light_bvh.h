@@ -1,13 +1,12 @@
-// A bounding hierarchy over finite emitters that picks one in proportion to a bound of what it
-// contributes: Conty Estevez & Kulla 2018, "Importance Sampling of Many Lights with Adaptive Tree
+// A bounding hierarchy over finite emitters that picks one in proportion to a bound of its
+// contribution: Conty Estevez & Kulla 2018, "Importance Sampling of Many Lights with Adaptive Tree
 // Splitting", in the one-light-per-vertex form of pbrt-v4 (BVHLightSampler), with three changes:
-//
-//  - power is the peak radiant intensity, so that triangles, points and spots compare as
-//  irradiance;
-//  - the distance is clamped to the radius of the node's bounding sphere (pbrt compares a squared
-//    distance with a length, which depends on the unit of length);
-//  - an importance is 0 only where no emitter of the node can reach the query or its hemisphere,
-//    with slack for rounding: what contributes is picked with positive probability.
+// - power is the peak radiant intensity, so that triangles, points and spots are compared by
+//   irradiance;
+// - the distance is clamped to the radius of the node's bounding sphere (pbrt compares a squared
+//   distance with a length, which depends on the unit of length);
+// - an importance is 0 only if no emitter of the node can reach the query or its hemisphere, with a
+//   margin for rounding: every contributing emitter has a positive probability.
 //
 // Immutable after construction; pick and probability are pure and thread-safe.
 #pragma once
@@ -22,29 +21,29 @@
 
 namespace emberline {
 
-// Where an emitter is and which way it shines: nothing leaves at an angle above theta_o + theta_e
-// from the axis, the full intensity within theta_o of it (figure 2 of the paper).
+// Position and directions of an emitter: no light leaves at an angle above theta_o + theta_e from
+// the axis, the full intensity within theta_o of it (figure 2 of the paper).
 struct EmitterBounds {
   Vec3f lower, upper;
   Vec3f axis;                // unit
   float cos_theta_o = 1.0f;  // theta_o in [0, pi]
   float cos_theta_e = 0.0f;  // theta_e in [0, pi / 2]
-  bool two_sided = false;    // shines along -axis in the same way
+  bool two_sided = false;    // emits equally along -axis
   double intensity = 0.0;    // > 0; any unit common to all
   float reach = kInfinity;   // no light arrives farther than this from the box
 };
 
-// For as long as the shutter is open. An intensity of 0: it gives no light, or has no area that
-// floats can tell. `motion` is looked at for a triangle that moves.
+// Bounds over the whole shutter. Intensity 0: black, or no area that floats can represent. `motion`
+// is only read for a moving triangle.
 EmitterBounds bounds_of(const EmissiveTriangle& triangle, const EmitterMotion* motion);
 EmitterBounds bounds_of(const PointLight& light);
 
-// What bounds the emitters below one child of a pair. Coordinates are scaled by a power of two that
-// brings the tree to about unit size, so that squares neither overflow nor underflow at any scale
-// of the scene. Every rounding errs to the larger bound.
+// Bounds of the emitters below one child of a pair. Coordinates are scaled by a power of two to
+// about unit size, so that squares neither overflow nor underflow at any scene scale. Every
+// rounding errs to the larger bound.
 struct LightBvhChild {
   float center[3];
-  float intensity;      // share of the whole tree's
+  float intensity;      // fraction of the whole tree's
   int16_t axis[3];      // any length
   int16_t cos_theta_o;  // x 32767
   int16_t cos_theta_e;
@@ -54,8 +53,8 @@ struct LightBvhChild {
   static constexpr uint32_t kLeaf = 1u << 31, kTwoSided = 1u << 30, kIndex = kTwoSided - 1;
 };
 
-// Two children side by side in one cache line, member by member, so that both importances are
-// computed in the lanes of one vector.
+// Two children in one cache line, interleaved by member, so that both importances are computed in
+// the lanes of one vector.
 struct alignas(64) LightBvhPair {
   float center[3][2];
   float intensity[2];
@@ -77,7 +76,7 @@ class LightBvh {
 
   struct Pick {
     uint32_t emitter = 0;
-    float probability = 0.0f;  // 0: nothing reaches the query on the way that u chose
+    float probability = 0.0f;  // 0: no emitter on the path chosen by u reaches the query
   };
   // u in [0, 1), in double because every level of the tree consumes some of its digits.
   Pick pick(const LightQuery& query, double u) const;
@@ -94,17 +93,17 @@ class LightBvh {
   float probability_among(const LightQuery& query, uint32_t emitter) const;
 
   std::vector<LightBvhPair> pairs_;
-  // Per pair: beyond which distance from a child's center no light arrives from it, squared.
-  // Empty where no emitter has a reach.
+  // Per pair: squared distance from a child's centre beyond which none of its light arrives. Empty
+  // if no emitter has a reach.
   std::vector<std::array<float, 2>> reaches2_;
   std::vector<uint64_t> paths_;  // per emitter: bit k is the child taken at depth k
-  uint32_t root_ = 0;            // link
+  uint32_t root_ = 0;            // a link
   float scale_ = 1.0f;
   int depth_ = 0;
 };
 
-// Split a range of emitters no further down than this by cost; below, by count, which adds at most
-// 30 levels for 2^30 emitters: no path is longer than 64 bits.
+// Ranges are split by cost down to this depth and by count below it, which adds at most 30 levels
+// for 2^30 emitters, so that no path is longer than 64 bits.
 inline constexpr int kLightBvhCostDepth = 32;
 
 }  // namespace emberline

@@ -15,13 +15,13 @@
 namespace emberline {
 namespace {
 
-constexpr int kBuckets = 12;  // pbrt-v4's number
+constexpr int kBuckets = 12;  // as in pbrt-v4
 // Added to theta_o for the rounding of a 16-bit axis (5e-5 rad) and of the cosines here.
 constexpr double kAxisMargin = 2e-4;
-// Emitters on a line have boxes without area; a share of the diagonal keeps their costs apart.
+// Boxes of emitters on a line have no area; a fraction of the diagonal distinguishes their costs.
 constexpr float kDiagonalShare = 0.01f;
-// Costs that differ by less are ties: the more balanced split wins, so that a symmetric
-// arrangement of lights gets a symmetric tree whatever rounding does.
+// Smaller differences in cost are ties, for which the more balanced split wins, so that a symmetric
+// arrangement of lights gets a symmetric tree in spite of rounding.
 constexpr float kTieTolerance = 1e-4f;
 
 float measure_of(const Imath::Box3f& box) {
@@ -45,7 +45,7 @@ Vec3f canonical(const Vec3f& axis) {
   return side < 0 ? -axis : axis;
 }
 
-// M_Omega of the paper for theta_e = pi / 2, which all but spots have, by cos theta_o.
+// M_Omega of the paper by cos theta_o for theta_e = pi / 2, which applies to all but spots.
 class OrientationMeasure {
  public:
   OrientationMeasure() {
@@ -85,8 +85,8 @@ struct Bucket {
     intensity += b.intensity;
     count += b.count;
   }
-  // The heuristic does not need a bound of theta_o: directions spread evenly over a cap have the
-  // mean resultant length (1 + cos theta_o) / 2, and this inverts it.
+  // The heuristic needs no bound of theta_o: directions spread evenly over a cap have the mean
+  // resultant length (1 + cos theta_o) / 2, and this inverts it.
   float cost(const OrientationMeasure& measure) const {
     const float resultant = std::sqrt(dot(axis_sum, axis_sum)) / float(count);
     return intensity * measure(2 * resultant - 1) * measure_of(box);
@@ -95,7 +95,7 @@ struct Bucket {
 
 struct Split {
   int axis = -1;
-  int bucket = 0;  // the last one of the left side
+  int bucket = 0;  // last bucket of the left side
   float cost = 0;
   uint32_t imbalance = 0;
 };
@@ -158,7 +158,7 @@ Split Builder::best_split(size_t begin, size_t end, const Imath::Box3f& centers)
   return best;
 }
 
-// Reorders the range and returns where its second part begins.
+// Reorders the range and returns the beginning of its second part.
 size_t Builder::split(size_t begin, size_t end, int level) {
   if (end - begin == 2) return begin + 1;
   Imath::Box3f centers;
@@ -178,7 +178,7 @@ size_t Builder::split(size_t begin, size_t end, int level) {
       return size_t(middle - emitters.begin());
     }
   }
-  // One place, or too deep: halves along the widest axis, by index where positions are equal.
+  // At one place, or too deep: halve along the widest axis, by index if positions are equal.
   const Vec3f extent = centers.max - centers.min;
   const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
   const size_t middle = begin + (end - begin) / 2;
@@ -190,7 +190,7 @@ size_t Builder::split(size_t begin, size_t end, int level) {
   return middle;
 }
 
-// What importance() needs of a range; every rounding errs to the larger side.
+// The bounds of a range for importances(); every rounding errs to the larger side.
 LightBvhChild Builder::bound(size_t begin, size_t end) const {
   Imath::Box3f box;
   Vec3d sum(0.0), canonical_sum(0.0);
@@ -206,7 +206,7 @@ LightBvhChild Builder::bound(size_t begin, size_t end) const {
     cos_e = std::min(cos_e, e.cos_e);
     two_sided |= e.two_sided;
   }
-  if (two_sided) sum = canonical_sum;  // the cone stands for both of its directions
+  if (two_sided) sum = canonical_sum;  // the cone represents both directions
 
   LightBvhChild child{};
   double radius2 = 0;
@@ -250,7 +250,7 @@ LightBvhChild Builder::bound(size_t begin, size_t end) const {
   return child;
 }
 
-// From the center of a range's bounds, squared; rounded up.
+// Reach from the centre of a range's bounds, squared; rounded up.
 float Builder::reach2(size_t begin, size_t end, const LightBvhChild& bounds) const {
   double farthest = 0;
   for (size_t i = begin; i < end; ++i) {
@@ -308,7 +308,7 @@ LightBvh::LightBvh(std::span<const EmitterBounds> emitters) {
     extent = std::max({extent, max_abs_component(e.lower), max_abs_component(e.upper)});
     intensity += e.intensity;
   }
-  // A power of two scales without rounding.
+  // Scaling by a power of two is exact.
   scale_ = extent > 0 ? std::ldexp(1.0f, std::clamp(-std::ilogb(extent), -120, 120)) : 1.0f;
 
   const auto is_ranged = [](const EmitterBounds& e) { return e.reach < kInfinity; };

@@ -1,6 +1,6 @@
-// What a survey of a view found out about its lights (renderer/scene/light_survey.h), for
-// LightSampler: how often to choose which kind of light, and where in the environment to look. All
-// of it is a matter of noise alone.
+// The results of a view's light survey (renderer/scene/light_survey.h) for LightSampler:
+// probabilities of the kinds of light, and the visible parts of the environment. They only affect
+// noise.
 #pragma once
 
 #include <memory>
@@ -10,14 +10,14 @@ namespace emberline {
 
 class EnvironmentGuide;  // environment_guide.h
 
-// A kind of light is chosen by the irradiance that it would give with nothing in the way, times its
-// factor; finite lights' is 1.
+// Kinds of light are chosen by unoccluded irradiance times a factor (1 for finite lights).
 struct KindFactors {
   float environment = 1.0f, directional = 1.0f;
-  // Of the samples, for infinite lights and for finite ones each. Without a survey neither kind's
-  // irradiance is known well: walls hide the sky from a room, a lamp faces away. Ours.
+  // Minimum fraction of the samples for infinite lights and for finite ones. Without a survey
+  // neither irradiance is known well: walls hide the sky from a room, a lamp faces away. Chosen by
+  // us.
   float least_share = 0.2f;
-  // Of the environment's samples, for directional lights that can shine there.
+  // As a fraction of the environment's samples, for directional lights above the horizon.
   float least_directional = 0.0f;
 
   bool operator==(const KindFactors&) const = default;

@@ -20,27 +20,26 @@
 namespace emberline {
 namespace {
 
-// A directional light above the query's horizon is not thought fainter than at 87 degrees: the
-// normal need not be the one that the BSDF uses. As in light_bvh.cpp.
+// A directional light above the query's horizon counts as if at no more than 87 degrees, since the
+// normal may differ from the BSDF's. As in light_bvh.cpp.
 constexpr float kLeastReceiverCosine = 0.05f;
-// Weights of infinite lights are compared with each other: none is larger, so that all together are
-// a float.
+// Maximum weight of an infinite light, so that their sum fits a float.
 constexpr float kMostWeight = 1e30f;
 // KHR_lights_punctual: "lightAngleScale = 1.0f / max(0.001f, cos(innerConeAngle) - cos(outer...))".
 constexpr float kLeastConeDifference = 0.001f;
 
 bool emits(const Rgb& value) { return is_finite(value) && luminance(value) > 0.0f; }
 
-// The number that picks a light, with further digits behind the float's 24 bits: a tree of
-// thousands of lights asks for more than a float holds, and lights between two floats could never
-// be picked. They are hashed from the sample's own numbers: pure, and below what stratifies.
+// Extends u_pick beyond the float's 24 bits, because with thousands of lights those between two
+// floats could never be picked. The additional digits are hashed from the sample's own numbers,
+// which keeps this pure and the stratification intact.
 double refine(float u_pick, const Vec2f& u) {
   uint32_t h = hash_combine(hash32(std::bit_cast<uint32_t>(u.x)), std::bit_cast<uint32_t>(u.y));
   h = hash_combine(h, std::bit_cast<uint32_t>(u_pick));
   return std::min(double(u_pick) + double(h) * 0x1p-56, 1.0 - 0x1p-53);
 }
 
-// In double: the square of a range may be no float.
+// In double, since a squared range may overflow float.
 bool in_range(const PointLightState& light, const Vec3d& to_light) {
   return !(dot(to_light, to_light) > square(double(light.range)));
 }
@@ -70,7 +69,7 @@ PointLightPlace PointLight::place_at(float time) const {
           normalize_or(lerp(a.direction, b.direction, part), a.direction)};
 }
 
-// Out of the way of what does not change.
+// Slow path for changing lights, kept out of line.
 [[gnu::noinline, gnu::cold]] PointLightState PointLight::changed_at(float time) const {
   PointLightState state = *this;
   static_cast<PointLightPlace&>(state) = place_at(time);
@@ -117,7 +116,7 @@ LightSampler::LightSampler(std::vector<EmissiveTriangle> triangles, std::vector<
     }
     const EmitterBounds b = bounds_of(light);
     const double power = point_power(light, b.intensity);
-    // No power: a spot without a cone.
+    // A spot without a cone has no power.
     if (!finite || !(power > 0) || !(light.range > 0.0f)) continue;
     ranged_ = ranged_ || light.range < kInfinity;
     emitters_.push_back(uint32_t(i) | kPointEmitter);
@@ -132,7 +131,7 @@ LightSampler::LightSampler(std::vector<EmissiveTriangle> triangles, std::vector<
   }
 }
 
-// Where the finite lights are and how strong, all in all.
+// Bounds and total intensity of the finite lights.
 void LightSampler::measure_finite_lights(std::span<const EmitterBounds> bounds) {
   Imath::Box3f box;
   double intensity = 0;
@@ -196,10 +195,10 @@ LightSampler::InfiniteChoice LightSampler::weigh_infinite(const LightQuery& quer
     count += weight > 0.0f ? 1 : 0;
   }
   if (environment_) {
-    // Irradiance, were it even.
+    // Irradiance if the environment were uniform.
     const float irradiance = kPi * environment_->mean_luminance() * factors.environment;
     choice.environment = std::min(irradiance, kMostWeight);
-    // The survey may have met nothing of a sun, which no other technique finds.
+    // The survey may have missed a sun, which no other technique finds.
     const float least = choice.environment * factors.least_directional;
     if (choice.total > 0.0f && choice.total < least) [[unlikely]] {
       choice.directional_factor *= least / choice.total;
@@ -239,7 +238,7 @@ LightSample LightSampler::sample_directional(const LightQuery& query, const Infi
   for (uint32_t index : directional_) {
     const float weight = directional_weight(query, points_[index], choice.directional_factor);
     if (weight <= 0.0f) continue;
-    picked = index;  // rounding may run past the last one: keep it
+    picked = index;  // keep the last one in case rounding overruns
     picked_weight = weight;
     if (rest < double(weight)) break;
     rest -= double(weight);
@@ -296,7 +295,7 @@ LightSampler::FinitePick LightSampler::pick_in_reach(const LightQuery& query, do
   for (uint32_t i = 0; i < emitters_.size(); ++i) {
     if (!reaches(query, i)) continue;
     const double share = power_sums_[i + 1] - power_sums_[i];
-    pick = {i, float(share / total)};  // rounding may run past the last one: keep it
+    pick = {i, float(share / total)};  // keep the last one in case rounding overruns
     if (rest < share) break;
     rest -= share;
   }
@@ -315,7 +314,7 @@ LightSample LightSampler::sample_point(const LightQuery& query, uint32_t index,
   const bool is_spot = points_[index].type == PointLightType::kSpot;
   const float attenuation = is_spot ? spot_attenuation(light, result.direction) : 1.0f;
   result.radiance = light.intensity * float(double(attenuation) / d2);
-  // Outside the cone, or dark; or so close that a float cannot say how bright it is.
+  // Outside the cone, black, or so close that the radiance overflows float.
   if (is_black(result.radiance) || !is_finite(result.radiance)) return {};
   result.kind = LightKind::kPoint;
   result.index = index;
@@ -326,7 +325,7 @@ LightSample LightSampler::sample_point(const LightQuery& query, uint32_t index,
   return result;
 }
 
-// Of the triangles: their index and the probability of their choice stand in the samples.
+// Samples the triangles; the samples contain their index and pick probability.
 void LightSampler::sample_triangles(TriangleBatch& batch, LightSample* const* out) const {
   batch.sample();
   for (int i = 0; i < batch.size(); ++i) {
@@ -374,7 +373,7 @@ void LightSampler::sample_environment(std::span<const GuidedRequest> requests,
 
 namespace {
 
-// The requests of a batch that pick the environment, and where their samples go.
+// The requests of a batch that pick the environment, with their outputs.
 struct EnvironmentBatch {
   GuidedRequest requests[kRayBatch];
   LightSample* out[kRayBatch];
@@ -399,7 +398,7 @@ void LightSampler::sample(std::span<const LightRequest> requests, LightSample* c
                           const LightGuide* guide) const {
   assert(requests.size() <= size_t(kRayBatch));
   const EnvironmentGuide* const environment_guide = guide ? guide->environment.get() : nullptr;
-  // Those that pick the environment are answered together, and those that pick triangles.
+  // Requests for the environment and for triangles are processed in separate batches.
   EnvironmentBatch environment;
   TriangleBatch triangles;
   LightSample* triangle_out[kRayBatch];
@@ -466,7 +465,7 @@ float LightSampler::environment_probability(const LightQuery& query,
                                             const LightGuide* guide) const {
   if (!environment_) return 0.0f;
   const InfiniteChoice choice = weigh_infinite(query, guide);
-  // An environment so dim that its luminance is no float is never picked.
+  // An environment whose luminance underflows float is never picked.
   return choice.total > 0.0f ? choice.probability * (choice.environment / choice.total) : 0.0f;
 }
 

@@ -1,4 +1,4 @@
-// Every light of a scene and the choice among them for next-event estimation.
+// All lights of a scene, and the choice among them for next-event estimation.
 //
 // World space here is the scene's internal space (rebased, see renderer/scene/scene.h). All
 // sampling and density functions are const, pure and thread-safe. No virtual call per ray.
@@ -25,28 +25,28 @@ struct GuidedRequest;    // environment_guide.h
 struct LightGuide;       // light_guide.h
 class TriangleBatch;     // triangle_sampling.h
 
-// A triangle of an emissive mesh, as placed by one instance; at the shutter's opening, if it moves.
+// A triangle of an emissive mesh as placed by an instance; if it moves, at shutter open.
 struct EmissiveTriangle {
   Vec3f p0, p1, p2;   // CCW seen from the emitting side
-  Rgb mean_radiance;  // averaged over its area (texture included), at its brightest; > 0 somewhere
+  Rgb mean_radiance;  // area mean with texture, maximum over time; > 0 in some channel
   bool two_sided = false;
-  bool moves = false;     // EmitterMotion knows where it is
-  bool appears = false;   // EmitterMotion knows when it is there
+  bool moves = false;     // EmitterMotion provides its position
+  bool appears = false;   // EmitterMotion provides its visibility
   uint32_t instance = 0;  // for the integrator to find its material and attributes
   uint32_t primitive = 0;
 };
 
-// Where the triangles that move are, and when: whoever has the geometry says so, since light
-// samples have to lie on what rays hit.
+// Position and visibility of moving triangles over time. The owner of the geometry implements it,
+// since light samples must lie on the surfaces that rays hit.
 class EmitterMotion {
  public:
   virtual ~EmitterMotion() = default;
   // At a time in [0, 1], counter-clockwise seen from the emitting side.
   virtual std::array<Vec3f, 3> corners(const EmissiveTriangle& triangle, float time) const = 0;
-  // Into how many equal times the shutter is cut for it to go along lines or arcs of less than half
-  // a turn in each.
+  // Number of equal time segments in each of which the triangle moves along lines or arcs of less
+  // than half a turn.
   virtual int segments(const EmissiveTriangle& triangle) const = 0;
-  // Whether one that appears is there.
+  // Whether a triangle with `appears` is visible.
   virtual bool shown(const EmissiveTriangle& triangle, float time) const = 0;
 };
 
@@ -54,7 +54,7 @@ enum class PointLightType : uint8_t { kPoint, kSpot, kDirectional };
 
 struct PointLightPlace {
   Vec3f position;   // point, spot
-  Vec3f direction;  // spot, directional: the way the light travels; unit
+  Vec3f direction;  // spot, directional: the direction in which the light travels; unit
 
   bool operator==(const PointLightPlace&) const = default;
 };
@@ -68,13 +68,12 @@ struct PointLightState : PointLightPlace {
   bool operator==(const PointLightState&) const = default;
 };
 
-// Where it is at the shutter's opening, and at its brightest, widest and farthest.
+// The base is its state at shutter open, with maximum intensity, cone angles and range.
 struct PointLight : PointLightState {
   PointLightType type = PointLightType::kPoint;
-  // Later places, evenly spaced up to the shutter's closing, and straight lines between them.
+  // Later positions, evenly spaced until shutter close, linearly interpolated.
   std::vector<PointLightPlace> motion = {};
-  // What there is of the intensity, the angles of the cones, what there is of the range, and when
-  // there is any light; null: no change.
+  // Factors on intensity and range, cone angles, and times with light; null: constant.
   std::shared_ptr<const TimeCurve<Rgb>> share = {};
   std::shared_ptr<const TimeCurve<Vec2f>> cones = {};
   std::shared_ptr<const TimeCurve<float>> range_share = {};
@@ -92,7 +91,7 @@ struct PointLight : PointLightState {
   PointLightState changed_at(float time) const;
 };
 
-// Where the illumination is asked for.
+// The point where illumination is requested.
 struct LightQuery {
   Vec3f point;
   Vec3f normal;             // the hemisphere that can receive light; ignored if `both_sides`
@@ -102,8 +101,8 @@ struct LightQuery {
 
 struct LightRequest {
   LightQuery query;
-  float u_pick = 0.0f;  // chooses the light (reused by remapping inside)
-  Vec2f u;              // the point on it
+  float u_pick = 0.0f;  // chooses the light (reused internally by remapping)
+  Vec2f u;              // chooses the point on it
 };
 
 enum class LightKind : uint8_t { kNone, kTriangle, kPoint, kEnvironment };
@@ -119,20 +118,20 @@ struct LightSample {
   // Point lights: radiant intensity / distance^2 (or irradiance); environment: radiance;
   // triangle: left 0, the integrator evaluates the material's emission at the point.
   Rgb radiance = Rgb(0.0f);
-  float pdf = 0.0f;    // per solid angle, probability of picking this light included
+  float pdf = 0.0f;    // per solid angle, includes the probability of picking this light
   bool delta = false;  // point-like: cannot be hit by a ray, pdf is the pick probability alone
 };
 
-// Kinds among which light is chosen first.
+// Kinds of light; sampling first chooses among these.
 enum { kEnvironmentKind, kDirectionalKind, kFiniteKind, kLightKinds };
 
 class LightSampler {
  public:
-  // From this many finite emitters on, a light BVH chooses; below, power does.
+  // With at least this many finite emitters a light BVH chooses, with fewer the power.
   static constexpr uint32_t kBvhThreshold = 16;
 
-  // `environment` may be null. An environment with no radiance at all is treated as null. `motion`
-  // outlives the sampler; null if no triangle moves. `bvh_threshold`: another for tests.
+  // `environment` may be null. A black environment counts as null. `motion` must outlive the
+  // sampler; null if no triangle moves. `bvh_threshold` is for tests.
   LightSampler(std::vector<EmissiveTriangle> triangles, std::vector<PointLight> points,
                std::shared_ptr<const EnvironmentLight> environment,
                const EmitterMotion* motion = nullptr, uint32_t bvh_threshold = kBvhThreshold);
@@ -142,22 +141,21 @@ class LightSampler {
 
   bool empty() const;  // nothing to sample
 
-  // Picks a light and a point on it, for each of up to kRayBatch requests as if it were alone; out
-  // is constructed.
-  // `guide`, of these lights, is to be the same for samples and densities; null: none.
+  // Picks a light and a point on it for each of up to kRayBatch requests, with the same result as
+  // one by one; `out` must be constructed. `guide` is for these lights and must be the same for
+  // samples and densities; may be null.
   void sample(std::span<const LightRequest> requests, LightSample* const* out,
               const LightGuide* guide = nullptr) const;
 
   // Density, per solid angle at query.point, with which sample() returns a point of triangle
-  // `index` at `distance`, if nothing else is in the way: 0 on the back of a one-sided one. Cost
-  // O(depth of the light BVH).
+  // `index` at `distance` if unoccluded; 0 on the back of a one-sided triangle. Cost O(depth of the
+  // light BVH).
   float pdf_triangle(const LightQuery& query, uint32_t index, float distance,
                      const LightGuide* guide = nullptr) const;
-  // The probability of picking the environment at all: the factor of its density that does not
-  // depend on the direction. EnvironmentLight::radiance_and_pdf has the other.
+  // Probability of picking the environment: the factor of its density that does not depend on the
+  // direction. EnvironmentLight::radiance_and_pdf() gives the other factor.
   float environment_probability(const LightQuery& query, const LightGuide* guide = nullptr) const;
-  // With which probability which kind of light is picked: the environment, directional lights,
-  // finite ones. At most 1 in all.
+  // Probabilities of picking each kind of light; their sum is at most 1.
   std::array<float, kLightKinds> kind_probabilities(const LightQuery& query,
                                                     const LightGuide* guide = nullptr) const;
   int kinds() const { return (environment_ ? 1 : 0) + !directional_.empty() + !emitters_.empty(); }
@@ -166,8 +164,8 @@ class LightSampler {
   const std::vector<EmissiveTriangle>& triangles() const { return triangles_; }
   const std::vector<PointLight>& points() const { return points_; }
 
-  // For the report: "light BVH (1204 emitters)", "power (3 emitters), environment", and bytes held
-  // (the environment's own are its own).
+  // For the report: "light BVH (1204 emitters)", "power (3 emitters), environment", and the memory
+  // used (without the environment's own).
   std::string describe() const;
   uint64_t bytes() const;
 
@@ -179,7 +177,7 @@ class LightSampler {
   std::unique_ptr<const LightBvh> bvh_;
 
   // An emitter is a finite light that emits: an index into triangles_, or with kPointEmitter into
-  // points_. Degenerate, black and non-finite ones are none.
+  // points_. Degenerate, black and non-finite lights are excluded.
   static constexpr uint32_t kPointEmitter = 1u << 31;
   static constexpr uint32_t kNoEmitter = ~0u;
   std::vector<uint32_t> emitters_;
@@ -190,12 +188,12 @@ class LightSampler {
   float finite_reach2_ = kInfinity;         // no emitter gives light beyond, squared
   bool ranged_ = false;                     // some emitters have a range
   std::vector<uint32_t> directional_;       // indices into points_
-  std::vector<double> power_sums_;          // without a BVH: running shares of the power
+  std::vector<double> power_sums_;          // without a BVH: running sums of relative power
 
   // The choice between infinite lights (directional, environment) and finite ones: by irradiance,
-  // within limits, times KindFactors. That of the finite ones is taken as what a lamp of all their
-  // intensity in the middle of them would give. Among infinite ones by irradiance, which is known
-  // exactly but for the environment's distribution.
+  // within limits, times KindFactors. The irradiance of the finite ones is estimated as that of a
+  // lamp with their total intensity at their centre. Infinite ones are weighted by irradiance,
+  // which is exact except for the environment's distribution.
   struct InfiniteChoice {
     float probability = 0.0f;  // of choosing any infinite light
     float environment = 0.0f;  // weights
@@ -212,17 +210,15 @@ class LightSampler {
   InfiniteChoice weigh_infinite(const LightQuery& query, const LightGuide* guide) const;
   FinitePick pick_finite(const LightQuery& query, double u) const;
   float finite_probability(const LightQuery& query, uint32_t emitter) const;
-  // The choice without a BVH where emitters have ranges: by power, among those that reach the
-  // query.
+  // The choice without a BVH if emitters have ranges: by power, among those that reach the query.
   bool reaches(const LightQuery& query, uint32_t emitter) const;
   double share_in_reach(const LightQuery& query) const;
   FinitePick pick_in_reach(const LightQuery& query, double u) const;
-  // Among the directional ones; u_weight in [0, their weights' sum).
+  // Chooses among the directional lights; u_weight in [0, sum of their weights).
   LightSample sample_directional(const LightQuery& query, const InfiniteChoice& choice,
                                  double u_weight) const;
   LightSample sample_point(const LightQuery& query, uint32_t index, float probability) const;
-  // Each result comes in with the probability that it was picked with as its pdf; a triangle's with
-  // its index, too.
+  // On input, each result's pdf is its pick probability; a triangle's result also has its index.
   void sample_triangles(TriangleBatch& batch, LightSample* const* out) const;
   void sample_environment(std::span<const GuidedRequest> requests, const EnvironmentGuide* guide,
                           LightSample* const* out) const;

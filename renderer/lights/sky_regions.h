@@ -1,9 +1,9 @@
-// What the parts of a scene see of the environment: a grid of cells, each with six regions for the
-// ways that a surface may face, and for each region how much of every tile of the sphere is open.
-// Surveyed by rays (renderer/scene/light_survey.h), read by EnvironmentGuide.
+// Visibility of the environment from the parts of a scene: a grid of cells, each with six regions
+// for the directions that a surface may face, and for each region the open fraction of every tile
+// of the sphere. Surveyed by rays (renderer/scene/light_survey.h), read by EnvironmentGuide.
 //
-// Points are in the scene's internal space, directions unit and in the world. Once it is
-// filled, all const functions are thread-safe.
+// Points are in the scene's internal space; directions are unit, in world space. Once filled, all
+// const functions are thread-safe.
 #pragma once
 
 #include <array>
@@ -16,13 +16,13 @@
 
 namespace emberline {
 
-// The sphere in tiles of equal solid angle: rows of equal height along y, columns round it.
+// The sphere in tiles of equal solid angle: rows of equal height along y, columns around it.
 namespace sky_tiles {
 
 inline constexpr int kColumns = 24, kRows = 12, kCount = kColumns * kRows;
 inline constexpr double kSolidAngle = 4 * kPiD / kCount;
 
-// How far down from the north pole its first row begins and others do: 1 - y.
+// Height of a row in 1 - y, measured from the north pole.
 inline constexpr double kRowHeight = 2.0 / kRows;
 
 int tile_of(const Vec3f& direction);
@@ -34,11 +34,11 @@ Vec3f direction_in(int tile, const Vec2f& u);
 class SkyRegions {
  public:
   static constexpr int kNone = -1;
-  static constexpr int kCells = 16;  // along the longest side of the box, at most
+  static constexpr int kCells = 16;  // maximum along the longest side of the box
 
-  SkyRegions() = default;  // none
+  SkyRegions() = default;  // no regions
   SkyRegions(const Vec3f& lower, const Vec3f& upper);
-  // One region, of all points, that sees all alike.
+  // One region for all points, with everything equally visible.
   static SkyRegions everywhere();
 
   // The region of a surface point that faces `normal`, or kNone.
@@ -47,8 +47,7 @@ class SkyRegions {
     const int64_t place = place_of(point, normal);
     return place < 0 ? kNone : int(numbers_[size_t(place)]) - 1;
   }
-  // The same, which is made if there is none; kNone outside the box, and where there are as many
-  // as there may be.
+  // Like find(), but adds a missing region; kNone outside the box and if there are too many.
   int find_or_add(const Vec3f& point, const Vec3f& normal);
   int count() const { return count_; }
   uint64_t bytes() const {
@@ -56,15 +55,15 @@ class SkyRegions {
            places_.size() * sizeof(uint32_t);
   }
 
-  // Per tile, of a region: the root mean square of what arrives, 0 or 1 or what a veil lets
-  // through, times the cosine to the surface.
+  // Per tile of a region: the root mean square of visibility (0, 1, or a veil's transmittance)
+  // times the cosine to the surface.
   std::span<float> seen(int region) { return {&seen_[first_tile(region)], sky_tiles::kCount}; }
   std::span<const float> seen(int region) const {
     return {&seen_[first_tile(region)], sky_tiles::kCount};
   }
-  // When it has been read.
+  // Frees `seen` after it has been read.
   void forget_what_was_seen() { seen_ = std::vector<float>(); }
-  // From how many points it was looked.
+  // Number of points from which the region was surveyed.
   uint32_t& places(int region) { return places_[size_t(region)]; }
   uint32_t places(int region) const { return places_[size_t(region)]; }
 
@@ -80,7 +79,7 @@ class SkyRegions {
   std::array<int, 3> cells_ = {0, 0, 0};
   int count_ = 0;
   bool everywhere_ = false;
-  std::vector<uint16_t> numbers_;  // of each place: its region's, counted from 1; 0: none
+  std::vector<uint16_t> numbers_;  // per place: its region's number, counted from 1; 0: none
   std::vector<float> seen_;
   std::vector<uint32_t> places_;
 };

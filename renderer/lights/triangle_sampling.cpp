@@ -9,14 +9,14 @@
 namespace emberline {
 namespace {
 
-// No branch in what follows: a loop over the samples of a batch becomes vector instructions.
+// All of the following is branch-free, so that loops over the samples of a batch vectorise.
 
 [[gnu::always_inline]] inline double length(const Vec3d& v) { return std::sqrt(dot(v, v)); }
 
 // 0 for 0.
 [[gnu::always_inline]] inline double reciprocal(double x) { return x > 0 ? 1.0 / x : 0.0; }
 
-// Along v, of the length whose square is given; below 0 it is rounding's.
+// A vector along v with the given squared length, which rounding may make negative.
 [[gnu::always_inline]] inline Vec3d of_length2(const Vec3d& v, double length2) {
   const double scale2 = length2 * reciprocal(dot(v, v));
   return v * std::sqrt(scale2 > 0 ? scale2 : 0.0);
@@ -30,7 +30,7 @@ template <class... Coefficients>
   return sum;
 }
 
-// std::atan2 for y >= 0, to 1e-15 of its value: our own Chebyshev fit of atan(z) / z over
+// std::atan2 for y >= 0, to a relative error of 1e-15: our own Chebyshev fit of atan(z) / z over
 // |z| <= tan(pi / 8).
 [[gnu::always_inline]] inline double angle_of(double y, double x) {
   constexpr double kLargest = 0.41421356237309503;  // tan(pi / 8)
@@ -48,7 +48,7 @@ template <class... Coefficients>
   return x < 0 ? kPiD - quarter : quarter;
 }
 
-// For x in [0, pi], sine to 1e-13 of its value: Taylor's series of the half.
+// For x in [0, pi], sine to a relative error of 1e-13: Taylor series of the half angle.
 [[gnu::always_inline]] inline void sincos_to_pi(double x, double* sine, double* cosine) {
   const double h = 0.5 * x, h2 = h * h;
   const double p = polynomial(h2, 1.0 / 355687428096000, -1.0 / 1307674368000, 1.0 / 6227020800,
@@ -60,8 +60,8 @@ template <class... Coefficients>
   *cosine = fma(-2.0 * s, s, 1.0);
 }
 
-// Solid angle of unit a, b, c. `volume` is |a . (b x c)|; the caller may know it better than from
-// three vectors that are almost the same.
+// Solid angle of unit vectors a, b, c. `volume` is |a . (b x c)|; the caller may know it more
+// exactly than from three nearly equal vectors.
 [[gnu::always_inline]] inline double solid_angle(const Vec3d& a, const Vec3d& b, const Vec3d& c,
                                                  double volume) {
   return 2.0 * angle_of(volume, 1.0 + dot(a, b) + dot(a, c) + dot(b, c));
@@ -90,10 +90,10 @@ template <class... Coefficients>
   return t;
 }
 
-// Direction in the spherical triangle. Arvo's, with the vertex angle's sine and cosine from the
-// planes' normals, and 1 - cos and 1 + cos in place of cos: his quotient for the cosine of the arc
-// cut off, subtracted from 1, comes to (1 - cos area) (1 + cos c) over a sum that cancels only
-// towards c. So it holds where a and b lie opposite, as seen from the foot of a wall.
+// A direction in the spherical triangle by Arvo's method. The vertex angle's sine and cosine come
+// from the planes' normals, and 1 - cos and 1 + cos replace cos: 1 minus his quotient for the
+// cosine of the arc cut off equals (1 - cos area) (1 + cos c) over a sum that cancels only towards
+// c. So it is accurate even if a and b are opposite, as seen from the foot of a wall.
 [[gnu::always_inline]] inline Vec3d sample_direction(const SeenTriangle& t, const Vec2f& u) {
   const Vec3d plane_ab = cross(t.a, t.b), plane_ac = cross(t.a, t.c);
   const double scale = reciprocal(std::sqrt(dot(plane_ab, plane_ab) * dot(plane_ac, plane_ac)));
@@ -105,8 +105,8 @@ template <class... Coefficients>
   const Vec3d opposite = t.b + t.a;
   const double one_plus_cos_c = 0.5 * dot(opposite, opposite);
 
-  // The part of the triangle up to the arc from b to a point on the arc from a to c has the area
-  // u.x of the whole; h_c is 1 - the cosine of the arc from a to that point.
+  // The arc from b to a point on the arc from a to c cuts off the fraction u.x of the area; h_c is
+  // 1 - the cosine of the arc from a to that point.
   double sin_half, cos_half;
   sincos_to_pi(0.5 * double(u.x) * t.solid_angle, &sin_half, &cos_half);
   const double sin_area = 2.0 * sin_half * cos_half, one_minus_cos_area = 2.0 * sin_half * sin_half;
@@ -128,7 +128,7 @@ template <class... Coefficients>
   return of_length2(toward_end, h * (2.0 - h)) + t.b * (1.0 - h);
 }
 
-// Barycentric weights of p1 and p2 where the ray along w meets the triangle's plane.
+// Barycentric weights of p1 and p2 where the ray along w intersects the triangle's plane.
 [[gnu::always_inline]] inline Imath::Vec2<double> intersect_plane(const SeenTriangle& t,
                                                                   const Vec3d& w) {
   const Vec3d p = cross(w, t.edge2);
@@ -158,8 +158,8 @@ template <class... Coefficients>
   const Imath::Vec2<double> by_direction = intersect_plane(t, sample_direction(t, u));
   const Vec2f by_area = square_to_triangle(u);
   const bool spherical = t.spherical();
-  // In double: where the triangle reaches past the point, closer than floats of its edges tell
-  // places apart, rounded weights are another direction.
+  // In double: if the point is closer to the triangle than the resolution of floats along its
+  // edges, rounded weights would give another direction.
   const double b1 = spherical ? by_direction.x : double(by_area.x);
   const double b2 = spherical ? by_direction.y : double(by_area.y);
   result.barycentric = {float(b1), float(b2)};
@@ -216,7 +216,7 @@ void TriangleBatch::add(const std::array<Vec3f, 3>& corners, const Vec3f& point,
 [[gnu::noinline]] void TriangleBatch::answer_alone(int i) { answer(i); }
 
 void TriangleBatch::sample() {
-  // One or two over are quicker alone, three as four.
+  // One or two remaining samples are faster alone, three are faster as four.
   const int over = count_ % 4, lanes = over == 3 ? count_ + 1 : count_ - over;
   if (over == 3) {
     for (int c = 0; c < 3; ++c) {

@@ -1,13 +1,13 @@
-// Points on a triangle, uniform in the solid angle that it fills as seen from a point.
+// Samples points on a triangle uniformly in solid angle as seen from a point.
 //
 // Between kLeastSphericalAngle and kLargestSphericalAngle: Arvo 1995, "Stratified Sampling of
-// Spherical Triangles". Below, where the triangle is flat to float accuracy and both agree, and
-// above, where the point lies on the triangle all but: uniform in area, density d^2 / (A |cos|).
-// Which of the two depends on triangle and point alone, so that a ray that hits the triangle finds
-// the density that a sample there had.
+// Spherical Triangles". Below, where the triangle is flat to float accuracy and both methods agree,
+// and above, where the point is almost on the triangle: uniform in area, density d^2 / (A |cos|).
+// The choice depends only on triangle and point, so a ray that hits the triangle gets the density
+// of a sample there.
 //
-// Geometry is in double: differences of positions cancel, and a spherical excess of 3e-4 sr leaves
-// a float no digits. Scale-free for coordinates between 1e-30 and 1e30.
+// Geometry is in double: differences of positions cancel, and a spherical excess of 3e-4 sr has no
+// significant digits in float. Scale-free for coordinates between 1e-30 and 1e30.
 #pragma once
 
 #include <array>
@@ -19,19 +19,18 @@
 namespace emberline {
 
 // pbrt-v4's limits are 3e-4 and 6.22 (Triangle::MinSphericalSampleArea, MaxSphericalSampleArea).
-// Ours goes on almost to the hemisphere, which double allows: by area, 1e5 samples for a point 1e-3
-// edges above a triangle had found a sixth of its light (triangle_sampling_test, "a thousandth").
+// Our upper limit is almost the hemisphere, which double allows: by area, 1e5 samples for a point
+// 1e-3 edges above a triangle find a sixth of its light (triangle_sampling_test, "a thousandth").
 inline constexpr double kLeastSphericalAngle = 3e-4;
 inline constexpr double kLargestSphericalAngle = 2 * kPiD - 1e-4;
 
-// A triangle as seen from a point.
 struct SeenTriangle {
   Vec3d to_p0 = Vec3d(0.0);                              // from the point to vertex 0
   Vec3d edge1 = Vec3d(0.0), edge2 = Vec3d(0.0);          // from vertex 0 to 1 and 2
   Vec3d a = Vec3d(0.0), b = Vec3d(0.0), c = Vec3d(0.0);  // unit, from the point to the vertices
   Vec3d normal = Vec3d(0.0);                             // unit, along edge1 x edge2
-  double area = 0.0;    // 0: degenerate, or the point is in its plane; there is nothing to sample
-  double height = 0.0;  // signed distance of the point from the plane; > 0 in front
+  double area = 0.0;         // 0: degenerate, or the point is in its plane: nothing to sample
+  double height = 0.0;       // signed distance of the point from the plane; > 0 in front
   double solid_angle = 0.0;  // Van Oosterom & Strackee 1983, "The Solid Angle of a Plane Triangle"
 
   bool spherical() const {
@@ -49,15 +48,15 @@ struct TriangleSample {
   float pdf = 0.0f;  // per solid angle; 0: nothing sampled
 };
 
-// Up to kRayBatch samples at once, side by side in vector instructions: a third of the time. Each
-// has the bits that it has alone. add() them, sample(), then ask for each by its place.
+// Up to kRayBatch samples at once in vector instructions, in a third of the time and with the same
+// bits as alone. Call add() for each, then sample(), then read them by index.
 class TriangleBatch {
  public:
   int size() const { return count_; }
   void add(const std::array<Vec3f, 3>& corners, const Vec3f& point, const Vec2f& u);
   void sample();
 
-  bool in_front(int i) const { return height_[i] > 0; }  // the point is
+  bool in_front(int i) const { return height_[i] > 0; }  // whether the point is
   Vec3f normal(int i) const { return {normal_[0][i], normal_[1][i], normal_[2][i]}; }
   TriangleSample operator[](int i) const {
     return {{barycentric_[0][i], barycentric_[1][i]},

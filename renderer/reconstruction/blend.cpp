@@ -14,19 +14,19 @@ constexpr size_t pair(size_t k, size_t l) {
   return k > l ? k * (k + 1) / 2 + l : l * (l + 1) / 2 + k;
 }
 
-// The terms of the error, of a pixel alone or pooled, in units of the pixel's squared brightness.
+// Terms of the error, of one pixel or pooled, in units of the pixel's squared brightness.
 struct Terms {
-  BorderedPlane unit;  // of a pixel alone: what radiance is to be multiplied by, squared
+  BorderedPlane unit;                            // of one pixel: factor on squared radiance
   std::array<BorderedPlane, kBandwidths> gains;  // V - C_k
   std::array<BorderedPlane, kPairs> squares;     // D_kl
 };
 
-// Relative errors, so that a bright pixel does not decide for dark neighbours; below this (squared)
-// radiance, where a display shows next to nothing, absolute ones.
+// Errors are relative, so that a bright pixel does not dominate dark neighbours; below this squared
+// radiance, which is almost black on a display, they are absolute.
 constexpr float kDarkest = 1e-5f;
-// Nor does a noisy one: what counts less where the neighbourhood's variance is more. Where rare
-// light was seen, its terms would drown those of the dark pixels around it. We chose how much on
-// the lamps' reflections of `thin_wires`, whose dark pixels get worse with less.
+// Pixels in noisy neighbourhoods count less. Otherwise the terms of rare light would drown those of
+// the dark pixels around it. Chosen on the lamps' reflections of `thin_wires`, whose dark pixels
+// get worse with less (RESULTS.md).
 constexpr float kNoiseWeight = 80.0f;
 
 void measure_row(const Halves& h, const Candidates& candidates, int y, Terms& own) {
@@ -37,7 +37,7 @@ void measure_row(const Halves& h, const Candidates& candidates, int y, Terms& ow
     float brightness = 0.0f;
     for (const BorderedPlane& plane : candidates[0].colour) brightness += plane.row(y)[x];
     brightness = std::max(brightness * (1.0f / 3), 0.0f);
-    const float variance = noise_a[x] * share_a[x] * (1.0f / 3);  // of a channel
+    const float variance = noise_a[x] * share_a[x] * (1.0f / 3);  // of one channel
     unit[x] = 1.0f / (brightness * brightness + kNoiseWeight * variance + kDarkest);
   }
   for (size_t k = 0; k < kBandwidths; ++k) {
@@ -78,19 +78,20 @@ Terms measure(const Halves& h, const Candidates& candidates) {
   return own;
 }
 
-// Where light is rare, most pixels look dark because they had no luck, and the filter rightly
-// lights them; beside a lamp they look dark because they are. A pixel's own samples cannot tell,
-// but the other half's can: it knows nothing of the luck of the first. So the pixels that one half
-// saw darker than this share of what they would become are pooled apart, and what the other half
-// saw there says how far they really are to go.
+// With rare light, most pixels are dark because their samples missed it, and the filter is right to
+// brighten them; next to a lamp they are dark in truth. A pixel's own half cannot tell these apart,
+// but the other half can, since it is independent. Pixels that one half saw darker than this
+// fraction of their filtered value are pooled separately, and the other half measures how far they
+// should change.
 constexpr float kDark = 0.25f;
-// Noisy pixels count less in these pools, where they say most: so much more than the pools say is
-// given, which leaves even noise as it was. We chose this and kDark on `thin_wires` and
-// `hotel_room` (tests/bench/results/denoising.md).
+// Noisy pixels count less in these pools, although they matter most, so the pooled fraction is
+// multiplied by this; uniform noise is then filtered as before. This and kDark were chosen on
+// `thin_wires` and `hotel_room` (RESULTS.md).
 constexpr float kDarkDoubt = 1.25f;
 
-// Terms of these pixels, of both halves: sums of (F_k - r)(r' - r), whose expectation is of the
-// truth in the place of r', and of (F_k - r)(F_l - r); r and F_k of the one half, r' of the other.
+// Terms of the dark pixels of both halves: sums of (F_k - r)(r' - r) and of (F_k - r)(F_l - r),
+// where r and F_k belong to one half and r' to the other. In expectation r' can be replaced by the
+// truth.
 void measure_dark_row(const Halves& h, const Candidates& candidates, const BorderedPlane& units,
                       int y, Terms& dark) {
   const size_t width = size_t(h.width);
@@ -166,8 +167,7 @@ Change change_at(const Terms& terms, const Shares& a, int x, int y) {
   return change;
 }
 
-// The shares, none below 0 nor their sum above 1, that make the error least, one after the other
-// until they settle.
+// The non-negative weights of sum <= 1 that minimise the error, by coordinate descent.
 constexpr int kRounds = 16;
 constexpr float kDivisor = 1e-30f;
 
@@ -187,12 +187,12 @@ Shares least_error(const Terms& terms, int x, int y) {
   return a;
 }
 
-// Where the nearest neighbours changed by far more than their noise explains, as beside a lamp
-// whose noise has decided for all around, the share is cut down to so many times what they ask for.
+// If the nearest neighbours changed far more than their noise explains (next to a lamp whose noise
+// dominates the pool), the weight is limited to this multiple of what they support.
 constexpr int kNearRadius = 1;
 constexpr float kDoubt = 3.0f;
 
-// Of each candidate, and how much of that a dark pixel takes.
+// The weight of each candidate, and the fraction of it that a dark pixel gets.
 struct Choice {
   std::array<BorderedPlane, kBandwidths> shares;
   BorderedPlane in_the_dark;
@@ -219,7 +219,7 @@ Choice choose_shares(const Halves& h, const Terms& own, const Terms& own_dark) {
   return choice;
 }
 
-// A pixel counts as dark in full at half of kDark.
+// A pixel is fully dark at half of kDark.
 void keep_dark(const Halves& h, const Candidates& candidates, Choice& choice) {
   for_each_pixel(h.width, h.height, [&](int x, int y) {
     float raw = 0.0f, filtered = 0.0f;
@@ -250,7 +250,7 @@ ColourPlanes mix(const Halves& h, const Candidates& candidates,
   return mixed;
 }
 
-// A pixel without a sample is what its neighbours are.
+// A pixel without samples is fully filtered.
 void fill_unknown(const Halves& h, std::array<BorderedPlane, kBandwidths>& shares) {
   for (int y = 0; y < h.height; ++y) {
     const float *a = h.half[0].known.row(y), *b = h.half[1].known.row(y);
@@ -261,17 +261,17 @@ void fill_unknown(const Halves& h, std::array<BorderedPlane, kBandwidths>& share
   }
 }
 
-// The squared error of a display's value in [0, 1] is no larger.
+// Upper bound of the squared error of a displayed value in [0, 1].
 constexpr float kMostError = 0.25f;
 
-// Pooled over the pixels that tell theirs: two boxes as wide as one of kPoolRadius, whose edges
-// would be seen around a bright pixel.
+// Pools over pixels with both halves known. Two small boxes have the reach of one of kPoolRadius,
+// without its visible edges around a bright pixel.
 constexpr int kFirstPool = (kPoolRadius + 1) / 2, kSecondPool = kPoolRadius - kFirstPool;
 BorderedPlane pool_smoothly(const BorderedPlane& own) {
   return box_sum(box_sum(own, kFirstPool), kSecondPool);
 }
 
-// How much a pixel counts in that, in a mean weighted by itself: 36 for boxes of 9 and 9 pixels.
+// A pixel's weight in the pool, as a mean weighted by itself: 36 for boxes of 9 and 9 pixels.
 constexpr float pixel_weight() {
   float sum = 0.0f, squares = 0.0f;
   for (int i = -kPoolRadius; i <= kPoolRadius; ++i) {
@@ -283,7 +283,7 @@ constexpr float pixel_weight() {
   return (squares / sum) * (squares / sum);
 }
 
-// How rare a pixel's light is: 1 where one half saw all of it, 0 where both saw the same.
+// Rarity of a pixel's light: 1 if one half saw all of it, 0 if both saw the same.
 BorderedPlane rarity(const Halves& h) {
   BorderedPlane rare(h.width, h.height);
   for_each_pixel(h.width, h.height, [&](int x, int y) {
@@ -298,9 +298,9 @@ BorderedPlane rarity(const Halves& h) {
   return rare;
 }
 
-// What the pool does not know of: where few pixels have most of the error, as rare light leaves it,
-// one more such pixel may have had no luck in either half. Added is one, as large as those that
-// were seen are in the mean weighted by their error, as far as they are rare.
+// Adds the error of unseen rare light: where few pixels have most of the error, another such pixel
+// may have been missed by both halves. The added error is that of one pixel, the mean of the seen
+// ones weighted by their error and rarity.
 void add_unseen(const BorderedPlane& own, const BorderedPlane& rare, BorderedPlane& pool) {
   constexpr float kMost = 1.0f;  // of a displayed pixel
   BorderedPlane errors = own, squares = own;
@@ -317,7 +317,7 @@ void add_unseen(const BorderedPlane& own, const BorderedPlane& rare, BorderedPla
   });
 }
 
-// `rare`: nullptr for an error that leaves out what was not seen.
+// `rare`: nullptr to leave out unseen light.
 BorderedPlane pooled_error(const Halves& h, const BorderedPlane& own, const BorderedPlane* rare) {
   BorderedPlane error = pool_smoothly(own);
   if (rare != nullptr) add_unseen(own, *rare, error);
@@ -325,15 +325,15 @@ BorderedPlane pooled_error(const Halves& h, const BorderedPlane& own, const Bord
   for_each_pixel(h.width, h.height, [&](int x, int y) {
     float& e = error.row(y)[x];
     const float n = told.row(y)[x];
-    // The order of the arguments matters: an error that is no number is taken for the largest.
+    // The order of the arguments matters: it turns NaN into the largest error.
     e = n > 0 ? std::max(std::min(kMostError, e / n), 0.0f) : kMostError;
   });
   return error;
 }
 
-// display_error_weight() of light, which is not negative: where the deviation exceeds the mean, the
-// slope is that from black on. Where a float cannot tell mean and mean + deviation apart, both are
-// far outside what a display shows, and the slope is 0.
+// display_error_weight() for light, which is not negative: if the deviation exceeds the mean, the
+// slope is measured from black. If mean and mean + deviation are equal in float, both are far
+// outside the displayable range, and the slope is 0.
 float light_error_weight(float mean, float deviation) {
   const float d = std::min(std::max(deviation, 1e-3f), 1e15f);
   const float least = std::max(mean - d, std::min(mean, 0.0f)), most = mean + d;
@@ -343,10 +343,10 @@ float light_error_weight(float mean, float deviation) {
                   std::min(kLeastDisplaySlope * kLeastDisplaySlope, 0.25f / (d * d)));
 }
 
-// The error's terms again, for the shares that were taken, as displayed.
+// Evaluates the error for the chosen weights, as displayed.
 //
-// Where little error is left of much noise, it is the small difference of large numbers; but what
-// the blended halves differ by still tells its variance.
+// If most of the noise is removed, this error is a small difference of large numbers; the
+// difference of the blended halves still measures its variance.
 void estimate_errors(const Halves& h, const Candidates& candidates, const Terms& own, Blend& out) {
   BorderedPlane before(h.width, h.height), after(h.width, h.height), variance(h.width, h.height);
   for_each_pixel(h.width, h.height, [&](int x, int y) {
@@ -368,7 +368,7 @@ void estimate_errors(const Halves& h, const Candidates& candidates, const Terms&
     const float gain = kept * change_at(own, a, x, y).gain / own.unit.row(y)[x] * (1.0f / 3);
     const float noise = h.own_noise.row(y)[x] * (1.0f / 3);
     const float weight = light_error_weight(value, std::sqrt(noise)) * h.told.row(y)[x];
-    float excess = 0.0f;  // of which two halves tell the variance as of all else
+    float excess = 0.0f;  // two halves measure its variance like any other
     for (const BorderedPlane& plane : h.excess) {
       const float light = std::max(plane.row(y)[x], 0.0f);  // below black there is none
       excess += light * light * (1.0f / 3);

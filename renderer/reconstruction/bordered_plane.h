@@ -1,4 +1,4 @@
-// A plane of numbers with a border, so that loops over a window need no test at the picture's edge.
+// A plane of floats with a border, so that loops over a window need no test at the image's edge.
 #pragma once
 
 #include <algorithm>
@@ -9,17 +9,18 @@
 
 namespace emberline {
 
-// Loops that do the same for all pixels of a row go by runs of so many: the compiler unrolls and
-// vectorises what has a constant length.
+// Loops that treat all pixels of a row equally process runs of this constant length, so that the
+// compiler unrolls and vectorises them.
 inline constexpr int kRun = 64;
-inline constexpr int kPad = 32;  // columns on either side that every window fits in
+inline constexpr int kPad = 32;  // columns on either side, enough for every window
 
 class BorderedPlane {
  public:
   BorderedPlane() = default;
   BorderedPlane(int width, int height) { resize(width, height); }
-  // Keeps its memory; what is in it then is anything. Planes that are read together get different
-  // places, from 0: else their rows would lie in the same few lines of the first-level cache.
+  // Keeps its memory; the contents are undefined. Planes that are read together need different
+  // values of `place`, starting at 0, otherwise their rows would share the same few lines of the L1
+  // cache.
   void resize(int width, int height, int place = 0) {
     width_ = width;
     height_ = height;
@@ -32,13 +33,13 @@ class BorderedPlane {
   int height() const { return height_; }
   bool empty() const { return values_.empty(); }
 
-  // Its pixel x = 0; readable from -kPad to kPad beyond a run that begins at any pixel.
+  // Pointer to pixel x = 0; readable from -kPad to kPad beyond a run that begins at any pixel.
   float* row(int y) { return values_.data() + size_t(y) * stride_ + offset_; }
   const float* row(int y) const { return values_.data() + size_t(y) * stride_ + offset_; }
-  // The nearest row that there is.
+  // The row, clamped to the image.
   const float* near(int y) const { return row(std::clamp(y, 0, height_ - 1)); }
 
-  // The border's values become those of the row's first and last pixel.
+  // Fills the border with the row's first and last pixel.
   void extend_row(int y) {
     float* values = row(y);
     std::fill(values - kPad, values, values[0]);
@@ -51,13 +52,13 @@ class BorderedPlane {
   std::vector<float> values_;
 };
 
-// Calls body(y) for each row of a picture, in parallel.
+// Calls body(y) for each row of an image, in parallel.
 template <typename Body>
 void for_each_row(int height, const Body& body) {
   parallel_each(size_t(height), [&](size_t y) { body(int(y)); });
 }
 
-// Calls body(x, y) for each pixel of a picture, rows in parallel.
+// Calls body(x, y) for each pixel of an image, rows in parallel.
 template <typename Body>
 void for_each_pixel(int width, int height, const Body& body) {
   for_each_row(height, [&](int y) {

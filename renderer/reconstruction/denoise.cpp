@@ -28,7 +28,6 @@ HalfColour rows_of(const HalfColour& colour, size_t first, size_t count) {
           rows_of(colour[2], first, count)};
 }
 
-// Rows [begin, end) alone.
 DenoiseInput rows_of(const DenoiseInput& input, int begin, int end) {
   const size_t first = size_t(begin) * size_t(input.width);
   const size_t count = size_t(end - begin) * size_t(input.width);
@@ -59,8 +58,8 @@ std::array<std::vector<float>, 3> rows_of(const ColourPlanes& colour, int begin,
   return out;
 }
 
-// Whether there is noise in a run of pixels; if not, a fit has nothing to say of its window that
-// its noisy pixels' own do not.
+// Whether a run of pixels has noise; if not, a fit contributes nothing to its window that its noisy
+// pixels' own fits do not.
 bool has_noise(const Halves& halves, int x, int y) {
   for (const Half& half : halves.half) {
     const float* noise = half.noise.row(y) + x;
@@ -71,9 +70,9 @@ bool has_noise(const Halves& halves, int x, int y) {
   return false;
 }
 
-// body(fit, half, bandwidth) for each fit that says something of rows [begin, end), from many
-// threads at once, but never for two that say something of the same pixel, and of a pixel always in
-// the same order.
+// Calls body(fit, half, bandwidth) for each fit that contributes to rows [begin, end), from many
+// threads, but never at once for two that contribute to the same pixel, and for each pixel always
+// in the same order.
 template <typename Body>
 void for_each_fit(const Halves& halves, Place place, int begin, int end,
                   const std::stop_token& stop, const Body& body) {
@@ -101,10 +100,9 @@ void for_each_fit(const Halves& halves, Place place, int begin, int end,
   });
 }
 
-// A fit's weight that a pixel's own value has beside all fits: where none takes the pixel for its
-// like, it stays as it is.
+// Relative weight of a pixel's own value: without similar fits the pixel stays unchanged.
 constexpr float kOwnWeight = 0.02f;
-constexpr float kLeastWeight = 1e-30f;  // divisor
+constexpr float kLeastWeight = 1e-30f;  // of a divisor
 
 void mean_of_fits(const Halves& h, Candidate& to) {
   for_each_row(h.height, [&](int y) {
@@ -174,7 +172,7 @@ Part read_part(const Halves& h, const HalfColour& colour) {
   return part;
 }
 
-// [bandwidth][half]: what a fit's value of a pixel counts there, over its weight.
+// [bandwidth][half]: factor on a fit's value of a pixel, divided by the total weight.
 using Factors = std::array<std::array<BorderedPlane, 2>, kBandwidths>;
 Factors factors_of(const Halves& h, const Candidates& candidates, const Blend& shares) {
   Factors factors;
@@ -192,7 +190,7 @@ Factors factors_of(const Halves& h, const Candidates& candidates, const Blend& s
   return factors;
 }
 
-// What is left of a part unfiltered.
+// The unfiltered fraction of a part.
 void keep_own(const Halves& h, const Factors& factors, const Blend& shares, Part& part) {
   for_each_row(h.height, [&](int y) {
     for (size_t c = 0; c < 3; ++c) {
@@ -210,11 +208,11 @@ void keep_own(const Halves& h, const Factors& factors, const Blend& shares, Part
   });
 }
 
-// Of the neighbours that say in what proportion parts make up the whole.
+// Neighbourhood that determines the proportions of the parts.
 constexpr int kSplitRadius = 2;
-static_assert(kSplitRadius <= kPoolRadius);  // parts are told that much further than rows
+static_assert(kSplitRadius <= kPoolRadius);  // parts are evaluated that much further than rows
 
-// Of rows [begin, end): what the whole has that is not in the sum of its parts.
+// For rows [begin, end): distributes the difference between the whole and the sum of its parts.
 void split_rest(const ColourPlanes& whole, int begin, int end, std::vector<Part>& parts) {
   const int width = whole[0].width(), height = whole[0].height();
   for (size_t c = 0; c < 3; ++c) {
@@ -242,7 +240,7 @@ void split_rest(const ColourPlanes& whole, int begin, int end, std::vector<Part>
   }
 }
 
-// The parts' raw pictures and their candidates in the shares of the whole.
+// The parts' raw images, and their candidates with the weights of the whole.
 std::vector<Part> filter_parts(const Halves& h, std::span<const HalfColour> colours,
                                const Candidates& candidates, const Blend& shares, Place place,
                                int begin, int end, const std::stop_token& stop) {
@@ -271,7 +269,7 @@ std::vector<Part> filter_parts(const Halves& h, std::span<const HalfColour> colo
 }
 
 void tell_errors(const Blend& shares, const Halves& h, int begin, int end, DenoisedPicture& out) {
-  constexpr float kLeastShare = 0.01f;  // what is below is left as it was, to the eye
+  constexpr float kLeastShare = 0.01f;  // below this, the pixel looks unchanged
   const size_t width = size_t(h.width);
   out.error.resize(width * size_t(end - begin));
   for (int y = begin; y < end; ++y) {

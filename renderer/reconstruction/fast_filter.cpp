@@ -14,25 +14,25 @@
 namespace emberline {
 namespace {
 
-// Tuned on four scenes of `scenes/` at 1 to 64 samples (tests/bench/results/denoising.md).
-// Over the distance of two normals; at 1 they have nothing in common.
+// Constants tuned on four scenes of `scenes/` at 1 to 64 samples (tests/bench/results).
+// Scale of the distance of two normals; at 1 they are dissimilar.
 constexpr float kNormalScale = 1.7f;
-// What the squared difference of two pixels may be over their variance.
+// Allowed squared difference of two pixels, relative to their variance.
 constexpr float kNoiseScale = 10.0f;
-// What is far noisier than a pixel counts as so many times as noisy: else lamps, and the rare
-// bright sample, would shine on the quiet pixels around them.
+// Limit of a tap's variance relative to the pixel's. Otherwise lamps and rare bright samples would
+// leak into the quiet pixels around them.
 constexpr float kMostNoisier = 4.0f;
-constexpr float kSlopes = 2.0f;        // of the surface's own, that nearness may differ by
-constexpr float kLeastSlope = 0.005f;  // of the nearness
+constexpr float kSlopes = 2.0f;        // allowed difference in nearness, in slopes of the surface
+constexpr float kLeastSlope = 0.005f;  // relative to the nearness
 constexpr float kLeastAlbedo = 0.02f;
 constexpr int kNoiseReach = 2;
 constexpr size_t kRows = 4;
 
-constexpr float kRed = 0.2126f, kGreen = 0.7152f, kBlue = 0.0722f;  // as luminance() has them
+constexpr float kRed = 0.2126f, kGreen = 0.7152f, kBlue = 0.0722f;  // as in luminance()
 constexpr float kMost = 1e12f;           // of a colour, so that squares and their sums stay finite
 constexpr float kLeastDivisor = 1e-12f;  // of a divisor
 
-// Without the references of std::clamp, which keep a loop from being vectorised.
+// Without std::clamp, whose references prevent vectorisation.
 float within(float value) {
   value = value < kMost ? value : kMost;
   return value > -kMost ? value : -kMost;
@@ -47,7 +47,7 @@ bool is_known(const float* rgba, const FeatureRow& row, int x) {
   return row.samples[x] > 0.0f && finite;
 }
 
-// The same of a whole row, fast; a sum that overflows is looked at again.
+// Fast version for a whole row; the caller checks a row again if its sum overflows.
 bool all_known(int width, const float* __restrict rgba, const FeatureRow& row) {
   const float *ar = row.albedo[0], *ag = row.albedo[1], *ab = row.albedo[2];
   const float *nx = row.normal[0], *ny = row.normal[1], *nz = row.normal[2];
@@ -62,7 +62,7 @@ bool all_known(int width, const float* __restrict rgba, const FeatureRow& row) {
   return unknown == 0;
 }
 
-// Pixels that are not known become what the nearest known one of the row is.
+// Replaces unknown pixels by the nearest known one of the row.
 void fill_unknown(int width, float* rgba, const FeatureRow& row) {
   std::vector<int> from(size_t(width), -1);
   for (int x = 0; x < width; ++x) {
@@ -93,11 +93,11 @@ void fill_unknown(int width, float* rgba, const FeatureRow& row) {
   fill(row.variance, 1);
 }
 
-// Eight pixels: the sums of sixteen do not fit AVX's registers.
+// Eight pixels at a time: the sums of sixteen do not fit AVX's registers.
 using Eight = Lanes::Part;
 constexpr int kAtOnce = kLanes / 2;
 
-// a * b + c, rounded once where the processor can: so the last bits of a picture depend on it.
+// a * b + c, rounded once if the processor can, so an image's last bits depend on the processor.
 [[gnu::always_inline]] inline Eight fused(const Eight& a, const Eight& b, const Eight& c) {
 #ifdef __FMA__
   return __builtin_ia32_vfmaddps256(a, b, c);
@@ -106,14 +106,14 @@ constexpr int kAtOnce = kLanes / 2;
 #endif
 }
 
-// Of positive numbers, to 1/500: the exponent's sign turned around, and a step of Newton's.
+// Reciprocals of positive numbers, to 1/500: the exponent is negated, then one Newton step.
 [[gnu::always_inline]] inline Eight reciprocal(const Eight& value) {
   using Words [[gnu::vector_size(sizeof(Eight))]] = int32_t;
   const auto out = std::bit_cast<Eight>(0x7EF311C7 - std::bit_cast<Words>(value));
   return out * fused(-value, out, Eight{} + 2.0f);
 }
 
-// One channel over what it is divided by, and that.
+// Divides one channel by its albedo, and returns the divisor.
 void untexture(int width, int channel, const float* __restrict rgba, const FeatureRow& row,
                float* __restrict albedo, float* __restrict out) {
   const float *red = row.albedo[0], *green = row.albedo[1], *blue = row.albedo[2];
@@ -124,7 +124,7 @@ void untexture(int width, int channel, const float* __restrict rgba, const Featu
   }
 }
 
-// Red, green and blue to red - luminance, luminance and blue - luminance.
+// Converts red, green and blue to red - luminance, luminance and blue - luminance.
 void to_luminance(int width, float* __restrict red, float* __restrict green,
                   float* __restrict blue) {
   for (int x = 0; x < width; ++x) {
@@ -135,7 +135,7 @@ void to_luminance(int width, float* __restrict red, float* __restrict green,
   }
 }
 
-// Of the luminance over albedo, in the scale of the weights.
+// Noise of the luminance over albedo, in the scale of the weights.
 void scale_noise(int width, const float* __restrict variance, const float* __restrict red,
                  const float* __restrict green, const float* __restrict blue,
                  float* __restrict noise) {
@@ -147,7 +147,7 @@ void scale_noise(int width, const float* __restrict variance, const float* __res
   }
 }
 
-// Roots of the shares of a pixel's neighbours, 1/8 and 1/16; its own is 1/4.
+// Square roots of a neighbour's weights, 1/8 and 1/16; the pixel's own weight is 1/4.
 constexpr float kSide = 0.353553391f, kCorner = 0.25f;
 
 }  // namespace
@@ -177,12 +177,12 @@ class FastFilter::Planes {
   }
 
  private:
-  // Luminance, how far red and blue are from it, variance of the luminance.
+  // Luminance, red and blue minus luminance, and variance of the luminance.
   struct Layer {
     BorderedPlane luminance, red, blue, variance;
   };
 
-  // One row of all that a tap reads.
+  // One row of everything that a tap reads.
   struct TapRow {
     const float *luminance, *red, *blue, *variance, *normal[3], *nearness;
 
@@ -195,7 +195,7 @@ class FastFilter::Planes {
           nearness(filter.nearness_.near(y)) {}
   };
 
-  // Eight pixels of a row, and the weighted sums over what is around them.
+  // Eight pixels of a row, with the weighted sums over their surroundings.
   struct Taps {
     Eight luminance, normal[3], nearness, variance, per_nearness;
     Eight weight, noise, sum[3];
@@ -209,7 +209,7 @@ class FastFilter::Planes {
       per_nearness =
           reciprocal(kSlopes * stride * per_nearness + kLeastSlope * nearness + kLeastDivisor);
       variance += kLeastDivisor;
-      weight = Eight{} + 0.25f;  // its own
+      weight = Eight{} + 0.25f;  // the pixel's own weight
       noise = 0.0625f * variance;
       sum[0] = 0.25f * luminance;
       load(row.red + x, sum[1]);
@@ -218,7 +218,7 @@ class FastFilter::Planes {
       sum[2] = 0.25f * sum[2];
     }
 
-    // root: of the tap's share.
+    // root: square root of the tap's weight.
     [[gnu::always_inline]] void add(float root, const TapRow& row, int x) {
       Eight l, v, u, red, blue;
       load(row.luminance + x, l);
@@ -259,7 +259,7 @@ class FastFilter::Planes {
   void prepare(std::span<const float> rgba, const ReadRow& read) {
     const size_t width = size_t(width_);
     parallel_ranges(size_t(height_), kRows, [&](size_t begin, size_t end) {
-      thread_local std::vector<float> values;  // no row is read amid another
+      thread_local std::vector<float> values;  // a row is never read during another
       values.resize(13 * width);
       float* const colour = &values[9 * width];
       const auto column = [&](size_t i) { return &values[i * width]; };
@@ -297,9 +297,9 @@ class FastFilter::Planes {
       plane->extend_row(y);
   }
 
-  // A pixel is as noisy as it says itself, or as its neighbours say: means of their deviations, so
-  // that the few that are far noisier do not count for all. One sample says nothing: then the
-  // colours around it do, and how far its own is from theirs.
+  // A pixel's noise is its own estimate or that of its neighbours: the mean of their deviations, so
+  // that a few much noisier ones do not dominate. One sample has no estimate; then the surrounding
+  // colours and the pixel's distance from them are used.
   void find_noise(int y) {
     Layer& layer = layers_[0];
     thread_local std::vector<float> sums;
@@ -394,7 +394,7 @@ class FastFilter::Planes {
 FastFilter::FastFilter() : planes_(std::make_unique<Planes>()) {}
 FastFilter::~FastFilter() = default;
 
-// More of them bring noise down further, and blur more of what no feature tells.
+// More levels reduce noise further but blur details that no feature shows.
 int FastFilter::levels_for(double samples_per_pixel) {
   return samples_per_pixel < 8.0 ? 4 : samples_per_pixel < 64.0 ? 3 : 2;
 }

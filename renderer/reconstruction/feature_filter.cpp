@@ -14,8 +14,8 @@ struct Sums {
   float weight[kTileRows][kRun], value[kTileRows][kRun], noise[kTileRows][kRun];
 };
 
-// What the pixels at the offset (i, j) add to a tile of one half. The weights are of the `guide`,
-// the other half.
+// Adds the contributions of pixels at the offset (i, j) to a tile of one half. The weights come
+// from the `guide`, the other half.
 void add_offset(const Tile& tile, int i, int j, const BorderedPlane& guide,
                 const BorderedPlane& guide_noise, const BorderedPlane& value,
                 const BorderedPlane& noise, const BorderedPlane& known, Sums& sums) {
@@ -28,7 +28,7 @@ void add_offset(const Tile& tile, int i, int j, const BorderedPlane& guide,
         const float *vp = guide_noise.near(y) + x0, *vq = guide_noise.near(y + j) + x0 + i;
         for (int x = 0; x < kPatchRun; ++x) {
           const float d = p[x] - q[x], v = vp[x] + vq[x];
-          // What is equal but for rounding is equal.
+          // Values that differ only by rounding count as equal.
           const float least = 1e-10f * (p[x] * p[x] + q[x] * q[x]) + 1e-30f;
           out[x] = (d * d - v) / (v + least);
         }

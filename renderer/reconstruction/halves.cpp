@@ -9,7 +9,7 @@
 namespace emberline {
 namespace {
 
-// Squares of what is larger would not fit a float, summed.
+// Sums of squares of larger values would overflow float.
 constexpr float kLargest = 1e15f;
 
 float finite(float value) {
@@ -26,14 +26,12 @@ BorderedPlane padded_plane(std::span<const float> values, int width, int height)
   return plane;
 }
 
-// Of two independent means of n_a and n_b samples with the difference d: the variance of one
-// sample.
+// Variance of one sample, from the difference d of two independent means of n_a and n_b samples.
 float sample_variance(float d, float n_a, float n_b) {
   return n_a > 0 && n_b > 0 ? d * d * (n_a * n_b / (n_a + n_b)) : 0.0f;
 }
 
-// difference(x, y, n_a, n_b) of each pixel, as a mean over the neighbours whose halves are both
-// known.
+// Mean of difference(x, y, n_a, n_b) over the neighbours with both halves known.
 template <typename Difference>
 BorderedPlane pooled_variance(const Halves& h, const BorderedPlane& told,
                               const Difference& difference) {
@@ -69,12 +67,12 @@ void read_counts(const DenoiseInput& input, Halves& h) {
   });
 }
 
-// A half's pixel so many times as bright as all others near it, of either half, is an outlier. What
-// it has beyond that is too rare to be told from its neighbours: it stays where it is, unfiltered.
-// A pixel that is as far below black is no light at all, and all of it stays where it is.
+// A half's pixel is an outlier if it is this many times as bright as all others near it in either
+// half. The excess is too rare to be told from its neighbours, so it stays in place, unfiltered. A
+// pixel as far below black is not light, and stays in place entirely.
 constexpr float kOutlier = 20.0f;
 
-// The largest value of all channels, and how far the least is below black.
+// The largest value of all channels, and how far the smallest is below black.
 struct Extremes {
   BorderedPlane brightest, below;  // their borders are black
 };
@@ -124,7 +122,7 @@ void find_outliers(const HalfColour& colour, Halves& h) {
   }
 }
 
-// Of a pixel's mean, as two halves tell it.
+// Adds the variance of a pixel's mean as estimated from two halves.
 void add_noise(const Halves& h, const BorderedPlane& first, const BorderedPlane& second,
                BorderedPlane& noise) {
   for_each_row(h.height, [&](int y) {

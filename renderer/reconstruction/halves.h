@@ -1,4 +1,4 @@
-// A frame's two halves made ready to be filtered: finite, padded, and with their own noise.
+// A frame's two halves prepared for filtering: finite, padded, and with their own noise.
 #pragma once
 
 #include <array>
@@ -13,46 +13,43 @@ using ColourPlanes = std::array<BorderedPlane, 3>;
 
 struct Half {
   BorderedPlane count;
-  BorderedPlane known;  // 1 where there are samples, 0 where there are none and outside the picture
-  BorderedPlane within;  // what share of the pixel's colour is no excess
+  BorderedPlane known;   // 1 with samples, 0 without and outside the image
+  BorderedPlane within;  // fraction of the pixel's colour without the excess
   ColourPlanes colour;
-  BorderedPlane
-      noise;  // variance of `colour`, its channels summed, from this pixel and its neighbours
+  BorderedPlane noise;  // variance of `colour`, channels summed, pooled over neighbours
 };
 
 struct Feature {
   BorderedPlane value;
-  BorderedPlane noise;  // variance of that value
+  BorderedPlane noise;  // variance of `value`
 };
 
 struct Halves {
   int width = 0, height = 0;
   std::array<Half, 2> half;
-  ColourPlanes raw;     // the mean of all samples
-  ColourPlanes excess;  // of outliers, which is in neither `raw` nor the halves' colours
-  std::array<BorderedPlane, 2>
-      share;           // of either half in a pixel's mean; 1/2 where there is no sample
-  BorderedPlane told;  // 1 where both halves are known
-  // The pixel's variance as its two halves alone tell it, channels summed: one degree of
-  // freedom. 0 where a half is unknown.
+  ColourPlanes raw;                    // mean of all samples
+  ColourPlanes excess;                 // of outliers; in neither `raw` nor the halves' colours
+  std::array<BorderedPlane, 2> share;  // of a half in a pixel's mean; 1/2 without samples
+  BorderedPlane told;                  // 1 where both halves are known
+  // The pixel's variance estimated from its two halves only, channels summed: one degree of
+  // freedom. 0 if a half is unknown.
   BorderedPlane own_noise;
-  // The same of each channel of the picture as it came, before samples are shared and outliers
-  // limited.
+  // This variance per channel for the input, before samples are shared and outliers limited.
   ColourPlanes raw_noise;
   std::vector<Feature> features;
 };
 
-// How far around the noise of a pixel is pooled: one difference alone says less than a tenth of the
-// truth in every fourth pixel.
+// Radius over which a pixel's noise is pooled: a single difference gives less than a tenth of the
+// true value in every fourth pixel.
 inline constexpr int kNoiseRadius = 2;
 
-// The reach of what an outlier is measured by.
+// Radius of the comparison for outliers.
 inline constexpr int kOutlierRadius = 2;
 
-// Reads `input` but for its parts.
+// Reads `input` except for its parts.
 Halves prepare_halves(const DenoiseInput& input);
 
-// One channel of a picture as the halves have it: finite, padded, without its outliers' excess.
+// One channel of an image in the form of the halves: finite, padded, without its outliers' excess.
 struct Channel {
   std::array<BorderedPlane, 2> half;
   BorderedPlane raw, excess;

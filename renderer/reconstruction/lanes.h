@@ -1,5 +1,5 @@
-// Sixteen pixels of a row side by side, in registers: the compiler keeps them there, where it would
-// write an array back in each turn of a loop.
+// Sixteen pixels of a row in registers. The compiler keeps these there, while it would write an
+// array back in each iteration of a loop.
 #pragma once
 
 #include <cstddef>
@@ -8,9 +8,9 @@ namespace emberline {
 
 inline constexpr int kLanes = 16;
 
-// Two of GCC's and Clang's vectors, of the size of AVX's registers; each lane is rounded as a float
-// is. One vector of sixteen, where there is no register for it, goes through memory at each load:
-// the filter took 1.6 times as long.
+// Two GCC or Clang vectors of AVX register size; each lane is rounded like a float. One vector of
+// sixteen goes through memory at each load if there is no register of its size: the filter then
+// takes 1.6 times as long.
 struct Lanes {
   using Part [[gnu::vector_size(32)]] = float;
 
@@ -50,7 +50,7 @@ struct Lanes {
   return {a.low > b.low ? a.low : b.low, a.high > b.high ? a.high : b.high};
 }
 
-// From and to floats anywhere, sixteen or half as many.
+// Unaligned loads and stores of sixteen or eight floats.
 using UnalignedPart [[gnu::vector_size(32), gnu::aligned(4), gnu::may_alias]] = float;
 [[gnu::always_inline]] inline void load(const float* from, Lanes::Part& to) {
   to = *reinterpret_cast<const UnalignedPart*>(from);

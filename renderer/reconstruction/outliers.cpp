@@ -8,10 +8,10 @@
 namespace emberline {
 namespace {
 
-// A loss of so many times its own variance, as outliers do not raise it, is an outlier's.
+// A loss above this multiple of its (robustly estimated) variance comes from an outlier.
 constexpr float kSurprise = 4.0f;
-// Of the squared mean deviation of a pixel to the variance; it has three channels, which
-// mostly deviate together.
+// Ratio of the variance to the squared mean deviation of a pixel, for three channels that mostly
+// deviate together.
 constexpr float kNormal = 1.5707963f * 3;  // pi / 2
 
 }  // namespace

@@ -1,7 +1,7 @@
-// Rare bright samples: the neighbours of one refuse its smear while the pixel itself is filtered,
-// and its light would be gone. What a neighbourhood lost beyond what its common noise explains goes
-// back to those of its pixels that are noisiest, which is where it came from. Linear in the
-// pictures, so that light groups still add up.
+// Rare bright samples: the neighbours of such a pixel reject its light while the pixel itself is
+// filtered, so the light would be lost. A neighbourhood's loss beyond its usual noise is returned
+// to its noisiest pixels, where it came from. Linear in the images, so that light groups still add
+// up.
 #pragma once
 
 #include "renderer/reconstruction/halves.h"
@@ -10,20 +10,18 @@ namespace emberline {
 
 class LostLight {
  public:
-  // Of the raw picture and the filtered one.
+  // From the raw and the filtered image.
   LostLight(const Halves& halves, const ColourPlanes& raw, const ColourPlanes& filtered);
 
-  // Adds to `filtered` what it has lost of `raw`. A pixel depends on those kLostLightReach around
-  // it.
+  // Adds the lost light of `raw` to `filtered`, depending on pixels up to kLostLightReach away.
   void give_back(const BorderedPlane& raw, BorderedPlane& filtered) const;
 
-  // How much of a change that a pixel alone made comes back to it.
+  // Fraction of a single pixel's change that is returned to the pixel.
   const BorderedPlane& own_share() const { return own_share_; }
 
  private:
   const Halves& halves_;
-  BorderedPlane
-      share_;  // of a neighbourhood's loss that is given back, over its noise and its area
+  BorderedPlane share_;  // returned fraction of a neighbourhood's loss, over its noise and area
   BorderedPlane own_share_;
 };
 

@@ -1,5 +1,5 @@
-// How alike the patches around two pixels are: non-local means (Buades et al. 2005) with the
-// noise's part of each difference taken out (Rousselle et al. 2012).
+// Similarity of the patches around two pixels: non-local means (Buades et al. 2005), with the
+// noise's part of each difference subtracted (Rousselle et al. 2012).
 #pragma once
 
 #include <algorithm>
@@ -14,11 +14,11 @@ inline constexpr int kPatchPad = 8;  // columns of a run's patches on either sid
 inline constexpr int kPatchRun = kRun + 2 * kPatchPad;
 static_assert(kPatchRadius <= kPatchPad && kPatchPad <= kPad);
 
-// exp(-x) of x >= 0 to 1e-5, without a branch; 0 from 87 on. By hand, since the library's does not
-// vectorise where NaN has to be kept.
+// exp(-x) for x >= 0 to 1e-5, branch-free; 0 from 87 on. The library's function does not vectorise
+// where NaN must be kept.
 inline float exp_minus(float x) {
   const float t = std::min(x, 87.0f) * -1.44269504f;  // in powers of two
-  const int whole = int(t) - 1;                       // at most t: t is at most 0
+  const int whole = int(t) - 1;                       // at most t, since t <= 0
   const float f = t - float(whole);                   // (0, 1]
   // 2^f, a least-squares polynomial.
   float p = 0.0018775767f;
@@ -31,8 +31,9 @@ inline float exp_minus(float x) {
   return x < 87.0f ? p * scale : 0.0f;
 }
 
-// distance(y, out) writes the kPatchRun per-pixel distances of row y, from kPatchPad columns left
-// of the run on. `means` gets those over the patches of kTileRows rows from y0 on, kRun of each.
+// distance(y, out) writes the kPatchRun per-pixel distances of row y, starting kPatchPad columns
+// left of the run. `means` receives their means over the patches of kTileRows rows from y0 on, kRun
+// each.
 template <int Radius, typename Distance>
 void patch_means(int y0, const Distance& distance, float (*means)[kRun]) {
   float single[kTileRows + 2 * Radius][kPatchRun];

@@ -11,19 +11,18 @@ constexpr int offset_x(int offset) { return offset % kWindow - kWindowRadius; }
 constexpr int offset_y(int offset) { return offset / kWindow - kWindowRadius; }
 constexpr int term(int row, int column) { return row * (row + 1) / 2 + column; }
 
-// Of a feature's own spread in the window: keeps the fit from extremes where features say the same.
+// Relative to a feature's spread in the window: avoids extreme slopes if features are collinear.
 constexpr float kRidge = 1e-3f;
-// Of its squared distance from the pixel: what rounding leaves of no spread at all.
+// Relative to the feature's squared distance from the pixel: rounding error of a spread of 0.
 constexpr float kRoundingRidge = 1e-5f;
-// Of its noise: with so many times the noise as ridge, a feature that varies by no more than its
-// noise has little to say.
+// Relative to the feature's noise: limits features that vary by no more than their noise.
 constexpr float kNoiseRidge = 4.0f;
-// What a feature has to itself, of its spread: less is rounding, with the ridges above.
+// Minimum independent part of a feature, relative to its spread; less is rounding.
 constexpr float kLeastPivot = 1e-5f;
-// A feature that varies less in a window, or is another one and a constant, says nothing there.
+// A feature that varies less in a window, or is another one plus a constant, is ignored there.
 constexpr float kSame = 4e-6f;
-constexpr float kLeast = 1e-30f;        // divisor
-constexpr float kLargestWeight = 1e6f;  // of a pixel; a mean of as many as a window has needs less
+constexpr float kLeast = 1e-30f;        // of a divisor
+constexpr float kLargestWeight = 1e6f;  // of a pixel; a mean over a full window needs less
 
 WindowWeights::WindowWeights() : weights_(new Rows[2 * kOffsets]) {}
 
@@ -70,8 +69,8 @@ void WindowFit::set_place(const Tile& tile, int column, int row) {
   for (int k = 0; k < features(); ++k) load(feature(k, y_), here_[k]);
 }
 
-// A plane has many windows where depth alone varies, and each feature more makes a fit dearer by
-// all that there are.
+// On a plane only depth varies in most windows, and each further feature makes a fit more expensive
+// in proportion to their number.
 void WindowFit::choose_features() {
   chosen_ = 0;
   for (size_t k = 0; k < std::min(halves_.features.size(), size_t(kMostFeatures)); ++k) {
@@ -83,10 +82,10 @@ void WindowFit::choose_features() {
   }
 }
 
-// Of the values in the windows, or of how much more they are than others: the largest less the
-// least, as a share of their size.
+// The range of the values in the windows, or of their difference from others, relative to their
+// magnitude.
 float WindowFit::spread(const BorderedPlane& of, const BorderedPlane* less) const {
-  static_assert(kLanes >= 2 * kWindowRadius);  // two times as many columns are those of all windows
+  static_assert(kLanes >= 2 * kWindowRadius);  // twice as many columns cover all windows
   constexpr float kMost = std::numeric_limits<float>::max();
   Lanes least = all_lanes(kMost), most = all_lanes(-kMost), size = {};
   for (int y = y_ + offset_y(first_); y <= y_ + offset_y(last_ - 1); ++y) {
@@ -156,7 +155,7 @@ void WindowFit::add_moments(int offset) {
   }
 }
 
-// From products to covariances, with their ridge.
+// Converts products to covariances, with their ridge.
 void WindowFit::take_means_out() {
   total_ = moments_[0];
   for (int x = 0; x < kLanes; ++x) {
@@ -174,7 +173,7 @@ void WindowFit::take_means_out() {
   }
 }
 
-// Cholesky's, row by row, in place but for the diagonal.
+// Cholesky decomposition, row by row, in place except for the diagonal.
 void WindowFit::decompose() {
   for (int k = 0; k < features(); ++k) {
     Lanes* m = moments_ + term(k + 1, 1);
@@ -191,7 +190,7 @@ void WindowFit::decompose() {
   }
 }
 
-// Where no plane can be laid through the features, the fit is the weighted mean.
+// If the features do not determine a plane, the fit is the weighted mean.
 void WindowFit::find_plane() {
   Lanes slopes[kMostFeatures], own_weight = inverse_total_;
   for (int k = 0; k < features(); ++k) slopes[k] = mean_[k];
@@ -239,7 +238,7 @@ void WindowFit::add_products(int offset, const Picture& picture) {
   }
 }
 
-// Covariances of features and values in, slopes out: C = L L^T.
+// Converts covariances of features and values to slopes: C = L L^T.
 void WindowFit::solve(Lanes* slopes) const {
   const int count = features();
   for (int k = 0; k < count; ++k) {

@@ -1,7 +1,7 @@
 // The filter itself: a first-order regression over the features of each pixel's window (Bitterli et
-// al. 2016). A fit says something of all pixels of its window, weighted as they are in it, and a
-// pixel is the mean of what all fits say of it. Linear in what is filtered, so that pictures that
-// add up still do.
+// al. 2016). A fit predicts all pixels of its window, with its own weights, and a pixel is the
+// weighted mean of the predictions of all fits. It is linear in the filtered image, so the sum of
+// parts is preserved.
 #pragma once
 
 #include <array>
@@ -16,14 +16,14 @@ namespace emberline {
 inline constexpr int kWindowRadius = 4;
 inline constexpr int kWindow = 2 * kWindowRadius + 1;
 inline constexpr int kOffsets = kWindow * kWindow;
-// So for_each_tile_apart() allows: a fit writes to its window.
+// Required by for_each_tile_apart(), since a fit writes to its window.
 static_assert(kTileRows >= 2 * kWindowRadius && kRun >= 2 * kWindowRadius);
 
-// The bandwidths of the weights that are tried, as powers of those of the widest: exp(-d),
-// exp(-d)^4 has half the bandwidth (Bitterli et al.: k of 1 and .5).
+// Number of bandwidths of the weights, as powers of the widest: exp(-d)^4 has half the bandwidth of
+// exp(-d) (Bitterli et al.: k of 1 and .5).
 inline constexpr int kBandwidths = 2;
 
-// Each pixel's likeness to those of its window, in either half: exp(-d) of the patches.
+// Similarity of each pixel to those of its window, per half: exp(-d) of the patches.
 class WindowWeights {
  public:
   WindowWeights();
@@ -42,13 +42,14 @@ class WindowFit {
  public:
   explicit WindowFit(const Halves& halves) : halves_(halves) {}
 
-  // Around the pixels of the tile that begin at the column.
+  // Selects the pixels of the tile that begin at the column.
   void set_place(const Tile& tile, int column, int row);
-  // Of one half's pixels there, weighted by the other half's likeness.
+  // Fits one half's pixels, weighted by the other half's similarity.
   void fit(const WindowWeights& weights, size_t half, int bandwidth);
 
-  // To a picture of the same half. add_to() adds what it says of the pixels of the window, times
-  // their weights in the fit and `factor`, if any; add_weights_to() those weights.
+  // apply() fits an image of the same half. add_to() adds its predictions for the window's pixels,
+  // multiplied by their weights in the fit and by `factor`, if any; add_weights_to() adds those
+  // weights.
   using Picture = std::array<const BorderedPlane*, 3>;
   void apply(const Picture& picture);
   void add_to(ColourPlanes& sums, const BorderedPlane* factor) const;
@@ -75,16 +76,16 @@ class WindowFit {
   const Halves& halves_;
   int x_ = 0, y_ = 0;
   int column_ = 0, row_ = 0;  // in the tile
-  int first_ = 0, last_ = 0;  // offsets of the rows that there are
-  int chosen_ = 0;            // features that tell pixels of these windows apart
+  int first_ = 0, last_ = 0;  // offsets of the rows inside the image
+  int chosen_ = 0;            // features that vary in these windows
   const Feature* features_[kMostFeatures];
   Lanes weights_[kOffsets];        // of the pixels of the window
   Lanes known_weights_[kOffsets];  // 0 for those without samples
-  Lanes moments_[kMostTerms];      // weighted products of features, their lower triangle
+  Lanes moments_[kMostTerms];      // weighted products of features, lower triangle
   Lanes total_;                    // of the weights
   Lanes inverse_total_;
   Lanes here_[kMostFeatures];     // the features of the pixel
-  Lanes mean_[kMostFeatures];     // weighted means of the features, less those of the pixel
+  Lanes mean_[kMostFeatures];     // weighted means of the features, minus those of the pixel
   Lanes inverse_[kMostFeatures];  // of the decomposition's diagonal
   // The fit of each channel: constant + slopes * (features - here). Before it is solved, sums of
   // products.

@@ -1,4 +1,4 @@
-// Rectangles that a thread works on at a time: small enough for its caches.
+// Rectangles that a thread processes at a time, small enough for its caches.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,7 @@ struct Tile {
   int x, y, columns, rows;  // at most kRun columns
 };
 
-// body(tile) for each tile of rows [begin, end), in parallel.
+// Calls body(tile) for each tile of rows [begin, end), in parallel.
 template <typename Body>
 void for_each_tile(int width, int begin, int end, const Body& body) {
   const int across = (width + kRun - 1) / kRun, down = (end - begin + kTileRows - 1) / kTileRows;
@@ -25,15 +25,15 @@ void for_each_tile(int width, int begin, int end, const Body& body) {
   });
 }
 
-// Where the first pixel is in the whole frame.
+// Position of the first pixel in the whole frame.
 struct Place {
   int x = 0, y = 0;
 };
 
-// The same for a body that writes around its tile, half a tile far: every other tile of every other
-// row of tiles at a time. Tiles lie as they do in the whole frame, and so do kLanes pixels in them,
-// so that what several add to a pixel is added in the same order whatever the threads, the band and
-// the crop. The first tiles may begin outside, kLanes - 1 columns or kTileRows - 1 rows.
+// For a body that also writes up to half a tile around its tile: processes every other tile of
+// every other row of tiles at a time. Tiles are aligned to the whole frame, and so are groups of
+// kLanes pixels in them, so contributions to a pixel are added in the same order for any threads,
+// band and crop. The first tiles may begin up to kLanes - 1 columns or kTileRows - 1 rows outside.
 template <typename Body>
 void for_each_tile_apart(int width, int begin, int end, Place place, const Body& body) {
   const int left = place.x / kRun, right = (place.x + width - 1) / kRun;

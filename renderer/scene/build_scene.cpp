@@ -42,22 +42,22 @@ double largest_entry(const std::array<Vec3d, 3>& rows) {
   return largest;
 }
 
-// Inverse transpose of the linear part up to a positive factor: the cofactor matrix, with the
-// determinant's sign so that a mirror keeps the front side in front.
+// Inverse transpose of the linear part up to a positive factor: the cofactor matrix, times the
+// determinant's sign, so that mirroring keeps the front side in front.
 std::array<Vec3d, 3> normal_rows(const Mat44d& m) {
   std::array<Vec3d, 3> rows = cofactors(m);
-  // Scaled to a largest entry of 1: cofactors of a 1e-6 transform are 1e-12.
+  // Scaled to a largest entry of 1, since the cofactors of a 1e-6 transform are 1e-12.
   const double factor = (determinant3(m) < 0 ? -1.0 : 1.0) / largest_entry(rows);
   for (Vec3d& r : rows) r *= factor;
   return rows;
 }
 
-// By how much at most the inverse lengthens a vector's largest coordinate.
+// Upper bound of the factor by which the inverse enlarges a vector's largest coordinate.
 double inverse_growth(const Mat44d& m) {
   return 3.0 * largest_entry(cofactors(m)) / std::abs(determinant3(m));
 }
 
-// What internal space is made by.
+// The parameters of internal space.
 struct Space {
   Vec3d origin = Vec3d(0.0);
   double scale = 1.0;
@@ -67,18 +67,18 @@ Space space_of(const WorldBounds& bounds) {
   Space space;
   const double radius = bounds.radius();
   const Vec3d center = bounds.isEmpty() ? Vec3d(0.0) : bounds.center();
-  // Nearer than twice its size the origin costs at most a bit of precision: leave it, so that an
-  // ordinary scene keeps its very coordinates.
+  // An origin nearer than twice the scene's size costs at most a bit of precision, so ordinary
+  // scenes keep their exact coordinates.
   if (center.length() > 2.0 * radius && !bounds.isEmpty()) space.origin = center;
-  // Extremes of size lose squared lengths to underflow or overflow. A power of two is exact.
+  // Squared lengths of extreme scenes would underflow or overflow. A power of two is exact.
   if (radius > 0 && (radius < 1e-3 || radius > 1e5)) {
     space.scale = std::exp2(-std::round(std::log2(radius)));
   }
   return space;
 }
 
-// Whether things in these bounds may be in the space of others, at a cost of four bits of precision
-// at most. Chosen by us.
+// Whether geometry in these bounds can use a space made for other bounds, losing at most four bits
+// of precision. Chosen by us.
 bool serves(const Space& space, const WorldBounds& bounds) {
   if (bounds.isEmpty()) return true;
   const double radius = bounds.radius(), scaled = radius * space.scale;
@@ -86,7 +86,7 @@ bool serves(const Space& space, const WorldBounds& bounds) {
          scaled <= 1e5;
 }
 
-// Where nothing moves while the shutter is open.
+// Whether both instances have the same placement. Valid only without motion.
 bool stands_alike(const Instance& a, const Instance& b) {
   if (a.mesh != b.mesh || a.transformed != b.transformed || a.moving != b.moving) return false;
   return !a.transformed || (a.mirrored == b.mirrored && a.to_internal == b.to_internal &&
@@ -140,7 +140,7 @@ class SceneBuilder {
   LoadProgress& progress_;
   std::unique_ptr<Scene> scene_;
   std::vector<uint32_t> uses_;       // instances per mesh
-  std::vector<uint32_t> held_from_;  // per mesh: which of the scene before it is, or kNone
+  std::vector<uint32_t> held_from_;  // per mesh: its index in the previous scene, or kNone
 };
 
 void SceneBuilder::begin() {
@@ -153,7 +153,7 @@ void SceneBuilder::begin() {
   scene_->instances_.resize(description_.instances.size());
 }
 
-// All that may fail behind the meshes' places.
+// The steps that may fail after the meshes are placed.
 void SceneBuilder::build_rest(SceneUpdater& updater, const Scene* before) {
   updater.assign_materials();
   if (!options_.editable) drop_unread_attributes();
@@ -190,7 +190,7 @@ bool SceneBuilder::build_from(std::unique_ptr<Scene>& before) {
   return true;
 }
 
-// Whether all that is held is there, and as this pose has it: baked or not.
+// Whether all held meshes exist in `before`, baked or not as this pose needs them.
 bool SceneBuilder::find_held(const Scene& before) {
   std::unordered_map<uint64_t, uint32_t> there;
   for (uint32_t i = 0; i < before.meshes_.size(); ++i) {
@@ -209,7 +209,7 @@ bool SceneBuilder::find_held(const Scene& before) {
   });
 }
 
-// Whether all of it, and nothing else, is where it was.
+// Whether the scene has exactly the meshes and placements of `before`.
 bool SceneBuilder::stands_like(const Scene& before) const {
   if (held_from_.size() != before.meshes_.size()) return false;
   for (const Scene* scene : {&before, static_cast<const Scene*>(scene_.get())}) {
@@ -230,7 +230,7 @@ void SceneBuilder::choose_space() {
     throw InputError(description_.file, "the scene's extent is not finite");
   }
   Space space = space_of(bounds);
-  // A posed scene has that of its rest while it serves: other poses have it, too.
+  // A pose uses the space of the rest pose while that is precise enough, so that poses share it.
   if (const auto& rest = description_.rest_bounds; rest && serves(space_of(*rest), bounds)) {
     space = space_of(*rest);
   }
@@ -250,7 +250,7 @@ Mat44d SceneBuilder::to_internal(const Mat44d& to_world) const {
 
 void SceneBuilder::adopt(MeshDescription& source, Mesh& mesh) {
   const auto pad = [](std::vector<Vec3f>& positions) {
-    // Embree reads 16 bytes at the last vertex. Growing by itself, the vector would double.
+    // Embree reads 16 bytes at the last vertex. reserve() avoids doubling the capacity.
     positions.reserve(positions.size() + 1);
     positions.emplace_back(0.0f);
   };
@@ -264,7 +264,7 @@ void SceneBuilder::bake(MeshDescription& source, const InstanceDescription& plac
   mesh.is_baked = true;
   const Mat44d& m = placed.to_world;
   const bool mirrored = determinant3(m) < 0;
-  constexpr size_t kGrain = size_t(1) << 14;  // some 100 microseconds
+  constexpr size_t kGrain = size_t(1) << 14;  // about 100 microseconds
   const auto for_each = [&](size_t count, const auto& change) {
     parallel_each(count, kGrain, [&](size_t i) {
       if (i % 65536 == 0) progress_.check();
@@ -297,14 +297,14 @@ void SceneBuilder::bake(MeshDescription& source, const InstanceDescription& plac
   }
 }
 
-// In an instance's own space origins must be such as Embree takes, too.
+// Ray origins must be within Embree's range in an instance's object space, too.
 void SceneBuilder::limit_origins(const Mat44d& m, const std::string& mesh) {
   const double growth = inverse_growth(m) / scene_->scale_;
   const Vec3d at = (row(m, 3) - scene_->origin_) * scene_->scale_;
   const double away = std::max({std::abs(at.x), std::abs(at.y), std::abs(at.z)});
   scene_->farthest_ = std::min(scene_->farthest_, kFarthestOrigin / growth - away);
-  // Rays within the scene must be possible, from any side of it; and Embree must be able to invert
-  // the transform, in float.
+  // Rays must be possible anywhere within the scene and from outside it, and Embree must be able to
+  // invert the transform in float.
   const double volume = std::abs(determinant3(m)) * std::pow(scene_->scale_, 3.0);
   if (scene_->farthest_ > 4.0 * double(scene_->radius_) && volume > 1e-36 && volume < 1e36) return;
   throw InputError(description_.file, "an instance of mesh '" + mesh +
@@ -325,7 +325,7 @@ void SceneBuilder::place(const InstanceDescription& placed, Instance& instance) 
   for (const Mat44d& step : placed.motion) limit_origins(step, mesh);
 }
 
-// One that stays where it is, at any time, and is there once.
+// Whether the instance is the only one of its mesh and never moves.
 bool SceneBuilder::is_baked(const InstanceDescription& placed) const {
   const auto mesh = size_t(placed.mesh);
   return uses_[mesh] == 1 && placed.motion.empty() && !description_.meshes[mesh].may_move;
@@ -371,7 +371,7 @@ void SceneBuilder::add_later_places() {
     if (!later && !deforms) continue;
     const Mat44d now = to_internal(description_.instances[i].to_world);
     Mat44d place = later ? to_internal(*later) : now;
-    // From internal space, where the mesh is already.
+    // The mesh is already in internal space, so the transform must start there.
     if (!instance.transformed && !deforms) place = now.inverse() * place;
     progress_.budget()->reserve(MemoryPart::kGeometry, sizeof(scene_detail::LaterPlace),
                                 description_.file);
@@ -380,12 +380,12 @@ void SceneBuilder::add_later_places() {
   scene_->later_.shrink_to_fit();
 }
 
-// What the material does not read is neither kept nor interpolated at every hit.
+// Frees attributes that the material does not read, so that they are not interpolated at hits.
 void SceneBuilder::drop_unread_attributes() {
   for (Mesh& mesh : scene_->meshes_) {
     if (!mesh.material) continue;
     if (!mesh.material->needs_tangents()) {
-      // {} alone would keep the memory.
+      // Assigning {} would keep the memory.
       mesh.tangents = std::vector<Vec4f>();
       for (MeshStep& step : mesh.motion) step.tangents = std::vector<Vec4f>();
     }
@@ -409,7 +409,7 @@ void SceneBuilder::build_geometry(const Scene* before) {
       before ? before->geometry_->device()
              : std::make_shared<scene_detail::EmbreeDevice>(options_.isa.value_or(widest_isa()),
                                                             progress_.budget(), description_.file);
-  // An edit may make a solid of anything.
+  // An edit may turn any mesh into a solid.
   device->takes_filters =
       options_.editable || (scene.solids_ && scene.solids_->touching_faces() > 0);
   scene.geometry_ = std::make_unique<Geometry>(device);
@@ -417,7 +417,7 @@ void SceneBuilder::build_geometry(const Scene* before) {
   uint64_t items = scene.instances_.size();
   for (const Mesh& mesh : scene.meshes_) items += mesh.bvh ? 0 : mesh.triangles.size();
   progress_.begin(LoadStage::kBvh, items);
-  // Where all rests there is nothing that it could be kept from.
+  // A separate BVH for the static group is useless if everything is static.
   const bool apart =
       options_.posable && !std::ranges::all_of(scene.instances_, [&](const Instance& instance) {
         return rests(instance);
@@ -435,7 +435,7 @@ void SceneBuilder::build_geometry(const Scene* before) {
       geometry.add_mesh(mesh, i);
       continue;
     }
-    // Its filter is of another kind: that of before stays as it is, for the way back.
+    // The mesh needs another kind of filter. The previous scene keeps its own, for a rollback.
     if ((mesh.record && mesh.record->asks_shown) != (mesh.shown != nullptr)) {
       mesh.bvh.reset();
       mesh.record.reset();

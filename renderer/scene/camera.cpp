@@ -28,12 +28,11 @@ Imath::Quatd rotation_of(const auto& pose) {
 }
 
 float pixels_a_frame(double pixels, double frames) {
-  constexpr double kMost = 65504.0;  // of a half float
+  constexpr double kMost = 65504.0;  // largest half float
   const double velocity = pixels / frames;
   return std::isfinite(velocity) ? float(std::clamp(velocity, -kMost, kMost)) : 0.0f;
 }
 
-// Whether it can be normalised.
 bool is_direction(const Vec3d& v) { return v.length2() > 0 && std::isfinite(v.length2()); }
 
 }  // namespace
@@ -49,12 +48,12 @@ Camera::Camera(const CameraDescription& description, int width, int height, cons
   s.width = width;
   s.height = height;
   s.turns_per_pixel = {float(1.0 / width), float(0.5 / height)};
-  // The vertical extent rules, so that pixels stay square in any frame.
+  // The vertical extent is given, so that pixels stay square in any frame.
   s.half_height = half_height_of(s.orthographic ? description.y_mag : description.fov_y, scale);
   s.half_width = s.half_height * width / height;
   s.per_column = 2 * s.half_width / width;
   s.per_row = -2 * s.half_height / height;
-  // A mirrored node shows a mirrored picture.
+  // A mirrored node mirrors the image.
   s.handed = description.to_world.determinant() < 0 ? -1.0 : 1.0;
   const bool projects = !s.orthographic && !s.panorama;
   s.lens_radius = projects ? description.lens_radius * scale : 0.0;
@@ -68,8 +67,7 @@ Camera::Camera(const CameraDescription& description, int width, int height, cons
   }
   if (zoom_) last_size_ = half_height_of(zoom_->at(1.0f), scale) / s.half_height;
   const Pose pose = pose_of(description.to_world, description.name, origin, scale, farthest);
-  // What a pixel is apart must be more than nothing in float; of directions float holds the
-  // squares.
+  // Pixels must be distinguishable in float, which must hold the squares of directions.
   constexpr double kLeast = 1e-30;
   require(smallest * s.half_height / height >= kLeast && smallest * s.half_width / width >= kLeast,
           "what it shows is too small to be told apart");
@@ -78,7 +76,7 @@ Camera::Camera(const CameraDescription& description, int width, int height, cons
   if (projects && description.lens_radius > 0) {
     require(description.focus_distance > 0, "its lens has no distance of focus");
     const double focus = description.focus_distance * scale;
-    // Towards a point in focus: float squares that, and of the lens's points keeps more than this.
+    // Float must hold the squared direction to a point in focus, and 1 / focus.
     require(s.lens_radius / focus <= kFarthestOrigin && focus > kLeast,
             "its lens is too large for its distance of focus");
     require(largest(pose.position) * kFloatUnit <= 0.25 * focus,
@@ -104,8 +102,8 @@ Camera::Pose Camera::pose_of(const Mat44d& m, const std::string& name, const Vec
   const auto require = [&](bool holds, const char* what) {
     if (!holds) throw InputError("camera '" + shortened(name) + "'", what);
   };
-  // Scale in the node's transform is not the camera's business (glTF 2.0, section 3.10.1), shear
-  // neither: rebuild an orthonormal frame around the viewing axis.
+  // The camera ignores scale in the node's transform (glTF 2.0, section 3.10.1), and shear: rebuild
+  // an orthonormal frame around the viewing axis.
   const Vec3d back = row(m, 2);
   const Vec3d up_hint = row(m, 1);
   require(is_direction(back) && is_direction(up_hint), "its transform has no direction");
@@ -146,7 +144,7 @@ Camera::View Camera::view_at(float time) const {
   return view_from(pose_at(time), half_height_of(zoom_->at(time), scale_) / shape_.half_height);
 }
 
-// Between two steps it goes straight and turns about an axis.
+// Interpolates linearly in position and spherically in rotation between two steps.
 Camera::Pose Camera::pose_at(float time) const {
   if (steps_.empty()) return pose_;
   const auto segments = double(steps_.size() - 1);
@@ -185,12 +183,12 @@ Imath::Box3f Camera::origins() const {
   return box;
 }
 
-// To the right, up and ahead.
+// Components to the right, up and ahead.
 Vec3d Camera::in_view(const Pose& pose, const Vec3d& way) const {
   return {dot(way, pose.right) * shape_.handed, dot(way, pose.up), dot(way, pose.axis)};
 }
 
-// Inverts view_from().
+// The inverse of view_from().
 Vec3d Camera::on_film(const Vec3d& point) const {
   const Vec3d p = in_view(pose_, point - pose_.position);
   return {(p.x + shape_.half_width * p.z) / shape_.per_column,
@@ -224,9 +222,9 @@ Vec2f Camera::velocity(const Vec3d& direction, double frames) const {
   return film_velocity(in_view(pose_, direction), in_view(last_, direction), frames);
 }
 
-// Between two places in view.
+// Film velocity between two points in view space.
 Vec2f Camera::film_velocity(const Vec3d& from, const Vec3d& to, double frames) const {
-  constexpr double kNearest = 0.01;  // chosen by us: there it is a hundred times as far aside
+  constexpr double kNearest = 0.01;  // chosen by us: a point there is a hundred times as far aside
   const double nearest = kNearest * std::max(from.z, to.z);
   const auto on_film = [&](const Vec3d& p, const Vec3d& other) {
     if (shape_.orthographic) return p;
@@ -239,7 +237,7 @@ Vec2f Camera::film_velocity(const Vec3d& from, const Vec3d& to, double frames) c
           pixels_a_frame(way.y / -shape_.per_row, frames)};
 }
 
-// Between two places, as the camera's place then sees them.
+// Velocity between two directions, each relative to the camera's position at that time.
 Vec2f Camera::panorama_velocity(const Vec3d& from, const Vec3d& to, double frames) const {
   const auto longitude = [](const Vec3d& v) { return std::atan2(v.z, v.x) / (2 * kPiD); };
   const auto latitude = [](const Vec3d& v) { return std::atan2(v.y, std::hypot(v.x, v.z)) / kPiD; };
@@ -251,7 +249,7 @@ Vec2f Camera::panorama_velocity(const Vec3d& from, const Vec3d& to, double frame
 
 void Camera::cast_panorama(const View& view, std::span<const Vec2f> film, Ray* out) const {
   for (size_t i = 0; i < film.size(); ++i) {
-    // The left edge is -X. What a filter reaches beyond a pole is on its other side.
+    // The left edge is -X. Filter samples beyond a pole continue on its other side.
     const float turns = 0.5f + film[i].x * shape_.turns_per_pixel.x;
     const float polar = film[i].y * shape_.turns_per_pixel.y;
     float sin_phi, cos_phi, sin_theta, cos_theta;
@@ -267,7 +265,7 @@ void Camera::cast(const View& view, std::span<const Vec2f> film, Ray* out) const
     cast_panorama(view, film, out);
     return;
   }
-  // All lanes always, used or not: a loop of fixed length vectorises.
+  // Always computes all lanes, used or not, because a loop of fixed length vectorises.
   alignas(64) float x[kRayBatch] = {}, y[kRayBatch] = {};
   for (size_t i = 0; i < film.size(); ++i) {
     x[i] = film[i].x;
@@ -298,13 +296,13 @@ void Camera::cast(const View& view, std::span<const Vec2f> film, std::span<const
   std::ranges::copy(film, points);
   std::ranges::copy(lens, through);
   Ray rays[kRayBatch];
-  for (int i = 0; i < kRayBatch; ++i) {  // all lanes always, as above
+  for (int i = 0; i < kRayBatch; ++i) {  // all lanes, as above
     const Vec2f disk = square_to_disk(through[i]);
     const Vec3f origin = view.position + fma(view.lens_y, disk.y, view.lens_x * disk.x);
-    // As rounding left it, so that far from the origin, too, rays meet in the plane of focus.
+    // The rounded shift, so that rays meet in the plane of focus even far from the origin.
     const Vec3f shift = origin - view.position;
-    // The axial part of the pinhole's direction is 1: this is the way to the plane of focus over
-    // its distance, which may be infinite.
+    // The pinhole direction's axial component is 1, so this is the vector to the plane of focus
+    // divided by its distance, which may be infinite.
     const Vec3f pinhole = fma(view.per_y, points[i].y, fma(view.per_x, points[i].x, view.corner));
     const Vec3f direction = fma(shift, -shape_.per_focus, pinhole);
     rays[i] = {origin, direction * (1.0f / std::sqrt(dot(direction, direction)))};

@@ -13,11 +13,11 @@
 namespace emberline {
 namespace {
 
-// Unit, along no axis or diagonal of a scene.
+// Unit vectors, not along any axis or diagonal of a scene.
 constexpr std::array<Vec3f, 3> kDirections = {
     {{0.5373f, 0.7306f, 0.4213f}, {-0.7117f, 0.2093f, -0.6706f}, {0.3221f, -0.6137f, 0.7209f}}};
 
-// How often a way out of the place leaves each body of solids more often than it enters it.
+// Per solid: the number of exits minus the number of entries along a ray.
 using Windings = std::map<uint32_t, int>;
 
 Windings windings_along(const Scene& scene, const Vec3f& origin, const Vec3f& direction,
@@ -73,7 +73,7 @@ std::shared_ptr<const CameraSolids> CameraSolids::find(const Scene& scene, const
 
   std::shared_ptr<CameraSolids> found(new CameraSolids(scene));
   found->each_ray_ = each_ray;
-  // A way that meets an edge may be counted wrongly: two of three ways decide.
+  // A ray that meets an edge may be counted wrongly, so two of three rays decide.
   std::map<uint32_t, int> votes;
   for (const Vec3f& direction : kDirections) {
     for (const auto& [instance, winding] :

@@ -1,4 +1,4 @@
-// The solids that a camera stands in, so that its rays begin with what they are inside of.
+// The solids that contain the camera, so that its rays start with the right interior.
 #pragma once
 
 #include <memory>
@@ -12,18 +12,18 @@ class Camera;
 
 class CameraSolids {
  public:
-  // Null if no camera ray starts in a solid. Warns of an open solid that seems to enclose the
-  // camera: it counts as none. The scene outlives the result.
+  // Null if no camera ray starts in a solid. Warns about an open solid that seems to enclose the
+  // camera and ignores it. The scene must outlive the result.
   static std::shared_ptr<const CameraSolids> find(const Scene& scene, const Camera& camera);
 
-  // What each ray starts in. A function of its origin and time alone. Thread-safe.
+  // The interior in which each ray starts. Depends only on its origin and time. Thread-safe.
   void interiors(std::span<const Ray> rays, std::span<Interior> out) const;
 
  private:
   explicit CameraSolids(const Scene& scene) : scene_(scene) {}
 
   const Scene& scene_;
-  bool each_ray_ = false;  // the answer is not the same everywhere; else it is `everywhere_`
+  bool each_ray_ = false;  // interiors differ between rays; otherwise all are `everywhere_`
   Interior everywhere_;
 };
 

@@ -15,12 +15,12 @@ struct Named {
   uint32_t id = 0;
 };
 
-// Names that differ, and whose ids do: that of the first is its own, whatever comes before of
-// another name; of equal ones the later gets a number.
+// Makes all names and ids distinct. The first occurrence of a name keeps it unless its id is taken;
+// the others get a number.
 std::vector<Named> tell_apart(const std::vector<std::string>& wanted) {
   std::vector<Named> named;
   std::unordered_set<uint32_t> taken;
-  std::map<std::string, uint64_t> numbers;  // the last of each name
+  std::map<std::string, uint64_t> numbers;  // last number of each name
   std::vector<size_t> numbered;
   for (size_t i = 0; i < wanted.size(); ++i) {
     named.push_back({wanted[i], cryptomatte_id(wanted[i])});
@@ -37,10 +37,10 @@ std::vector<Named> tell_apart(const std::vector<std::string>& wanted) {
   return named;
 }
 
-// Things by number.
+// Objects, materials or assets.
 struct Things {
-  std::vector<std::string> names;   // as the file has them
-  std::vector<size_t> of_instance;  // into `names`
+  std::vector<std::string> names;   // as in the file
+  std::vector<size_t> of_instance;  // index into `names`
 };
 
 Things things_by_name(const SceneDescription& scene) {
@@ -54,7 +54,7 @@ Things things_by_name(const SceneDescription& scene) {
   return things;
 }
 
-// Objects, or assets: whole hierarchies.
+// Objects, or assets (whole hierarchies).
 Things things_by_node(const SceneDescription& scene, bool assets) {
   Things things;
   const auto thing_of = [&](size_t node) { return assets ? size_t(scene.nodes[node].root) : node; };

@@ -1,10 +1,10 @@
-// The ids of a scene's objects, materials and assets for Cryptomatte mattes, and their names.
+// Cryptomatte ids and names of a scene's objects, materials and assets.
 //
-// An object is a node that places a mesh, whatever primitives the mesh has and however often
-// EXT_mesh_gpu_instancing places it; an asset is a node without a parent. Names are the file's; of
-// two equal ones the later in the file gets a number ("leg", "leg_2"), and so does one whose hash
-// another has. Numbers count all nodes with a mesh, so that a name stays what it is while an
-// animation hides others.
+// An object is a node with a mesh, regardless of the mesh's primitives and of its
+// EXT_mesh_gpu_instancing copies; an asset is a node without a parent. Names come from the file. If
+// two are equal, the later in the file gets a number ("leg", "leg_2"), and so does a name whose
+// hash is taken. Numbering counts all nodes with a mesh, so that names stay the same while an
+// animation hides nodes.
 #pragma once
 
 #include <cstdint>
@@ -19,29 +19,29 @@
 
 namespace emberline {
 
-// Of a name: MurmurHash3_32, with the lowest bit of the exponent flipped where the float with these
+// The id of a name: MurmurHash3_32, with the lowest exponent bit flipped if the float with these
 // bits would be 0, denormal, infinite or NaN (specification 1.2, "Hash to float conversion").
 uint32_t cryptomatte_id(std::string_view name);
 
-// What a file says of one kind.
+// The names and ids of one kind.
 struct CryptomatteNames {
   CryptomatteKind kind = CryptomatteKind::kObject;
-  std::vector<std::pair<std::string, uint32_t>> ids;  // by name; each id once
+  std::vector<std::pair<std::string, uint32_t>> ids;  // sorted by name; each id once
 
   bool operator==(const CryptomatteNames&) const = default;
 };
 
 class CryptomatteIds {
  public:
-  // Of a scene that is to be built, with its nodes (GltfOptions::nodes); without nodes an object is
-  // what has the instance's name.
+  // For a scene before it is built, with its nodes (GltfOptions::nodes); without nodes, instances
+  // with the same name are one object.
   CryptomatteIds(const SceneDescription& scene, std::span<const CryptomatteKind> kinds);
 
-  // One for each kind: of what FirstHit::id says, 0 the environment.
+  // The ids of FirstHit::id (0: the environment), one per kind.
   std::span<const uint32_t> of_hit(uint32_t hit_id) const {
     return std::span(ids_).subspan(size_t(hit_id) * names_.size(), names_.size());
   }
-  // By kind; of what the scene has.
+  // By kind; only what the scene contains.
   const std::vector<CryptomatteNames>& names() const { return names_; }
 
  private:

@@ -8,7 +8,7 @@ EditableScene::EditableScene(SceneDescription description, SceneBuildOptions opt
                              LoadProgress& progress)
     : options_(options) {
   options_.editable = true;
-  apply({}, description);  // the light and the material that the file leaves to its reader
+  apply({}, description);  // adds the default light and material
   original_ = outline(description);
   scene_ = build_scene(std::move(description), options_, progress);
 }

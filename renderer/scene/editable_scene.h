@@ -1,11 +1,10 @@
-// A built scene that follows edits without building its BVH anew: what a window renders.
+// A built scene that follows edits without rebuilding its BVH, for interactive rendering.
 //
-// An edited scene renders the same bits as one built from the edited description. What of a
-// material the BVH knows is its filter (geometry.h): whether back faces are culled, which
-// transmission switches off, and whether there is coverage, which comes and goes with variants.
-// Here the filter asks the mesh at every candidate hit for what may change, so that none of it
-// touches the BVH: for culling wherever a material that the mesh may wear is single-sided, for
-// coverage where one of several has alpha.
+// An edited scene renders the same bits as one built from the edited description. The BVH depends
+// on materials only through its filter (geometry.h): back-face culling, which transmission turns
+// off, and coverage, which variants may change. In an editable scene the filter reads these from
+// the mesh at every candidate hit wherever they may change: culling if any of the mesh's possible
+// materials is single-sided, coverage if one of several has alpha.
 #pragma once
 
 #include <memory>
@@ -18,26 +17,24 @@ namespace emberline {
 
 class EditableScene {
  public:
-  // Builds the description without edits; throws as build_scene does. For variants to be chosen,
-  // load it with GltfOptions::variants. Attributes of vertices that
-  // no material reads yet are kept, for the edit that makes one read them.
+  // Builds the description without edits; throws like build_scene(). Load it with
+  // GltfOptions::variants if variants may be selected. Vertex attributes that no material reads yet
+  // are kept for later edits.
   explicit EditableScene(SceneDescription description, SceneBuildOptions options = {},
                          LoadProgress& progress = LoadProgress::unwatched());
 
-  // The whole of what differs from the file from now on: pass the edits of before to undo. The
-  // camera's change nothing here, nor does
-  // the animation's (repose()). Nobody else may use scene() meanwhile. Throws as apply() does,
-  // and InputError for a texture that an edit brings into use and that cannot be; all is then as it
-  // was.
+  // Replaces all edits; pass the previous ones to undo. Camera and animation edits have no effect
+  // here (see repose()). scene() must not be used during the call. Throws like apply(), and
+  // InputError for an invalid texture that an edit starts to use; the scene is then unchanged.
   void set(const SceneEdits& edits);
-  // Another pose of the file, with these edits: repose_scene, which see. scene() may be another
-  // object then. Where it throws or says false all is as it was.
+  // Changes to another pose of the file, with these edits (see repose_scene()). scene() may be
+  // another object afterwards. On an exception or false, the scene is unchanged.
   bool repose(SceneDescription posed, const SceneEdits& edits,
               LoadProgress& progress = LoadProgress::unwatched());
 
   const Scene& scene() const { return *scene_; }
   const SceneEdits& edits() const { return edits_; }
-  // The file's lists in this pose, which EditTarget counts in.
+  // The file's lists in this pose; EditTarget indices refer to them.
   const SceneDescription& original() const { return original_; }
 
  private:

@@ -1,5 +1,5 @@
-# Embree 4 when the system has it, else 3.13 or later. Defines the target emberline_embree; the
-# macro EMBERLINE_EMBREE_MAJOR is read by renderer/scene/embree_api.h alone.
+# Uses Embree 4 if the system has it, otherwise 3.13 or later, and defines the target emberline_embree. Only
+# renderer/scene/embree_api.h reads the macro EMBERLINE_EMBREE_MAJOR.
 find_package(embree 4 QUIET)
 if(NOT embree_FOUND)
   find_package(embree 3.13 REQUIRED)

@@ -1,5 +1,4 @@
-// The one file that knows Embree 3.13 from Embree 4: both are used through the few names below.
-// Included by this folder's .cpp files only.
+// The only file that distinguishes Embree 3.13 from 4. Only this folder's .cpp files include it.
 #pragma once
 
 #ifndef EMBERLINE_EMBREE_MAJOR
@@ -26,9 +25,9 @@ using QueryContext = RTCRayQueryContext;
 using QueryContext = RTCIntersectContext;
 #endif
 
-// What Embree takes from malloc for its own objects without telling the memory monitor, in bytes a
-// piece, their places in the scene's tables included. Measured (growth of mallinfo2() over 200,000
-// objects of each) with Embree 3.13.5 and 4.4.1; only scenes of very many small pieces notice.
+// Bytes per object that Embree takes from malloc without telling the memory monitor, including the
+// scene's table entries. Measured with Embree 3.13.5 and 4.4.1 as the growth of mallinfo2() over
+// 200,000 objects each; only scenes with very many small meshes or instances are affected.
 #if EMBERLINE_EMBREE_MAJOR >= 4
 inline constexpr uint64_t kTriangleObjectBytes = 502;
 inline constexpr uint64_t kInstanceObjectBytes = 54;  // the transform is monitored
@@ -39,23 +38,23 @@ inline constexpr uint64_t kInstanceObjectBytes = 294;
 inline constexpr uint64_t kSceneObjectBytes = 2700;
 #endif
 
-// How much what covers in part keeps back: the sum of -log2(1 - coverage) over what a ray passes.
-// In whole numbers, so that it does not depend on the order in which Embree visits the surfaces.
+// Optical thickness of partial coverage: the sum of -log2(1 - coverage) along a ray. It is an
+// integer, so it does not depend on the order in which Embree visits the surfaces.
 //
-// What lets less than 1/16 through decides by Russian roulette, so that a ray does not visit a
-// hundred veils for nothing: its end is chosen beforehand, as far beyond 4 as an exponential number
-// of base 2 says. 1/16 times the probability of coming through S > 4 is then 2^-S.
+// Below a transmittance of 1/16, Russian roulette decides, so that a ray need not visit a hundred
+// veils: the ray ends at a thickness chosen in advance, 4 plus an exponential random number of base
+// 2. A thickness S > 4 is passed with probability 2^(4-S), and 1/16 times that is 2^-S.
 class Thickness {
  public:
   explicit Thickness(CoverageKey key) : key_(key) {}
-  // False if the ray ends here.
+  // Returns false if the ray ends here.
   bool add(float coverage) {
     if (coverage <= 0.0f) return true;
     if (!(coverage < 1.0f)) return false;
     sum_ += in_units(1.0f - coverage);
     return sum_ <= kSure || sum_ < end();
   }
-  // Of a ray that has not ended.
+  // For a ray that has not ended.
   float transmittance() const {
     return sum_ == 0 ? 1.0f : std::exp2(float(std::min(sum_, kSure)) / -kUnit);
   }
@@ -73,11 +72,11 @@ class Thickness {
   int64_t sum_ = 0;
 };
 
-// What a filter callback is told about the ray beside Embree's own data.
+// Ray data for filter callbacks in addition to Embree's.
 struct RayContext {
   QueryContext base;               // first, so that the callback can cast back
   CoverageKey coverage_key;        // decides stochastic coverage; see Scene::intersect
-  Thickness* thickness = nullptr;  // of a shadow ray: coverage is added to it, not decided
+  Thickness* thickness = nullptr;  // of a shadow ray: accumulates coverage instead of deciding it
 };
 
 inline void init_context(RayContext& context, CoverageKey coverage_key) {
@@ -89,8 +88,7 @@ inline void init_context(RayContext& context, CoverageKey coverage_key) {
   context.coverage_key = coverage_key;
 }
 
-// A scene, and those of its instances, that intersect() may be asked of with a filter. Before the
-// build.
+// Enables intersect() with a filter for this scene and its instances. Call it before the build.
 inline void take_filters(RTCScene scene) {
 #if EMBERLINE_EMBREE_MAJOR >= 4
   constexpr auto kFlag = RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS;
@@ -100,7 +98,7 @@ inline void take_filters(RTCScene scene) {
   rtcSetSceneFlags(scene, RTCSceneFlags(rtcGetSceneFlags(scene) | kFlag));
 }
 
-// `filter` is called after the geometry's own.
+// `filter` is called after the geometry's own filter.
 inline void intersect(RTCScene scene, RayContext& context, RTCRayHit& ray_hit,
                       RTCFilterFunctionN filter = nullptr) {
 #if EMBERLINE_EMBREE_MAJOR >= 4
@@ -119,7 +117,7 @@ inline void intersect(RTCScene scene, RayContext& context, RTCRayHit& ray_hit,
 #endif
 }
 
-// ray.tfar is set to -infinity when something is in the way.
+// Sets ray.tfar to -infinity if the ray is occluded.
 inline void occluded(RTCScene scene, RayContext& context, RTCRay& ray) {
 #if EMBERLINE_EMBREE_MAJOR >= 4
   RTCOccludedArguments arguments;

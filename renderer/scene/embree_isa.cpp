@@ -40,8 +40,8 @@ bool processor_has(EmbreeIsa isa) {
   return isa == kNeon;
 }
 
-// Embree may have been built without some. Where there can be no device, who wants one will say
-// why.
+// Embree may have been built without some kernels. Returns true without a device, so that the later
+// error explains the failure.
 bool embree_has(EmbreeIsa isa) {
   const RTCDevice device = scene_detail::new_device(isa);
   if (!device) return true;

@@ -1,6 +1,6 @@
-// Which Embree this binary runs with, and which of its kernels trace the rays. Embree has them for
-// each instruction set; hits differ between some by rounding (AVX2 fuses products and sums), so a
-// frame's bits depend on which it is.
+// The version of Embree and the kernels that trace the rays. Embree has kernels for each
+// instruction set. Hits differ by rounding between some of them (AVX2 fuses products and sums), so
+// a frame's bits depend on the kernel.
 #pragma once
 
 #include <span>
@@ -14,9 +14,9 @@ enum class EmbreeIsa { kSse42, kAvx2, kAvx512, kNeon };
 
 std::string embree_version();  // "3.13.5"
 
-// Those of this kind of processor, the narrowest first. A machine has the narrower ones, too.
+// Kernels for this processor architecture, narrowest first. Machines support all narrower ones.
 std::span<const NamedValue<EmbreeIsa>> embree_isa_table();
-// That this machine and its Embree have.
+// The widest kernels that this machine and its Embree support.
 EmbreeIsa widest_isa();
 
 }  // namespace emberline

@@ -4,14 +4,14 @@
 
 namespace emberline::scene_detail {
 
-constexpr uint32_t kLeaf = 8;  // points at most; chosen by us
+constexpr uint32_t kLeaf = 8;  // maximum number of points; chosen by us
 
 EmitterPoints::EmitterPoints(std::vector<EmitterPoint> points) : points_(std::move(points)) {
   nodes_.reserve(points_.size() / kLeaf * 4 + 1);
   if (!points_.empty()) build(0, uint32_t(points_.size()));
 }
 
-// Halves along the widest axis: a depth of log2 of the number of points, wherever they are.
+// Splits at the median along the widest axis, so the depth is log2 of the number of points.
 uint32_t EmitterPoints::build(uint32_t begin, uint32_t end) {
   const auto index = uint32_t(nodes_.size());
   Node node;
@@ -20,7 +20,7 @@ uint32_t EmitterPoints::build(uint32_t begin, uint32_t end) {
   node.lower = node.upper = to_float(points_[begin].position);
   for (uint32_t i = begin; i < end; ++i) {
     const EmitterPoint& p = points_[i];
-    const Vec3f at = to_float(p.position);  // whose rounding is far less than the error
+    const Vec3f at = to_float(p.position);  // its rounding is far below the error
     for (int c = 0; c < 3; ++c) {
       node.lower[c] = std::min(node.lower[c], at[c] - 2.0f * p.error);
       node.upper[c] = std::max(node.upper[c], at[c] + 2.0f * p.error);

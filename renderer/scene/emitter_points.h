@@ -1,5 +1,4 @@
-// Points of emitters in a tree, for surfaces that look for those within their reach. Private to
-// this folder.
+// A tree of emitter points, to search for those within reach. Private to this folder.
 #pragma once
 
 #include <cmath>
@@ -12,34 +11,34 @@ namespace emberline::scene_detail {
 
 struct EmitterPoint {
   Vec3d position;
-  float error;  // of its triangle's plane
+  float error;  // plane error of its triangle
   uint32_t emitter;
 };
 
-// What points are looked for: those in the box and by the plane, both `margin` and twice a point's
-// error wider. A normal of 0 is no plane.
+// A query for points in a box and near a plane. Both are widened by `margin` and twice each point's
+// error. A normal of 0 means no plane.
 struct PointSearch {
   Vec3f lower, upper;
   Vec3d plane, normal;
   float margin;
 };
 
-// Immutable, thread-safe, and the same for the same points.
+// Immutable, thread-safe and deterministic.
 class EmitterPoints {
  public:
   explicit EmitterPoints(std::vector<EmitterPoint> points);
 
   bool empty() const { return points_.empty(); }
-  // Calls visit(point) for all that are looked for, and some others, in the order of the tree;
-  // until it returns false, which is what this returns then.
+  // Calls visit(point) for all points of the query, and possibly others, in tree order. Stops and
+  // returns false once visit() returns false.
   template <typename Visit>
   bool visit(const PointSearch& search, const Visit& visit) const;
 
  private:
   struct Node {
-    Vec3f lower, upper;  // of the points, twice their errors wider
+    Vec3f lower, upper;  // bounds of the points, widened by twice their errors
     uint32_t begin, end;
-    uint32_t right = 0;  // the left child comes next; 0: a leaf
+    uint32_t right = 0;  // the left child follows directly; 0: a leaf
   };
   uint32_t build(uint32_t begin, uint32_t end);
   static bool meet(const Node& node, const PointSearch& s) {

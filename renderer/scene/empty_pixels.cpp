@@ -16,25 +16,25 @@ namespace {
 
 using Vec2d = Imath::Vec2<double>;
 
-// Of a map; larger frames have cells of several pixels.
+// Maximum number of cells of a map; in larger frames a cell has several pixels.
 constexpr int64_t kMostCells = int64_t(1) << 20;
-// Chosen by us. A triangle takes some 200 ns of one thread (tests/bench/results).
+// Chosen by us. A triangle takes about 200 ns of one thread (tests/bench/results).
 constexpr uint64_t kMostTriangles = uint64_t(1) << 20;
-// How often a cell may be marked, in the mean.
+// Maximum mean number of marks per cell.
 constexpr int64_t kMostMarks = 64;
-// A map that knows fewer empty cells, as a share of all, is not worth asking.
+// A map with a smaller fraction of empty cells is not worth its cost.
 constexpr double kLeastShare = 1.0 / 64;
-// Pixels beside what the filter reaches: reserve. That directions of rays are rounded is part of
-// what an error of the camera's position moves.
+// Safety margin in pixels around the filter's reach. Rounding of ray directions is covered by the
+// error of the camera position.
 constexpr double kMargin = 1.0 / 16;
-// How far a triangle may be from where a ray meets it, over the bound of a surface point's error
-// (Scene, "Ray offsets" in README.md) times the condition of its placing: rays are rounded when
-// they are taken into an instance's space. The rest is reserve.
+// Bound of the distance between a triangle and a ray's hit, relative to a surface point's error
+// bound (README.md, "Ray offsets") times the transform's condition number. Rays are rounded when
+// they are transformed into an instance; the rest is a safety margin.
 constexpr double kErrors = 16;
 
 double largest(const Vec3d& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
 
-// Of an instance's transform, in Frobenius' norm; 3 for all that keeps shapes.
+// Condition number of an instance's transform in the Frobenius norm; 3 for similarities.
 double condition_of(const scene_detail::Instance& instance) {
   if (!instance.transformed) return 3;
   const auto& m = instance.to_internal;
@@ -50,7 +50,7 @@ double condition_of(const scene_detail::Instance& instance) {
 using scene_detail::placed_corners;
 using scene_detail::plane_error;
 
-// From triangles to cells.
+// Projects triangles onto cells.
 class EmptyPixels::Projection {
  public:
   Projection(EmptyPixels& map, const Camera& camera, int width, int height, float reach)
@@ -66,11 +66,11 @@ class EmptyPixels::Projection {
     pixels_ = 1 / std::min(pixel.x, pixel.y) + 2.0 * (width + height) + 4.0 * reach;
   }
 
-  // Marks what a triangle may be seen in; adds the number of cells to `marks`. False: it lies so
-  // that this cannot be told.
+  // Marks the cells in which a triangle may be visible and adds their number to `marks`. Returns
+  // false if this cannot be bounded.
   bool mark(const std::array<Vec3d, 3>& corners, double error, int64_t* marks) const;
-  // How far from where they are said to be a triangle's points may be seen: `of_points` is their
-  // plane_error.
+  // Bound of the distance between a triangle's points and where they may be seen; `of_points` is
+  // their plane_error().
   double error(float of_points, double condition) const {
     return kErrors * condition * (double(of_points) + eye_error_);
   }
@@ -86,13 +86,12 @@ class EmptyPixels::Projection {
   EmptyPixels& map_;
   const Camera& camera_;
   const double cell_, slack_;
-  double eye_error_;       // as plane_error, of the camera's position
-  double farthest_aside_;  // distance of what is seen over its depth, at most, twice
-  double pixels_;          // by which an error of 1 at depth 1 moves what is seen, at most
+  double eye_error_;       // of the camera's position, like plane_error()
+  double farthest_aside_;  // twice the largest ratio of distance to depth in view
+  double pixels_;          // largest shift on the film for an error of 1 at depth 1
 };
 
-// No point of the triangle that a sample can see is less deep than this: it is as far away as its
-// plane.
+// Lower bound of the depth of the triangle's visible points, from the distance of its plane.
 double EmptyPixels::Projection::nearest_seen(const std::array<Vec3d, 3>& p) const {
   const Vec3d normal = (p[1] - p[0]).cross(p[2] - p[0]);
   const double length = normal.length();
@@ -126,14 +125,14 @@ bool EmptyPixels::Projection::mark(const std::array<Vec3d, 3>& corners, double e
   return true;
 }
 
-// Row by row, what a convex outline covers of each.
+// Marks the extent of a convex outline in each row.
 void EmptyPixels::Projection::mark_outline(std::span<const Vec2d> outline, double slack,
                                            int64_t* marks) const {
   Imath::Box2d box;
   for (const Vec2d& p : outline) box.extendBy(p);
   const int first = std::max(0, cell_at(box.min.y - slack, map_.rows_));
   const int last = std::min(cell_at(box.max.y + slack, map_.rows_), map_.rows_ - 1);
-  const bool small = last - first < 2;  // as most are: the box says as much
+  const bool small = last - first < 2;  // most are; then the box is exact enough
   for (int row = first; row <= last; ++row) {
     if (small) {
       mark_cells(box.min.x - slack, box.max.x + slack, row, marks);
@@ -160,7 +159,7 @@ void EmptyPixels::Projection::mark_cells(double left, double right, int row, int
   const int first = std::max(0, cell_at(left, map_.columns_));
   const int last = std::min(cell_at(right, map_.columns_), map_.columns_ - 1);
   uint8_t* const cells = &map_.used_[size_t(row) * size_t(map_.columns_)];
-  // Several threads may mark the same one.
+  // Several threads may mark the same cell.
   for (int i = first; i <= last; ++i) {
     std::atomic_ref<uint8_t>(cells[i]).store(1, std::memory_order_relaxed);
   }
@@ -175,7 +174,7 @@ EmptyPixels::EmptyPixels(int width, int height) {
   used_.assign(size_t(columns_) * size_t(rows_), 0);
 }
 
-// False: there is no telling, or it is too much work. Which of them comes first does not matter:
+// Returns false if marks cannot be bounded or take too much work. The result is deterministic:
 // either all marks are counted, or more than the limit.
 bool EmptyPixels::mark_all(const Scene& scene, const Projection& projection) {
   const int64_t limit = kMostMarks * int64_t(used_.size());

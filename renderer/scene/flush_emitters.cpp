@@ -72,7 +72,7 @@ float FlushEmitters::offset(uint32_t instance, uint32_t primitive) const {
   return found == surfaces_.offsets.end() ? 0.0f : found->second;
 }
 
-// Notes the lowest emitter and lets the ray go on: which comes first is what rounding decides.
+// Keeps the lowest emitter and continues the ray, since rounding decides the order of hits.
 void FlushEmitters::keep_lowest(const RTCFilterFunctionNArguments* arguments) {
   auto& context =
       *reinterpret_cast<FlushContext*>(reinterpret_cast<embree::RayContext*>(arguments->context));
@@ -94,7 +94,7 @@ void FlushEmitters::keep_lowest(const RTCFilterFunctionNArguments* arguments) {
     const Instance& placed = self.placed_.instances[e.instance];
     float u = RTCHitN_u(arguments->hit, arguments->N, i);
     float v = RTCHitN_v(arguments->hit, arguments->N, i);
-    // A mirrored instance's emitter lists its corners the other way round.
+    // An emitter of a mirrored instance lists its corners in reverse order.
     if (placed.mirrored && placed.transformed) std::swap(u, v);
     const Mesh& mesh = self.placed_.meshes[placed.mesh];
     if (mesh.has_coverage &&
@@ -108,7 +108,7 @@ void FlushEmitters::keep_lowest(const RTCFilterFunctionNArguments* arguments) {
 
 bool FlushEmitters::lowest_at(const Ray& ray, float t, float cosine, CoverageKey coverage_key,
                               Candidate* candidate) const {
-  // Twice: the cosine is that of the other surface.
+  // Twice the reach, since the cosine is that of the other surface.
   const float slack = cosine > 0.0f ? 2.0f * longest_reach_ / cosine : t;
   RTCRayHit ray_hit = make_ray_hit(make_ray(ray.origin, ray.direction, t + slack, ray.time));
   ray_hit.ray.tnear = std::max(0.0f, t - slack);

@@ -1,11 +1,11 @@
-// Emitters that lie in another surface: a lamp's quad flush with its ceiling, a lamp that the file
-// holds twice. Rounding alone would decide, ray by ray, which of the two is in front: the lamp
-// shows the ceiling in spots, loses light to it, and two lamps in one another shine like two. One
-// rule decides for every ray: such an emitter is in front of what it lies in, on every side that
-// it shines to, and the one of lowest index is in front of the others.
+// Emitters that lie in another surface, such as a lamp's quad flush with its ceiling, or a lamp
+// that the file contains twice. Rounding would decide for each ray which surface is in front: the
+// lamp would show spots of the ceiling and lose light, and two coincident lamps would emit like
+// two. Instead, such an emitter is always in front of the surface that it lies in, on every side on
+// which it emits; among emitters the one with the lowest index is in front.
 //
-// A scene without any has none of this: no object, one untaken branch per hit. Immutable and
-// thread-safe once built. Private to this folder.
+// A scene without such emitters has no object of this class and one untaken branch per hit.
+// Immutable and thread-safe once built. Private to this folder.
 #pragma once
 
 #include <memory>
@@ -17,7 +17,7 @@
 
 namespace emberline::scene_detail {
 
-// What a scene has of its emitters, which must outlive whatever is made of them here.
+// The scene data of emitters; it must outlive all objects made from it here.
 struct PlacedEmitters {
   const std::vector<Mesh>& meshes;
   const std::vector<Instance>& instances;
@@ -25,12 +25,12 @@ struct PlacedEmitters {
   const std::vector<EmissiveTriangle>& emitters;
 };
 
-// Which emitters lie in which surfaces, and how far from one another rounding can place the two.
+// Emitters that lie in surfaces, with the largest distance that rounding may put between the two.
 struct FlushSurfaces {
-  // Per emitter: bound of the distance at which Embree may see it and what it lies in; 0: it lies
-  // in nothing.
+  // Per emitter: bound of the distance between it and its surface as Embree sees them; 0: it lies
+  // in no surface.
   std::vector<float> reach;
-  // By surface_key: the same of every triangle that is one, or that one lies in.
+  // This bound by surface_key(), for each flush emitter and each surface in which one lies.
   std::unordered_map<uint64_t, float> offsets;
 };
 
@@ -38,14 +38,15 @@ inline uint64_t surface_key(uint32_t instance, uint32_t primitive) {
   return uint64_t(instance) << 32 | primitive;
 }
 
-// Of what is at rest. Asks at four points of each emitting triangle (at one, if they are many): an
-// overlap that spares them is not seen, nor are all of those beyond some hundred surfaces that lie
-// in one another at one place. O(n log n). Throws Cancelled.
+// Searches static geometry. It tests four points of each emitting triangle (one if there are many),
+// so it misses overlaps elsewhere, and some of the surfaces if more than about a hundred coincide.
+// O(n log n). Throws Cancelled.
 FlushSurfaces find_flush_surfaces(const PlacedEmitters& placed, LoadProgress& progress);
 
 class FlushEmitters {
  public:
-  // Null if there are none. `geometry` is committed. As find_flush_surfaces says. Throws Cancelled.
+  // Null if there are none. `geometry` must be committed. See find_flush_surfaces(). Throws
+  // Cancelled.
   static std::unique_ptr<FlushEmitters> find(const PlacedEmitters& placed, const Geometry& geometry,
                                              LoadProgress& progress);
   ~FlushEmitters();
@@ -54,15 +55,15 @@ class FlushEmitters {
 
   size_t size() const { return members_.size(); }
   bool contains(uint32_t emitter) const { return surfaces_.reach[emitter] > 0.0f; }
-  // How far rays must start and end from a triangle that is one, or that one lies in; else 0.
+  // Ray offset from a triangle that is flush or has a flush emitter in it; otherwise 0.
   float offset(uint32_t instance, uint32_t primitive) const;
 
   struct Candidate {
-    uint32_t emitter;  // of this index and above there is nothing to look for
-    float t, u, v;     // u, v as the mesh counts them
+    uint32_t emitter;  // only lower indices are searched
+    float t, u, v;     // u, v in the mesh's order
   };
-  // Whether an emitter of an index below candidate->emitter lies in the surface that the ray meets
-  // at `t` under `cosine` (of the unnormalised direction); the lowest one replaces *candidate.
+  // Whether an emitter with an index below candidate->emitter lies in the surface that the ray hits
+  // at `t`. `cosine` is that of the unnormalised direction. The lowest emitter replaces *candidate.
   bool lowest_at(const Ray& ray, float t, float cosine, CoverageKey coverage_key,
                  Candidate* candidate) const;
 
@@ -75,8 +76,8 @@ class FlushEmitters {
   const PlacedEmitters placed_;
   const FlushSurfaces surfaces_;
   float longest_reach_ = 0.0f;
-  std::vector<uint32_t> members_;  // the emitter of each triangle of scene_
-  RTCScene scene_ = nullptr;       // the members alone
+  std::vector<uint32_t> members_;  // emitter of each triangle in scene_
+  RTCScene scene_ = nullptr;       // contains only the members
 };
 
 }  // namespace emberline::scene_detail

@@ -1,9 +1,9 @@
 // The search for emitters that lie in other surfaces (flush_emitters.h).
 //
-// Each triangle has an error of its own (plane_error), that grows with its coordinates: one far
-// away may be off by more than a hundred near ones are large. So an emitter asks the BVH about what
-// is as exact as itself, and surfaces that are much less so look for the emitters that they reach,
-// in a tree of their points. A single radius for all would make every emitter meet every other.
+// Each triangle has its own plane_error(), which grows with its coordinates: that of a distant
+// triangle may exceed the size of a hundred near ones. So each emitter queries the BVH for surfaces
+// about as exact as itself, and much less exact surfaces search a tree of emitter points for those
+// within their reach. With one radius for all, every emitter would meet every other.
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -19,15 +19,15 @@
 namespace emberline::scene_detail {
 namespace {
 
-// From here on triangles are small against what they could lie in, and only their middles are asked
-// about. Chosen by us.
+// Above this number, triangles are small compared with the surfaces that they lie in, and only
+// their centres are tested. Chosen by us.
 constexpr size_t kManyEmitters = 1 << 16;
 
-// Triangles around emitters that are looked at, and so many at a time. Chosen by us: some seconds.
+// Maximum number of triangles examined, in total (some seconds) and per range. Chosen by us.
 constexpr uint64_t kMostTriangles = uint64_t(1) << 26;
 constexpr size_t kRangeSize = 4096;
-// Points that are looked at, beside so many for each triangle, and of a range at most. Chosen by
-// us: an ordinary triangle meets some ten, a wall all the lamps that it carries.
+// Maximum number of points examined: a base, an allowance per triangle, and a limit per range.
+// Chosen by us: an ordinary triangle meets about ten, a wall all the lamps on it.
 constexpr uint64_t kMostVisits = uint64_t(1) << 24, kVisitsOfEach = 32, kMostOfRange = 1 << 22;
 
 using Corners = std::array<Vec3d, 3>;
@@ -40,7 +40,7 @@ Corners corners_of(const EmissiveTriangle& t) {
   return {to_double(t.p0), to_double(t.p1), to_double(t.p2)};
 }
 
-// Middle first, then near the corners.
+// The centre first, then points near the corners.
 std::array<Vec3d, 4> points_of(const Corners& c) {
   const Vec3d middle = (c[0] + c[1] + c[2]) / 3.0;
   return {middle, c[0] * 0.97 + middle * 0.03, c[1] * 0.97 + middle * 0.03,
@@ -50,13 +50,13 @@ std::array<Vec3d, 4> points_of(const Corners& c) {
 struct Plane {
   Vec3d point, normal;
   double distance(const Vec3d& p) const { return std::abs((p - point).dot(normal)); }
-  // Of the corner that is furthest away.
+  // Distance of the farthest corner.
   double distance(const Corners& c) const {
     return std::max({distance(c[0]), distance(c[1]), distance(c[2])});
   }
 };
 
-// What an emitter may lie in.
+// A surface in which an emitter may lie.
 class Surface {
  public:
   explicit Surface(const Corners& corners)
@@ -68,11 +68,12 @@ class Surface {
         scale_(1.0 / n_.length2()) {}
 
   const Plane& plane() const { return plane_; }
-  // Whether an emitter lies in it by `point` of its own; `error` is the sum of both planes'.
+  // Whether `emitter` lies in the surface at its point `point`; `error` is the sum of both plane
+  // errors.
   bool holds(const EmissiveTriangle& emitter, const Vec3d& point, double error) const {
-    // Specks smaller than the error are in every plane through them.
+    // Triangles smaller than the error would lie in every plane through them.
     if (!(plane_.distance(point) <= 2.0 * error) || !covers(point)) return false;
-    // Of two triangles the plane of the smaller one says little about the far end of the larger.
+    // One test suffices: the smaller triangle's plane is inaccurate at the far end of the larger.
     const Corners corners = corners_of(emitter);
     if (plane_.distance(corners) <= error) return true;
     return Plane{corners[0], unit_normal(corners)}.distance(corners_) <= error;
@@ -80,7 +81,7 @@ class Surface {
 
  private:
   bool covers(const Vec3d& p) const {
-    constexpr double kSlack = -1e-9;  // of the triangle: well above double's rounding
+    constexpr double kSlack = -1e-9;  // relative to the triangle; far above double's rounding
     const Vec3d d = p - plane_.point;
     const double u = d.cross(e2_).dot(n_) * scale_, v = e1_.cross(d).dot(n_) * scale_;
     return u >= kSlack && v >= kSlack && u + v <= 1.0 - kSlack;
@@ -122,7 +123,6 @@ class FlushSearch {
   }
 
  private:
-  // Of the triangles of a placed mesh.
   struct TriangleRange {
     uint32_t instance;
     uint32_t begin, end;
@@ -131,8 +131,8 @@ class FlushSearch {
   EmitterPoints emitter_points() const;
   std::vector<TriangleRange> ranges_near_emitters() const;
   uint64_t most_visits(const std::vector<TriangleRange>& ranges) const;
-  // Calls visit(triangle, surface, error, point) for what may lie in the range's triangles, until
-  // it returns false.
+  // Calls visit(triangle, surface, error, point) for points that may lie in the range's triangles,
+  // until it returns false.
   template <typename Visit>
   void visit_points(const TriangleRange& range, const Visit& visit) const;
   void look_from(const TriangleRange& range, uint64_t visits_left);
@@ -218,8 +218,8 @@ void FlushSearch::visit_points(const TriangleRange& range, const Visit& visit) c
   }
 }
 
-// How many visits a range may make, so that all are no more than there may be. The same for any
-// number of threads.
+// The number of visits allowed per range, such that the total stays within the limit. It does not
+// depend on the number of threads.
 uint64_t FlushSearch::most_visits(const std::vector<TriangleRange>& ranges) const {
   std::vector<uint64_t> counts(ranges.size(), 0);
   parallel_each(ranges.size(), [&](size_t i) {
@@ -245,8 +245,8 @@ void FlushSearch::look_from(const TriangleRange& range, uint64_t visits_left) {
                  const EmissiveTriangle& e = placed_.emitters[point.emitter];
                  const bool same = e.instance == range.instance && e.primitive == t;
                  if (!same && surface.holds(e, point.position, double(error + point.error))) {
-                   // The planes lie that far apart, and Embree may see either that far from where
-                   // it lies.
+                   // The planes may be this far apart, and Embree may see each of them this far
+                   // from its true position.
                    const float reach = 2.0f * (error + point.error);
                    float& most = surfaces[t];
                    most = std::max(most, reach);

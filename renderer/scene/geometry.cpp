@@ -19,7 +19,7 @@ void on_error(void* /*user*/, RTCError /*code*/, const char* message) {
   log_verbose(std::string("Embree: ") + message);
 }
 
-// Whether back faces are culled, or there is coverage: for good, or as the mesh says at the moment.
+// Whether a filter culls or tests coverage: fixed, or read from the mesh at each hit.
 enum class Answer { kNever, kAlways, kAsked };
 
 Answer answer(bool now, bool may_change) {
@@ -47,9 +47,9 @@ uint32_t placed_instance(const RTCFilterFunctionNArguments* arguments, unsigned 
              : record.instance;
 }
 
-// Called by Embree for every candidate hit of a geometry that has back faces to hide or coverage,
-// in the version that asks for no more than that. A pure function of ray, triangle and key, so that
-// traversal order cannot show.
+// The filter that Embree calls for every candidate hit of geometry with culling or coverage,
+// specialised for what it needs. A pure function of ray, triangle and key, so that it does not
+// depend on the traversal order.
 template <Answer kCulls, Answer kCovers>
 void filter(const RTCFilterFunctionNArguments* arguments) {
   int* valid = arguments->valid;
@@ -60,7 +60,7 @@ void filter(const RTCFilterFunctionNArguments* arguments) {
   for (unsigned i = 0; i < n; ++i) {
     if (valid[i] != -1) continue;
     if (culls) {
-      // Both in the mesh's own space, where counter-clockwise is the front even under a mirroring
+      // Both are in object space, where counter-clockwise is the front even under a mirroring
       // instance (glTF 2.0, section 3.7.4: a negative determinant flips the winding).
       const Vec3f normal(RTCHitN_Ng_x(arguments->hit, n, i), RTCHitN_Ng_y(arguments->hit, n, i),
                          RTCHitN_Ng_z(arguments->hit, n, i));
@@ -87,7 +87,7 @@ void filter(const RTCFilterFunctionNArguments* arguments) {
   }
 }
 
-// Of meshes that are not always there, before all else.
+// For meshes that are not always visible; tests the time first.
 void filter_shown(const RTCFilterFunctionNArguments* arguments) {
   const unsigned n = arguments->N;
   const auto& record = *static_cast<const GeometryRecord*>(arguments->geometryUserPtr);
@@ -109,8 +109,8 @@ RTCFilterFunctionN choose_filter(Answer culls, Answer covers) {
   return kFilters[size_t(culls)][size_t(covers)];
 }
 
-// Transforms that Embree turns rather than shears from one to the next: each is a triangular matrix
-// (sizes and skews), then a rotation, then a shift. Consecutive rotations go the shorter way.
+// Transforms whose rotation Embree interpolates spherically: each is a triangular matrix (scale and
+// skew), a rotation and a translation. Consecutive rotations take the shorter way.
 std::vector<RTCQuaternionDecomposition> decompose(std::span<const Mat44d> steps) {
   std::vector<RTCQuaternionDecomposition> result;
   Imath::Quatd before;
@@ -131,7 +131,7 @@ std::vector<RTCQuaternionDecomposition> decompose(std::span<const Mat44d> steps)
   return result;
 }
 
-// What Embree is given to call while it builds.
+// User data of Embree's progress callback.
 struct WatchedBuild {
   LoadProgress& progress;
   uint64_t items;
@@ -145,8 +145,8 @@ struct WatchedBuild {
 
 }  // namespace
 
-// ThreadSanitizer sees what Embree's threads allocate and free, but not how Embree orders them:
-// under it the calling thread builds alone. Tracing is not touched.
+// ThreadSanitizer sees what Embree's threads allocate and free but not how Embree orders them, so
+// under it the calling thread builds alone. Tracing is not affected.
 void build_bvh(RTCScene scene, LoadProgress& progress, uint64_t items) {
 #ifdef EMBERLINE_THREAD_SANITIZER
   const tbb::global_control alone(tbb::global_control::max_allowed_parallelism, 1);
@@ -155,7 +155,7 @@ void build_bvh(RTCScene scene, LoadProgress& progress, uint64_t items) {
   if (progress.watched()) rtcSetSceneProgressMonitorFunction(scene, WatchedBuild::go_on, &watched);
   rtcCommitScene(scene);
   if (progress.watched()) rtcSetSceneProgressMonitorFunction(scene, nullptr, nullptr);
-  progress.check();  // a build that was called off is no step forward
+  progress.check();  // a cancelled build makes no progress
   progress.advance(items);
 }
 
@@ -219,7 +219,7 @@ EmbreeDevice::EmbreeDevice(EmbreeIsa isa, std::shared_ptr<MemoryBudget> budget, 
 
 EmbreeDevice::~EmbreeDevice() { rtcReleaseDevice(device_); }
 
-// Embree ends the build with RTC_ERROR_OUT_OF_MEMORY where this says no.
+// If this returns false, Embree ends the build with RTC_ERROR_OUT_OF_MEMORY.
 bool EmbreeDevice::count_memory(void* user, ssize_t bytes, bool /*post*/) {
   auto& self = *static_cast<EmbreeDevice*>(user);
   if (bytes > 0 && !self.budget_->try_reserve(MemoryPart::kBvh, uint64_t(bytes))) {
@@ -258,8 +258,8 @@ void EmbreeDevice::check() {
 OwnedScene::OwnedScene(std::shared_ptr<EmbreeDevice> of) : device(std::move(of)) {
   add_object_bytes(embree::kSceneObjectBytes);
   scene = rtcNewScene(device->handle());
-  // With it the builder splits no triangle, and the filter of a shadow ray is asked once for each
-  // (Thickness); without it a light could leak, too.
+  // In robust mode the builder does not split triangles, so the filter of a shadow ray sees each
+  // triangle once (Thickness); other modes may also leak light.
   rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
   if (device->takes_filters) embree::take_filters(scene);
   rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_HIGH);
@@ -382,7 +382,7 @@ Affine Geometry::transform_at(uint32_t moving, float time) const {
   return {{m[0], m[1], m[2]}, {m[3], m[4], m[5]}, {m[6], m[7], m[8]}, {m[9], m[10], m[11]}};
 }
 
-// What rests is an instance whose number is none of the scene's (Scene::intersect).
+// The static group is an instance whose number is outside the scene's (Scene::intersect).
 void Geometry::commit(uint32_t instances, LoadProgress& progress) {
   constexpr Affine kInPlace = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}};
   if (resting_scene_) add_instance(*resting_scene_, kInPlace, instances);

@@ -1,4 +1,4 @@
-// Embree's side of a Scene: the BVHs and the filter that rejects back faces and uncovered hits.
+// The Embree part of a Scene: the BVHs, and the filter that rejects back faces and uncovered hits.
 // Private to this folder.
 #pragma once
 
@@ -17,20 +17,20 @@
 
 namespace emberline::scene_detail {
 
-// What the filter callback finds behind a geometry.
+// The filter callback's data for a geometry.
 struct GeometryRecord {
   const Mesh* mesh = nullptr;
-  // Salt of the coverage decision; kPlaced: the instance that the ray is in.
+  // Salt of the coverage decision; kPlaced: use the instance that the ray is in.
   uint32_t instance = kPlaced;
   bool asks_shown = false;  // Mesh::shown
   static constexpr uint32_t kPlaced = RTC_INVALID_GEOMETRY_ID;
 };
 
-// To be released. Null where there can be none: after one that failed (no memory) Embree 3.13 makes
-// devices whose release never returns.
+// The caller releases the device. Returns null if there is none; after one failure (no memory) it
+// does not try again, because Embree 3.13 would create devices whose release never returns.
 RTCDevice new_device(EmbreeIsa isa);
 
-// Embree, and what it takes of the budget, block by block; `place` is named when that is spent.
+// An Embree device that reserves its memory from the budget, block by block; errors name `place`.
 // Scenes keep it alive.
 class EmbreeDevice {
  public:
@@ -40,17 +40,17 @@ class EmbreeDevice {
   EmbreeDevice& operator=(const EmbreeDevice&) = delete;
 
   RTCDevice handle() const { return device_; }
-  // What the memory monitor does not say; see embree_api.h.
+  // Counts memory that Embree's monitor does not report; see embree_api.h.
   void add_object_bytes(uint64_t bytes);
   void give_back_object_bytes(uint64_t bytes) noexcept;
-  // What Embree holds: BVHs, and its objects for meshes, instances and scenes.
+  // Bytes held by Embree: BVHs, and its objects for meshes, instances and scenes.
   uint64_t bytes() const;
-  // Throws RenderError if Embree has reported a failure since the last call, InputError if that was
-  // for the budget.
+  // Throws InputError if Embree has exceeded the budget since the last call, RenderError for any
+  // other failure.
   void check();
 
   uint32_t bvh_builds = 0;
-  bool takes_filters = false;  // its scenes; set before they are made (Scene::solid_faces)
+  bool takes_filters = false;  // for Scene::faces_along(); set it before scenes are made
 
  private:
   static bool count_memory(void* user, ssize_t bytes, bool post);
@@ -58,19 +58,19 @@ class EmbreeDevice {
   RTCDevice device_ = nullptr;
   const std::shared_ptr<MemoryBudget> budget_;
   const std::string place_;
-  std::atomic<int64_t> monitored_bytes_{0};  // as Embree's memory monitor says
-  std::atomic<uint64_t> refused_bytes_{0};   // a block that the budget had no room for
+  std::atomic<int64_t> monitored_bytes_{0};  // reported by Embree's memory monitor
+  std::atomic<uint64_t> refused_bytes_{0};   // block that exceeded the budget
   uint64_t object_bytes_ = 0;
 };
 
-// A scene of Embree's, with its BVH once it is built.
+// An Embree scene, with its BVH once it is built.
 struct OwnedScene {
   explicit OwnedScene(std::shared_ptr<EmbreeDevice> device);
   ~OwnedScene();
   OwnedScene(const OwnedScene&) = delete;
   OwnedScene& operator=(const OwnedScene&) = delete;
 
-  // `items`: what LoadProgress counts as being in it. Takes the geometry over.
+  // Takes over the geometry. `items`: its number of LoadProgress items.
   void attach(RTCGeometry geometry, uint32_t id, uint64_t items);
   void add_object_bytes(uint64_t bytes);
   void build(LoadProgress& progress);
@@ -82,22 +82,22 @@ struct OwnedScene {
   uint64_t items_ = 0, object_bytes_ = 0;
 };
 
-// Meshes must stay where they are, or their records told.
+// Meshes must not move in memory, unless their records are updated.
 class Geometry {
  public:
   explicit Geometry(std::shared_ptr<EmbreeDevice> device);
 
-  // A BVH over one mesh, for instances.
+  // Builds a BVH over one mesh, for instances.
   void build_mesh_scene(Mesh& mesh, LoadProgress& progress);
-  // Top level: the geometry's id is the instance's index.
+  // Adds a mesh to the top level; the geometry's id is the instance's index.
   void add_mesh(Mesh& mesh, uint32_t instance) { add_mesh(top_, mesh, instance); }
   void add_instance(const OwnedScene& mesh_scene, const Affine& transform, uint32_t instance);
-  // One that moves through `steps`, internal, evenly spaced over the shutter. Its number among
-  // those that move.
+  // Adds an instance that moves through `steps`, in internal space, evenly spaced over the shutter.
+  // Returns its index among the moving instances.
   uint32_t add_moving_instance(const OwnedScene& mesh_scene, std::span<const Mat44d> steps,
                                uint32_t instance);
-  // Meshes that no pose moves: in a BVH of their own, below the top level, where their ids are
-  // theirs all the same. That of `before`, if it has the very same.
+  // Adds meshes that no pose moves to a separate BVH below the top level, keeping their ids. Reuses
+  // that of `before` if it has exactly the same list.
   struct Resting {
     uint32_t mesh, instance;
     uint64_t key;
@@ -105,10 +105,10 @@ class Geometry {
   };
   void add_resting(std::vector<Resting> list, std::vector<Mesh>& meshes, const Geometry* before,
                    LoadProgress& progress);
-  // Where a moving instance is, by the very floats that Embree traces it with.
+  // The transform of a moving instance, in the same floats that Embree uses.
   Affine transform_at(uint32_t moving, float time) const;
   size_t steps(uint32_t moving) const { return moving_instances_[moving].steps; }
-  // `instances`: how many there are in all.
+  // `instances`: total number of instances.
   void commit(uint32_t instances, LoadProgress& progress);
 
   RTCScene top() const { return top_.scene; }
@@ -129,7 +129,7 @@ class Geometry {
   std::vector<MovingInstance> moving_instances_;
 };
 
-// What a triangle's vertices say, at barycentric (u, v).
+// Interpolates vertex values at barycentric (u, v) of a triangle.
 template <class Values>
 [[gnu::always_inline]] inline auto interpolate_vertices(const Values& values,
                                                         const std::array<uint32_t, 3>& index,
@@ -140,7 +140,7 @@ template <class Values>
 // Texture coordinates and colour at barycentric (u, v) of a triangle.
 SurfaceAttributes interpolate_attributes(const Mesh& mesh, uint32_t primitive, float u, float v);
 
-// Whether a ray of this key meets the surface there, or passes by its alpha.
+// Whether coverage makes a ray with this key hit the surface.
 bool covered(const Mesh& mesh, uint32_t instance, uint32_t primitive, float u, float v,
              CoverageKey coverage_key);
 
@@ -149,15 +149,14 @@ inline Vec3d transform_point(const Affine& m, const Vec3d& p) {
              fma(to_double(m.y), p.y, fma(to_double(m.z), p.z, to_double(m.translation))));
 }
 
-// The bounds of a placed box, and of vertices with their padding.
+// Bounds of a transformed box, and of vertices with their padding.
 Imath::Box3f transformed(const Imath::Box3f& box, const Affine& m);
 Imath::Box3f bounds_of(const std::vector<Vec3f>& positions);
 
-// Between which time steps a time lies, `count` of them evenly over [0, 1]; the very floats that
-// Embree reckons with.
+// The segment of a time among `count` even steps over [0, 1], in the same floats as Embree's.
 struct TimeSegment {
   size_t step = 0;
-  float share = 0.0f;  // of step + 1
+  float share = 0.0f;  // weight of step + 1
 
   TimeSegment(float time, size_t count) {
     const float scaled = time * float(count - 1);
@@ -166,13 +165,13 @@ struct TimeSegment {
   }
 };
 
-// Of a deforming mesh, at one of its time steps.
+// Vertices of a deforming mesh at one of its time steps.
 inline const std::vector<Vec3f>& positions_at(const Mesh& mesh, size_t step) {
   return step == 0 ? mesh.positions : mesh.motion[step - 1].positions;
 }
 std::array<Vec3d, 3> moved_corners(const Mesh& mesh, uint32_t primitive, float time);
 
-// A triangle's corners in the mesh's own space at a time.
+// A triangle's corners in object space at a time.
 [[gnu::always_inline]] inline std::array<Vec3d, 3> corners_at(const Mesh& mesh, uint32_t primitive,
                                                               float time) {
   if (!mesh.motion.empty()) [[unlikely]]
@@ -182,7 +181,7 @@ std::array<Vec3d, 3> moved_corners(const Mesh& mesh, uint32_t primitive, float t
           to_double(mesh.positions[index[2]])};
 }
 
-// A placed triangle's corners in internal space, of an instance at that time.
+// A placed triangle's corners in internal space; `instance` must be the one at that time.
 inline std::array<Vec3d, 3> placed_corners(const Mesh& mesh, const Instance& instance,
                                            uint32_t primitive, float time = 0.0f) {
   std::array<Vec3d, 3> p = corners_at(mesh, primitive, time);
@@ -191,23 +190,23 @@ inline std::array<Vec3d, 3> placed_corners(const Mesh& mesh, const Instance& ins
   return p;
 }
 
-// Whether rays of different times see it in different places.
+// Whether its position depends on the ray's time.
 inline bool moves(const Mesh& mesh, const Instance& instance) {
   return instance.moving != Instance::kAtRest || !mesh.motion.empty();
 }
 
-// Bound of the distance between a triangle's plane and where Embree or Scene::interaction sees it,
-// internal space, of an instance at that time; and that of triangles with no coordinate beyond
-// `largest`.
+// Upper bound, in internal space, of the distance between a triangle's plane and where Embree or
+// Scene::interaction() sees it, for an instance at that time. The second form is for triangles
+// without coordinates beyond `largest`.
 float plane_error(const Mesh& mesh, const Instance& instance, uint32_t primitive,
                   float time = 0.0f);
 float plane_error(float largest, const Instance& instance);
 
-// `items`: what `progress` counts as being in the scene. Throws Cancelled.
+// `items`: the scene's number of `progress` items. Throws Cancelled.
 void build_bvh(RTCScene scene, LoadProgress& progress, uint64_t items);
 
 RTCRay make_ray(const Vec3f& origin, const Vec3f& direction, float t_max, float time = 0.0f);
-// That has hit nothing yet.
+// A ray that has hit nothing yet.
 RTCRayHit make_ray_hit(const RTCRay& ray);
 
 }  // namespace emberline::scene_detail

@@ -80,12 +80,12 @@ void SolidCrossing::find_others(const Scene& scene, const SurfaceInteraction& su
     const bool one_way = found[i].back == found[next - 1].back;
     const Material& material = scene.material_of(instance);
     if (!material.is_solid()) {
-      // Of one that shines flush_emitters.h says whether it is seen.
+      // flush_emitters.h decides whether emissive surfaces are seen.
       if (has_surface_ || material.is_emissive()) continue;
       has_surface_ = true;
       surface_ = found[i].hit;
     } else if (here != own && one_way && !solids->is_flat(instance)) {
-      // On an edge two faces of a solid are met where it is crossed once, or not at all.
+      // At an edge, a ray meets two faces of a solid but crosses its surface once or not at all.
       faces_[count_++] = found[i];
     }
   }

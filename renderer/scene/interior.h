@@ -1,4 +1,4 @@
-// The solids that a ray is inside of, and what a face does to them.
+// The solids that contain a ray, and how faces change them.
 #pragma once
 
 #include <cstdint>
@@ -8,32 +8,32 @@
 
 namespace emberline {
 
-// A list, as a value of a path. Nothing here allocates.
+// A list of solids, as a value of a path. Does not allocate.
 class Interior {
  public:
-  // Solids at once; of more the ones that do not fill the place are forgotten first.
+  // Maximum number of solids. Beyond it, the oldest that does not fill the place is dropped.
   static constexpr int kMost = 16;
   static constexpr uint32_t kNone = ~0u;
 
-  Interior() {}  // leaves the list's memory as it is
+  Interior() {}  // leaves the list uninitialised
 
   bool empty() const { return count_ == 0; }
-  // The material that fills the place: that of the solid that precedes (Solids). Open solids have
-  // no order; of these the one that was entered last fills it. Null outside of all solids.
+  // The material of the current medium: that of the enclosing solid with precedence (Solids). Open
+  // solids have no precedence; of these, the last one entered. Null outside all solids.
   const Material* solid() const { return solid_; }
   // That solid's instance, or kNone.
   uint32_t instance() const { return filling_; }
 
-  // False: the list was full.
+  // Returns false if the list was full.
   bool enter(const Scene& scene, uint32_t instance) {
     if (count_ > 0) return enter_another(scene, instance);
     entered_[count_++] = filling_ = instance;
     solid_ = &scene.material_of(instance);
     return true;
   }
-  // A solid may be made of several open meshes: it is left by the face of another instance of its
-  // material, too. An open solid that was never entered takes the one that fills the place with it;
-  // a closed one changes nothing.
+  // A solid may consist of several open meshes, so a face of another instance with the same
+  // material also leaves it. Leaving an open solid that was never entered also leaves the current
+  // one; leaving a closed solid that was never entered has no effect.
   void leave(const Scene& scene, uint32_t instance) {
     if (count_ != 1 || filling_ != instance) return leave_one(scene, instance);
     count_ = 0;
@@ -51,18 +51,17 @@ class Interior {
   const Material* solid_ = nullptr;
   uint32_t filling_ = kNone;
   int count_ = 0;
-  uint32_t entered_[kMost];  // in order
+  uint32_t entered_[kMost];  // in order of entry
 };
 
-// The faces of solids that a ray goes through where it meets one: several if faces coincide, as
-// those of a liquid and of its glass; none of a solid so flat that its faces coincide. A surface
-// that lies in the face, as the table on which a glass stands, is met in its place.
+// The solid faces that a ray crosses at a hit. There may be several if faces coincide, such as
+// those of a liquid and its glass, and none for a solid so flat that its own faces coincide. A
+// surface that lies in the face, such as the table under a glass, is hit instead of it.
 class SolidCrossing {
  public:
-  // Coincident faces lie within so many bounds of the error of either.
+  // Coincident faces lie within this multiple of either error bound.
   static constexpr float kReach = 4.0f;
 
-  // `surface` and `hit` are what the ray met: a face of a solid.
   SolidCrossing(const Scene& scene, const SurfaceInteraction& surface, const SurfaceHit& hit,
                 const Ray& ray, CoverageKey coverage_key)
       : offset_(surface.offset) {
@@ -74,7 +73,7 @@ class SolidCrossing {
     }
   }
 
-  // From the near to the far side. False: the list was full.
+  // Updates the interior from the near to the far side. Returns false if the list was full.
   bool cross(const Scene& scene, Interior* interior) const {
     for (const CrossedFace& face : *this) {
       if (face.back) interior->leave(scene, face.hit.instance);
@@ -85,16 +84,15 @@ class SolidCrossing {
     }
     return room;
   }
-  // The face that scatters, of those that coincide: of the two solids that fill the sides, that of
-  // the one that precedes.
+  // The coincident face that scatters: it belongs to the preceding solid of the two sides.
   const SurfaceHit& seen_face(const Scene& scene, const Interior& near, const Interior& far) const {
     return count_ == 1 ? faces_[0].hit : preceding_face(scene, near, far);
   }
-  // Rays that leave go as far from the surface as clears all of the faces.
+  // Ray offset from the surface that clears all of the faces.
   float offset() const { return offset_; }
-  // The way leads out of the solid that was hit.
+  // Whether the ray leaves the solid that was hit.
   bool back() const { return faces_[0].back && !through_flat_; }
-  // The surface that ends the way here. Null: none.
+  // The surface on which the ray ends here, or null.
   const SurfaceHit* surface() const { return has_surface_ ? &surface_ : nullptr; }
   const CrossedFace* begin() const { return faces_ + (through_flat_ ? 1 : 0); }
   const CrossedFace* end() const { return faces_ + count_; }
@@ -108,10 +106,10 @@ class SolidCrossing {
                                    const Interior& far) const;
 
   union {
-    CrossedFace faces_[kMost];  // the one that was hit comes first; set as far as they are met
+    CrossedFace faces_[kMost];  // the face that was hit comes first; only count_ are set
   };
   size_t count_ = 1;
-  bool through_flat_ = false;  // the solid that was hit is left where it is entered
+  bool through_flat_ = false;  // the ray leaves the hit solid where it enters it
   bool has_surface_ = false;
   SurfaceHit surface_;
   float offset_;

@@ -10,7 +10,7 @@ namespace {
 constexpr float kMost = std::numeric_limits<float>::max();
 constexpr float kLeast = std::numeric_limits<float>::min();
 
-// By material: whether some placed mesh has it.
+// Per material: whether a placed mesh uses it.
 std::vector<bool> used_materials(const SceneDescription& description) {
   std::vector<bool> used(description.materials.size(), false);
   for (const InstanceDescription& instance : description.instances) {
@@ -20,8 +20,8 @@ std::vector<bool> used_materials(const SceneDescription& description) {
   return used;
 }
 
-// What a LightEdit may change, and what apply() asks of a description. Materials that no placed
-// mesh has are dark.
+// The parts that a LightEdit may change and that apply() needs. Materials without a placed mesh are
+// black.
 SceneDescription lights_of(const SceneDescription& description, const std::vector<bool>& used) {
   SceneDescription lights;
   static_cast<SceneLists&>(lights) = description;
@@ -34,7 +34,7 @@ SceneDescription lights_of(const SceneDescription& description, const std::vecto
 
 Rgb radiance_of(const EnvironmentDescription& e) { return e.tint * e.strength; }
 
-// Whether the two differ in radiance_of() alone.
+// Whether the two differ at most in radiance_of().
 bool same_sky(const std::optional<EnvironmentDescription>& a,
               const std::optional<EnvironmentDescription>& b) {
   if (!a || !b) return a.has_value() == b.has_value();
@@ -42,8 +42,8 @@ bool same_sky(const std::optional<EnvironmentDescription>& a,
          a->rotation_degrees == b->rotation_degrees;
 }
 
-// What `before` is multiplied by to be `after`; nullopt if that can't be said: it was dark, or at
-// an end of float's range, where products are cut off.
+// The factor from `before` to `after`; nullopt if `before` is black or at a limit of float's range,
+// where products are clipped.
 std::optional<float> ratio(float before, float after) {
   if (before == after) return 1.0f;
   if (!(before >= kLeast && before < kMost && after < kMost)) return std::nullopt;
@@ -61,7 +61,7 @@ std::optional<Rgb> ratio(const Rgb& before, const Rgb& after) {
   return result;
 }
 
-// What it emits as a light; an unlit material shows its base colour and is none.
+// Light that the material emits. An unlit material shows its base colour but emits no light.
 Rgb emission_of(const MaterialDescription& material) {
   return material.unlit ? Rgb(0.0f) : material.emission;
 }
@@ -104,7 +104,7 @@ uint8_t LightGroups::add(EditedLight kind, EditTarget target, const Rgb& radianc
   return uint8_t(list_.size() - 1);
 }
 
-// Once the others are told apart.
+// Assigns the last group to all lights marked kOthers.
 void LightGroups::number_others() {
   const auto number = uint8_t(list_.size());
   bool any = false;
@@ -133,7 +133,7 @@ std::optional<LightMix> LightGroups::mix(const SceneEdits& edits) const {
   const auto weigh = [&](uint8_t group, const Rgb& before, const Rgb& after) {
     const std::optional<Rgb> weight = ratio(before, after);
     if (!weight) return false;
-    if (group == kNone) return true;  // dark then and now
+    if (group == kNone) return true;  // black before and after
     weights[group] = *weight;
     return list_[group].editable || *weight == Rgb(1.0f);
   };

@@ -20,39 +20,38 @@
 namespace emberline {
 namespace {
 
-// All constants are ours; tests/bench/results/lights.md has what others gave.
-
-// Camera paths, a power of two of them, and how many of their surfaces are looked from: to find out
-// whether a guide pays, and to make one, with at most as many paths as the frame has pixels.
+// Constants chosen by us; tests/bench/results has results for other values.
+// Camera paths (a power of two) and surfaces used per path, to decide whether a guide pays and to
+// build one. The guide uses at most as many paths as the frame has pixels.
 constexpr int kPilotBits = 9, kPilotSurfaces = 2;
 constexpr int kSurveyBits = 14, kSurveySurfaces = 4;
-// A guide pays where the samples of one place vary by so much, over the square of their mean, and
-// where at least so much of the light is the environment's.
+// A guide pays if the relative variance of samples at one place is at least kLeastVariance, and the
+// environment contributes at least kLeastShare of the light.
 constexpr double kLeastVariance = 3, kLeastShare = 0.3;
 constexpr int kPilotSamples = 8;
-// Kinds of light: factors of up to 2^kMostDoublings are tried, by light samples of each place. Of
-// more surfaces, as a patch of sun may light a room that does not see it.
-// One is taken if it takes away so much of the noise for each doubling, and all are if they leave
-// so little of it.
+// Kinds of light: factors of up to 2^kMostDoublings are tried with kKindSamples light samples per
+// place. They use more surfaces per path, because a sunlit patch may light a room that does not see
+// the sun. A factor must reduce the noise by kReluctance per doubling; all are rejected unless they
+// reduce it to kKindGain in total.
 constexpr int kKindSurfaces = 4, kKindSamples = 16, kMostDoublings = 8;
-// Parts of the frame, over which what samples bring is pooled: a path's low bits say in which it
-// is.
+// Number of cells of the frame over which samples are pooled. A path's low bits give its cell.
 constexpr uint32_t kCells = 32;
 constexpr float kLeastKindShare = 0.05f;
 constexpr double kReluctance = 0.01, kKindGain = 0.95;
-// Of the way to a lamp: its own surface is not in the way.
+// Shadow rays stop at this fraction of the distance, so that they do not hit the lamp itself.
 constexpr float kNearlyThere = 0.999f;
 constexpr size_t kLeastPlaces = 64;
-// Of the places along each axis; those beyond, out of a window perhaps, are in no region.
+// Fraction of places trimmed at each end of each axis; outliers get no region.
 constexpr double kTrimmed = 0.01;
-// Rays from a region into each tile; as many more, up to a limit, for all of the light; more where
-// a tile or a neighbour was seen; and as how many of its own the neighbours' count.
+// Rays from a region into each tile: a base, up to kMostOfLight more by the tile's share of the
+// light, and kMoreLooks more if the tile or a neighbour was seen. The neighbours' mean counts as
+// kLooksAround rays.
 constexpr int kLooks = 2, kLooksOfLight = 256, kMostOfLight = 32, kMoreLooks = 8;
 constexpr float kLooksAround = 4;
-// Smooth walls, one behind the other, that are looked through: as many as windows have.
+// Maximum number of smooth thin walls, such as window panes, that a ray passes through.
 constexpr int kWallsLookedThrough = 8;
 
-// One after the other, from a seed.
+// A sequence of random numbers from a seed.
 class Numbers {
  public:
   explicit Numbers(uint32_t seed) : state_(hash32(seed + 0x5eed5eedu)) {}
@@ -67,7 +66,7 @@ class Numbers {
   uint32_t state_;
 };
 
-// A point of a surface that a path came to, on the side that it came from.
+// A surface point reached by a path, on the side it came from.
 struct Place {
   Vec3f position;
   Vec3f geometric_normal, shading_normal;
@@ -80,8 +79,7 @@ LightQuery query_of(const Place& place) {
   return {place.position, place.shading_normal, false, place.time};
 }
 
-// What the light samples of a place bring: of each kind of light the mean square, if all samples
-// were its.
+// Light samples of a place: per kind of light, the mean square if all samples were of this kind.
 struct KindSquares {
   std::array<double, kLightKinds> squares{};
   double mean = 0;
@@ -118,10 +116,10 @@ class LightSurvey {
   const Scene& scene_;
   const Camera& camera_;
   int width_, height_;
-  const std::stop_token& stop_;  // what is found is of no use after a request
+  const std::stop_token& stop_;  // after a stop request the result is not used
 };
 
-// Paths are spread over the frame whatever number of the first ones is taken.
+// Any number of first paths is spread evenly over the frame.
 Ray LightSurvey::camera_ray(uint32_t path, int bits, Numbers& numbers) const {
   uint32_t x = 0, y = 0;
   for (int bit = 0; bit < bits; ++bit) {
@@ -137,7 +135,7 @@ Ray LightSurvey::camera_ray(uint32_t path, int bits, Numbers& numbers) const {
   return camera_.ray(film, numbers.pair(), time);
 }
 
-// Where the ray comes to, straight through smooth walls, if they are not too many.
+// Follows the ray to the next surface, straight through a limited number of smooth walls.
 LightSurvey::Met LightSurvey::next_place(const Ray& from, CoverageKey key, Place* out) const {
   Ray ray = from;
   for (int walls = 0; walls < kWallsLookedThrough; ++walls) {
@@ -159,7 +157,7 @@ LightSurvey::Met LightSurvey::next_place(const Ray& from, CoverageKey key, Place
   return Met::kWalls;
 }
 
-// Of paths that are scattered as by chalk.
+// Traces paths with diffuse scattering.
 std::vector<Place> LightSurvey::walk(int bits, int surfaces) const {
   const size_t paths = size_t(1) << bits;
   std::vector<std::vector<Place>> found(paths);
@@ -185,7 +183,7 @@ std::vector<Place> LightSurvey::walk(int bits, int surfaces) const {
   return places;
 }
 
-// What arrives from so far in a direction.
+// Transmittance over the distance along a direction.
 float LightSurvey::openness(const Place& place, const Vec3f& direction, float distance,
                             Numbers& numbers) const {
   const CoverageKey key{numbers.bits(), 0};
@@ -209,7 +207,7 @@ LightSample LightSurvey::light_sample(const Place& place, const LightGuide* guid
   return sample;
 }
 
-// Over a density: the light's, or that of all techniques.
+// Arriving light divided by `density`, the pdf of the light sample or of all techniques together.
 double LightSurvey::arriving(const Place& place, const LightSample& s, double density,
                              Numbers& numbers) const {
   const float cosine = dot(s.direction, place.geometric_normal);
@@ -221,14 +219,14 @@ double LightSurvey::arriving(const Place& place, const LightSample& s, double de
          double(luminance(radiance)) / density;
 }
 
-// Of the lamps; what one sample brings, or nothing if it chose the environment.
+// One-sample estimate of the lamps' light; 0 if the sample chose the environment.
 double LightSurvey::lamp_light(const Place& place, Numbers& numbers) const {
   const LightSample s = light_sample(place, nullptr, numbers);
   if (s.kind == LightKind::kEnvironment) return 0;
   return arriving(place, s, double(s.pdf), numbers);
 }
 
-// Of the environment, by one sample of it and one of a chalk's, weighed by the balance heuristic.
+// The environment's light from one light and one cosine sample, by the balance heuristic.
 double LightSurvey::environment_light(const Place& place, Numbers& numbers) const {
   const EnvironmentLight& environment = *scene_.lights().environment();
   const auto light = [&](const Vec3f& direction, const Rgb& radiance, float pdf) {
@@ -247,9 +245,8 @@ double LightSurvey::environment_light(const Place& place, Numbers& numbers) cons
   return sum;
 }
 
-// Whether the environment's light arrives by few samples of each place, and enough of all light is
-// its. Where every sample of some places arrives, and none of others, as with a sun, there is
-// nothing to guide.
+// Whether only few samples of a place receive light from the environment, and it contributes enough
+// of the light. With a sun, all samples of a place arrive or none do, so guiding is useless.
 bool LightSurvey::guiding_pays(std::span<const Place> places) const {
   std::vector<double> lamps(places.size());
   std::vector<Moments> environment(places.size());
@@ -271,7 +268,7 @@ bool LightSurvey::guiding_pays(std::span<const Place> places) const {
          variance >= kLeastVariance * squares;
 }
 
-// Beside BSDF samples of a chalk, by the balance heuristic.
+// Weighted against cosine-distributed BSDF samples by the balance heuristic.
 KindSquares LightSurvey::kind_squares(const Place& place, const LightGuide& guide,
                                       Numbers numbers) const {
   KindSquares result;
@@ -292,7 +289,7 @@ KindSquares LightSurvey::kind_squares(const Place& place, const LightGuide& guid
   return result;
 }
 
-// The sum over cells, over their light, or that of the frame where it is dark.
+// Sum of the cells' relative deviations; the frame's mean light is added for dark cells.
 double LightSurvey::noise(std::span<const Place> places, std::span<const KindSquares> squares,
                           const KindFactors& factors) const {
   const LightGuide guide{.factors = factors};
@@ -319,7 +316,7 @@ double LightSurvey::noise(std::span<const Place> places, std::span<const KindSqu
   return sum;
 }
 
-// Those of the least noise.
+// The factors with the least noise.
 KindFactors LightSurvey::factors(std::span<const Place> places, const LightGuide& guide) const {
   std::vector<KindSquares> squares(places.size());
   parallel_each(places.size(), 32, [&](size_t i) {
@@ -345,7 +342,7 @@ KindFactors LightSurvey::factors(std::span<const Place> places, const LightGuide
   return least < kKindGain * noise(places, squares, {}) ? best : KindFactors{};
 }
 
-// Root mean squares: of what a tile brings if its samples are to have the least variance.
+// Root mean squares, since these are the optimal sampling weights of the tiles.
 void LightSurvey::look(const EnvironmentGuide& guide, std::span<const Place* const> places,
                        Numbers numbers, std::span<float> seen) const {
   using sky_tiles::kColumns, sky_tiles::kRows, sky_tiles::kCount;
@@ -366,7 +363,7 @@ void LightSurvey::look(const EnvironmentGuide& guide, std::span<const Place* con
       result.squares += square(cosine * openness(place, direction, kInfinity, numbers));
     }
   };
-  // More where much of the light is: the sun may be seen from a small part of the region.
+  // Tiles with much light get more rays: the sun may be visible from a small part of the region.
   std::vector<int> lit;
   for (int tile = 0; tile < kCount; ++tile) {
     const double share = guide.light_share(tile);

@@ -1,10 +1,11 @@
-// Looks, with a few rays, from where a camera's paths go to the lights: which kind of them arrives
-// there, whether little of the environment is seen, and if so what of it from where.
+// Traces a few rays from the surfaces on a camera's paths to the lights, to find which kinds of
+// light arrive there, whether little of the environment is visible, and if so, which part of it
+// from where.
 //
-// The environment after the learning phase of Atanasov et al. 2018
-// (renderer/lights/environment_guide.h). A pure function of the scene and of the whole frame's
-// view: the same for every driver, crop, part, sample count and seed, and so are the samples that
-// it guides (law 1).
+// The environment guide follows the learning phase of Atanasov et al. 2018
+// (renderer/lights/environment_guide.h). It is a pure function of the scene and the whole frame's
+// view, independent of driver, crop, part, sample count and seed, and so are the samples that it
+// guides (law 1).
 #pragma once
 
 #include <memory>
@@ -16,10 +17,10 @@ class Camera;
 class Scene;
 struct LightGuide;
 
-// Null where samples find the lights well enough by themselves, which is known after some ten
-// thousand rays. Where the environment is to be looked for it takes up to 13 million more (1 in the
-// rooms that were tried, which panes make dearer), fewer for frames of fewer than 16384 pixels, and
-// up to 11 MB. Refers to the scene. Uses all threads. Null soon after a stop is requested, too.
+// Null if light samples are good enough without a guide, which takes about ten thousand rays to
+// find out. An environment guide takes up to 13 million more rays (1 million in the rooms that were
+// tried, with costlier rays through panes), fewer in frames with fewer than 16384 pixels, and up to
+// 11 MB. Also null soon after a stop request. The result refers to the scene. Uses all threads.
 std::shared_ptr<const LightGuide> find_light_guide(const Scene& scene, const Camera& camera,
                                                    int width, int height,
                                                    const std::stop_token& stop);

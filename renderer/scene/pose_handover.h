@@ -10,11 +10,11 @@
 
 namespace emberline::scene_detail {
 
-// What goes over from one pose to the next, and back again unless it is kept: arrays of meshes, and
-// the environment, which the next pose adjusts.
+// Moves mesh arrays from one pose to the next, and back again unless keep() is called. Also
+// restores the environment, which the next pose adjusts.
 class PoseHandover {
  public:
-  // light: null for none.
+  // light: may be null.
   PoseHandover(std::vector<Mesh>& from, std::vector<Mesh>& to,
                const std::shared_ptr<EnvironmentLight>& light)
       : from_(from), to_(to), light_(light) {
@@ -49,7 +49,7 @@ class PoseHandover {
     uint32_t from, to;
     std::shared_ptr<GeometryRecord> record;
     std::shared_ptr<const OwnedScene> bvh;
-    uint32_t salt;  // the record's
+    uint32_t salt;  // of the record
   };
   static void exchange(Mesh& from, Mesh& to) {
     std::swap<KeptMesh>(from, to);

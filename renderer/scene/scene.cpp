@@ -16,16 +16,16 @@ using scene_detail::Mesh;
 
 namespace {
 
-// Relative error bound of a computed surface point and of Embree's test of the plane it lies on:
-// 4 ulp of the largest coordinate. Measured over 1e-6 to 1e6 units and far from the origin: no
-// leak and no self-hit where fixed epsilons fail; see README.md, "Ray offsets".
+// Relative error bound of a computed surface point and of Embree's plane test: 4 ulp of the largest
+// coordinate. Measured over 1e-6 to 1e6 units and far from the origin, without leaks or
+// self-intersections where fixed epsilons fail; see README.md, "Ray offsets".
 constexpr float kOffsetUlps = 4.0f * 0x1p-23f;
 
 [[gnu::always_inline]] inline Vec3f transform_vector(const Affine& m, const Vec3f& v) {
   return fma(m.z, v.z, fma(m.y, v.y, m.x * v.x));
 }
 
-// |M| |p| + |t|: the size of the terms that were added up, hence of their rounding errors.
+// |M| |p| + |t|: the magnitude of the summed terms, to which rounding errors are proportional.
 float transformed_magnitude(const Affine& m, const Vec3f& p) {
   Vec3f sum;
   for (int c = 0; c < 3; ++c) {
@@ -35,9 +35,9 @@ float transformed_magnitude(const Affine& m, const Vec3f& p) {
   return max_component(sum);
 }
 
-// Triangles without area are dropped at load, but one may collapse when it is placed and rounded.
-// It goes on closing the surface between its neighbours, since Embree's own rounding may give it a
-// plane; any normal across its longer edge will do.
+// A normal for a triangle that collapsed when it was placed and rounded. It still closes the
+// surface between its neighbours, since Embree's rounding may give it a plane; any normal
+// perpendicular to its longer edge will do.
 Vec3d normal_of_collapsed(const Vec3d& e1, const Vec3d& e2) {
   const Vec3d e = e1.length2() > e2.length2() ? e1 : e2;
   const Vec3d n = std::abs(e.x) < std::abs(e.y) ? Vec3d(0, -e.z, e.y) : Vec3d(e.z, 0, -e.x);
@@ -87,7 +87,7 @@ RTCRayHit make_ray_hit(const RTCRay& ray) {
   return p;
 }
 
-// Embree's plane is as uncertain as the triangle's largest corner, wherever on it the point lies.
+// The error of Embree's plane depends on the triangle's largest coordinate, wherever the point is.
 [[gnu::always_inline]] inline float largest_coordinate(const std::vector<Vec3f>& positions,
                                                        const std::array<uint32_t, 3>& triangle) {
   float magnitude = 0.0f;
@@ -97,7 +97,7 @@ RTCRayHit make_ray_hit(const RTCRay& ray) {
   return magnitude;
 }
 
-// What Embree rounds on the way between two steps, once more.
+// Twice the error, because Embree also rounds when it interpolates between two steps.
 [[gnu::noinline, gnu::cold]] static float moved_plane_error(const Mesh& mesh,
                                                             const Instance& instance,
                                                             uint32_t primitive, float time) {
@@ -147,7 +147,7 @@ Scene::Scene() = default;
 Scene::~Scene() = default;
 
 bool Scene::intersect(const Ray& ray, CoverageKey coverage_key, SurfaceHit* hit) const {
-  // Embree's traversal of a ray that is not finite takes undefined time.
+  // Embree's traversal time is undefined for rays that are not finite.
   assert(finite_ray(ray.origin, ray.direction));
   RTCRayHit ray_hit = make_ray_hit(make_ray(ray.origin, ray.direction, ray.t_max, ray.time));
   embree::RayContext context;
@@ -157,7 +157,8 @@ bool Scene::intersect(const Ray& ray, CoverageKey coverage_key, SurfaceHit* hit)
   hit->t = ray_hit.ray.tfar;
   hit->u = ray_hit.hit.u;
   hit->v = ray_hit.hit.v;
-  // Neither no instance at all nor that of all that rests is one of the scene's.
+  // instID is not a scene instance for geometry outside an instance and for the static group;
+  // geomID then is.
   hit->instance =
       ray_hit.hit.instID[0] < instances_.size() ? ray_hit.hit.instID[0] : ray_hit.hit.geomID;
   hit->primitive = ray_hit.hit.primID;
@@ -171,9 +172,9 @@ struct FaceCollector {
   embree::RayContext ray;  // first, so that the filter can cast back
   std::span<CrossedFace> out;
   size_t count;
-  size_t instances;  // of the scene
+  size_t instances;  // number of instances in the scene
 
-  // Notes every face and lets the ray go on.
+  // Records every face and continues the ray.
   static void collect(const RTCFilterFunctionNArguments* arguments) {
     auto& self = *reinterpret_cast<FaceCollector*>(
         reinterpret_cast<embree::RayContext*>(arguments->context));
@@ -238,7 +239,7 @@ static float transmittance_along(RTCScene scene, RTCRay ray, CoverageKey coverag
 float Scene::transmittance(const Vec3f& from, const Vec3f& to, float time,
                            CoverageKey coverage_key) const {
   if (from == to) return 1.0f;
-  // The unnormalised direction makes t = 1 the far point exactly, without a division.
+  // With an unnormalised direction, t = 1 is exactly the far point, without a division.
   assert(finite_ray(from, to));
   return transmittance_along(geometry_->top(), make_ray(from, to - from, 1.0f, time), coverage_key);
 }
@@ -252,7 +253,7 @@ float Scene::transmittance_to_infinity(const Vec3f& from, const Vec3f& direction
 
 namespace {
 
-// Of a deforming mesh's vertices, at (u, v) of the triangle.
+// Interpolates vertex values of a deforming mesh at (u, v) of the triangle.
 template <class T>
 [[gnu::noinline, gnu::cold]] T interpolate_moved(const Mesh& mesh,
                                                  std::vector<T> MeshArrays::*at_rest,
@@ -266,7 +267,6 @@ template <class T>
   return before + (after - before) * at.share;
 }
 
-// Of any mesh's.
 template <class T>
 [[gnu::always_inline]] inline T interpolate_at(const Mesh& mesh,
                                                std::vector<T> MeshArrays::*at_rest,
@@ -279,7 +279,7 @@ template <class T>
 
 }  // namespace
 
-// What only textures, vertex colours and coverage ask for.
+// Attributes that only textures, vertex colours and coverage need.
 void Scene::interpolate(const Mesh& mesh, const Instance& instance, const SurfaceHit& hit,
                         float time, SurfaceInteraction& s) const {
   s.attributes = scene_detail::interpolate_attributes(mesh, hit.primitive, hit.u, hit.v);
@@ -291,14 +291,14 @@ void Scene::interpolate(const Mesh& mesh, const Instance& instance, const Surfac
   float handedness = mesh.tangents[index[0]].w;
   if (instance.transformed) {
     direction = transform_vector(instance.to_internal, direction);
-    // Under a mirror N x T turns the other way round.
+    // A mirror reverses N x T.
     if (instance.mirrored) handedness = -handedness;
   }
   direction = normalize_or(direction, Vec3f(0.0f));
   s.tangent = Vec4f(direction.x, direction.y, direction.z, handedness);
 }
 
-// Of one that moves. Out of the way of what is at rest.
+// Slow path for moving instances, kept out of line.
 [[gnu::noinline, gnu::cold]] const Instance& Scene::moved_instance(const Instance& instance,
                                                                    float time,
                                                                    Instance* moved) const {
@@ -343,7 +343,7 @@ void Scene::interaction(const SurfaceHit& hit, float time, SurfaceInteraction* o
   const auto [v0, v1, v2] = corners_at(mesh, hit.primitive, time);
 
   SurfaceInteraction& s = *out;
-  // Edges and products in double round once, at the end: about a tenth of the error of o + t d.
+  // In double, rounded once at the end: about a tenth of the error of o + t d.
   const Vec3d e1 = v1 - v0;
   const Vec3d e2 = v2 - v0;
   Vec3d position = fma(e2, double(hit.v), fma(e1, double(hit.u), v0));
@@ -420,7 +420,7 @@ SurfaceAttributes Scene::emitter_attributes(const EmissiveTriangle& triangle, fl
   Instance moved;
   const Instance& instance = instance_at(triangle.instance, time, &moved);
   if (!meshes_[instance.mesh].has_attributes) return {};
-  // A mirrored instance's emitter lists its corners the other way round, to face its front.
+  // An emitter of a mirrored instance lists its corners in reverse order.
   const Vec2f b = instance.mirrored ? Vec2f(barycentric.y, barycentric.x) : barycentric;
   return scene_detail::interpolate_attributes(meshes_[instance.mesh], triangle.primitive, b.x, b.y);
 }
@@ -435,7 +435,7 @@ std::array<Vec3f, 3> Scene::corners(const EmissiveTriangle& triangle, float time
   return corners;
 }
 
-// A transform and a mesh may have steps of their own: a segment of the product is in one of each.
+// A transform and a mesh may have different steps; each segment of the product lies in one of each.
 int Scene::segments(const EmissiveTriangle& triangle) const {
   const Instance& instance = instances_[triangle.instance];
   const size_t of_mesh = std::max(meshes_[instance.mesh].motion.size(), size_t(1));
@@ -467,8 +467,7 @@ float Scene::surface_offset(uint32_t index, uint32_t primitive, float time) cons
   return offset_of(instance_at(index, time, &moved), index, primitive, time);
 }
 
-// Rounding has chosen between surfaces that lie in one another; the rule of flush_emitters.h
-// chooses again.
+// Rounding chose between coincident surfaces; this applies the rule of flush_emitters.h instead.
 void Scene::prefer_flush_emitter(const Ray& ray, CoverageKey coverage_key, SurfaceHit* hit) const {
   Instance moved;
   const Instance& instance = instance_at(hit->instance, ray.time, &moved);

@@ -25,7 +25,7 @@ uint64_t vector_bytes(const Vector& v) {
 
 std::string megabytes(uint64_t bytes) { return fmt::format("{:.1f} MiB", double(bytes) / 1048576); }
 
-// Whether both lie in the same surfaces, as FlushEmitters sees it.
+// Whether both lie in the same surfaces for FlushEmitters.
 bool same_flush_surfaces(const EmissiveTriangle& a, const EmissiveTriangle& b) {
   return a.instance == b.instance && a.primitive == b.primitive && a.two_sided == b.two_sided &&
          is_black(a.mean_radiance) == is_black(b.mean_radiance);
@@ -33,7 +33,7 @@ bool same_flush_surfaces(const EmissiveTriangle& a, const EmissiveTriangle& b) {
 
 }  // namespace
 
-// Which materials some placed triangle has.
+// Per material: whether a placed triangle uses it.
 std::vector<bool> SceneUpdater::used_materials() const {
   std::vector<bool> used(description_.materials.size(), false);
   for (const Instance& instance : scene_.instances_) {
@@ -45,9 +45,9 @@ std::vector<bool> SceneUpdater::used_materials() const {
   return used;
 }
 
-// What the BVH's filter has to ask the mesh about: whatever another material may answer otherwise.
-// Transmission, which any edit may switch on, makes back faces seen; sides and coverage come with
-// the materials of variants.
+// Marks what the BVH's filter must read from the mesh, because another material may change it. Any
+// edit may enable transmission, which makes back faces visible; sidedness and coverage change with
+// the variants' materials.
 void SceneUpdater::mark_editable_filters(Mesh& mesh, const MeshDescription& source) const {
   if (!options_.editable) return;
   const auto look_at = [&](int index) {
@@ -64,8 +64,7 @@ void SceneUpdater::mark_editable_filters(Mesh& mesh, const MeshDescription& sour
 }
 
 void SceneUpdater::reserve_lights(uint64_t count) const {
-  // The light, its node of the light BVH and what that is built from, its points in the search for
-  // flush emitters.
+  // The light, its light BVH node with build data, and its points in the search for flush emitters.
   constexpr uint64_t kLightBytes = 400;
   progress_.budget()->reserve(MemoryPart::kLights, bytes_of(count, kLightBytes), description_.file);
 }
@@ -124,7 +123,7 @@ void SceneUpdater::learn_from(const Scene& before, const std::vector<uint32_t>& 
   scene_.environment_ = before.environment_;
 }
 
-// Those of a mesh that emits as it did, of another instance of it perhaps; else null.
+// Emitters of the same mesh, possibly of another instance, if it emits as before; otherwise null.
 const EmissiveTriangle* SceneUpdater::known_emitters(uint32_t mesh) const {
   if (!before_ || known_emitters_[mesh] == Scene::kNoEmitter) return nullptr;
   const Material& was = *before_->meshes_[known_from_[mesh]].material;
@@ -181,7 +180,7 @@ std::vector<EmissiveTriangle> SceneUpdater::collect_emitters() {
     instance.first_emitter = uint32_t(triangles.size());
     if (emission_changed_[instance.mesh]) {
       collect_emitters_of(i, triangles);
-    } else {  // the mean of an emissive texture over a triangle is not taken twice
+    } else {  // reuse the mean of an emissive texture over a triangle
       const auto old = scene_.lights_->triangles().begin() + before;
       triangles.insert(triangles.end(), old, old + std::ptrdiff_t(mesh.triangles.size()));
     }
@@ -205,7 +204,7 @@ PointLight SceneUpdater::place_light(const PunctualLightDescription& source) con
   };
   static_cast<PointLightPlace&>(light) = place(source.to_world);
   for (const Mat44d& step : source.motion) light.motion.push_back(place(step));
-  // Intensity over internal distance squared must be intensity over world distance squared.
+  // Intensity over squared internal distance must equal intensity over squared world distance.
   light.intensity = converted(description_.to_working, source.intensity) *
                     (directional ? 1.0f : float(scene_.scale_ * scene_.scale_));
   light.share = converted(description_.to_working, source.share, source.intensity);
@@ -224,7 +223,7 @@ PointLight SceneUpdater::place_light(const PunctualLightDescription& source) con
   return light;
 }
 
-// Whether the light sampler has to be told: one that shines on is adjusted behind its back.
+// Returns whether the light sampler must be rebuilt. A remaining environment is adjusted in place.
 bool SceneUpdater::set_environment() {
   std::shared_ptr<EnvironmentLight>& light = scene_.environment_;
   const EnvironmentLight* before = light.get();
@@ -262,7 +261,7 @@ void SceneUpdater::build_lights() {
     LightSampler lights(other_emitters ? collect_emitters() : std::move(before), std::move(points),
                         scene_.environment_, &scene_.emitter_motion());
     if (scene_.lights_) {
-      *scene_.lights_ = std::move(lights);  // in its place: flush_ refers to its triangles
+      *scene_.lights_ = std::move(lights);  // in place: flush_ refers to its triangles
     } else {
       scene_.lights_ = std::make_unique<LightSampler>(std::move(lights));
     }
@@ -275,7 +274,7 @@ void SceneUpdater::build_lights() {
 }
 
 void SceneUpdater::find_flush_emitters(const std::vector<EmissiveTriangle>& before) {
-  if (!options_.bvh) return;  // it is what finds them
+  if (!options_.bvh) return;  // the search needs the BVH
   const std::vector<EmissiveTriangle>& triangles = scene_.lights_->triangles();
   if (std::ranges::equal(before, triangles, same_flush_surfaces)) return;
   scene_.flush_ = scene_detail::FlushEmitters::find(

@@ -1,5 +1,5 @@
-// What of a scene an edit may change, materials and lights, put onto geometry that is already
-// placed: the second half of build_scene, and all of update_scene. Private to this folder.
+// Applies the parts that an edit may change, materials and lights, to placed geometry: the second
+// half of build_scene(), and all of update_scene(). Private to this folder.
 #pragma once
 
 #include <vector>
@@ -11,26 +11,24 @@ namespace emberline {
 
 class SceneUpdater {
  public:
-  // Of the description, the geometry is not looked at: an outline (scene_edits.h) will do. All
-  // four outlive the updater.
+  // The description's geometry is not read: an outline (scene_edits.h) is enough. All four must
+  // outlive the updater.
   SceneUpdater(Scene& scene, const SceneDescription& description, const SceneBuildOptions& options,
                LoadProgress& progress)
       : scene_(scene), description_(description), options_(options), progress_(progress) {}
 
-  // What a scene of the same file has found out about emitters, in another pose, and its
-  // environment: `from` says of each mesh which of that scene's it was, or kNone. Before the rest;
-  // from build_lights() on that scene is not needed any more.
+  // Reuses the emitters and the environment of a scene of the same file in another pose. `from`
+  // maps each mesh to its index in that scene, or kNone. Call it first; `before` is not needed
+  // after build_lights().
   static constexpr uint32_t kNone = ~0u;
   void learn_from(const Scene& before, const std::vector<uint32_t>& from);
-  // Compiles the materials and says of every mesh what it has of its own. Throws InputError, and
-  // has then changed nothing.
+  // Compiles and assigns the materials. Throws InputError, leaving everything unchanged.
   void assign_materials();
-  // Throws Cancelled.
   void find_solids();
-  // Emitters, lights and environment of those materials, after the BVH. What a scene already has
-  // and has not changed stays. Throws InputError for too many emitters.
+  // Builds emitters, lights and environment from those materials; call it after the BVH is built.
+  // Unchanged parts are reused. Throws InputError for too many emitters.
   void build_lights();
-  // Memory and features, last.
+  // Updates memory statistics and features; call it last.
   void update_memory_and_features();
 
  private:
@@ -52,10 +50,10 @@ class SceneUpdater {
   const SceneDescription& description_;
   const SceneBuildOptions& options_;
   LoadProgress& progress_;
-  std::unique_ptr<MaterialSet> previous_;  // kept while the meshes' emission is compared
-  std::vector<bool> emission_changed_;     // per mesh: emits otherwise than it did
-  const Scene* before_ = nullptr;          // see learn_from
-  std::vector<uint32_t> known_from_;       // per mesh: the mesh there,
+  std::unique_ptr<MaterialSet> previous_;  // kept until the meshes' emission is compared
+  std::vector<bool> emission_changed_;     // per mesh: its emission differs from before
+  const Scene* before_ = nullptr;          // see learn_from()
+  std::vector<uint32_t> known_from_;       // per mesh: its index in before_,
   std::vector<uint32_t> known_emitters_;   // and the first emitter of one of its instances
 };
 

@@ -1,4 +1,4 @@
-// Solids that are made of several meshes: the parts of a node's mesh that are closed together.
+// Solids made of several meshes: parts of a node's mesh that are closed together.
 #include <algorithm>
 #include <map>
 
@@ -14,14 +14,14 @@ using scene_detail::SolidShape;
 
 namespace {
 
-// Light bends and is absorbed alike in both. Their faces may look different, as those of a bottle
-// that is frosted in places.
+// Whether light refracts and is absorbed equally in both. Their faces may look different, for
+// example on a partly frosted bottle.
 bool have_one_medium(const Material& a, const Material& b) {
   return a.ior() == b.ior() && a.dispersion() == b.dispersion() &&
          a.attenuation() == b.attenuation();
 }
 
-// Every ray that meets a face of it ends there, from whichever side it comes.
+// Whether every ray that hits it ends there, from either side.
 bool ends_all_rays(const Mesh& mesh) {
   return !mesh.triangles.empty() && !mesh.material->passes_light() && !mesh.has_coverage &&
          !mesh.cull_backfaces;
@@ -38,15 +38,15 @@ std::vector<uint32_t> Solids::parts_of(uint32_t body) const {
   return found == parts_.end() ? std::vector<uint32_t>{body} : found->second;
 }
 
-// Parts of different media have no wall between them, so that nothing says what fills them: these
-// stay open. Opaque parts may close a solid of one medium.
+// Parts of different media stay open, because no wall between them tells what fills them. Opaque
+// parts may close a solid of one medium.
 void Solids::join_parts(const Scene& scene, const SceneDescription& description,
                         LoadProgress& progress) {
   using Parts = std::vector<uint32_t>;  // instances
   const auto mesh_of = [&](uint32_t i) -> const Mesh& {
     return scene.meshes_[scene.instances_[i].mesh];
   };
-  std::map<Parts, SolidShape> known;  // by meshes, which several nodes may have
+  std::map<Parts, SolidShape> known;  // by meshes, which several nodes may share
   const auto shape = [&](const Parts& parts, bool is_solid) -> const SolidShape& {
     Parts key;
     std::vector<const Mesh*> meshes;
@@ -61,7 +61,7 @@ void Solids::join_parts(const Scene& scene, const SceneDescription& description,
     }
     return entry->second;
   };
-  // False: they are not closed.
+  // Returns false if they are not closed.
   const auto join = [&](const Parts& solid, const Parts& opaque) {
     Parts parts = solid;
     parts.insert(parts.end(), opaque.begin(), opaque.end());
@@ -94,7 +94,7 @@ void Solids::join_parts(const Scene& scene, const SceneDescription& description,
       const Parts same(open.begin(), others.begin());
       open.assign(others.begin(), others.end());
       if (join(same, {}) || opaque.empty()) continue;
-      // One that is closed by itself, as a cork is, is no part of the solid.
+      // An opaque mesh that is closed by itself, such as a cork, is not a part of the solid.
       std::erase_if(opaque, [&](uint32_t i) { return shape({i}, false).closed; });
       if (!opaque.empty() && join(same, opaque)) opaque.clear();
     }

@@ -14,10 +14,10 @@
 namespace emberline::scene_detail {
 namespace {
 
-// The boundary of a mesh: the sum over its directed edges, each a hash of its two corners with the
-// sign of its direction, so that those of a closed mesh cancel. An open mesh has the sum 0 by
-// chance once in 2^64. Corners in the same cell of a grid are one corner; that joins no edges of a
-// closed mesh that do not cancel.
+// The boundary of a mesh as the sum over its directed edges, each a hash of its corners with the
+// sign of its direction, so that the edges of a closed mesh cancel. An open mesh has the sum 0 by
+// chance once in 2^64. Corners in the same grid cell are one corner; edges of a closed mesh still
+// cancel then.
 class Boundary {
  public:
   Boundary(const Imath::Box3f& bounds, float shift)
@@ -32,7 +32,7 @@ class Boundary {
   bool empty() const { return sum_ == 0; }
 
  private:
-  static constexpr double kCells = 1 << 16;  // along the longest side; ours
+  static constexpr double kCells = 1 << 16;  // along the longest side; chosen by us
 
   uint64_t corner(const Vec3f& p) const {
     uint64_t h = 0;
@@ -56,7 +56,7 @@ std::array<Vec3f, 3> corners_of(const Mesh& mesh, size_t triangle) {
   return {mesh.positions[index[0]], mesh.positions[index[1]], mesh.positions[index[2]]};
 }
 
-// Corners that were meant to be the same may lie on two sides of a cell's wall: another grid tells.
+// Equal corners may round to different cells of one grid, so several shifted grids are tried.
 bool is_closed(std::span<const Mesh* const> meshes, const Imath::Box3f& bounds,
                LoadProgress& progress) {
   for (const float shift : {0.5f, 0.25f, 0.75f, 0.1f}) {

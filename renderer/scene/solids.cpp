@@ -24,7 +24,7 @@ double determinant(const Affine& m) {
   return dot(to_double(m.x), cross(to_double(m.y), to_double(m.z)));
 }
 
-// By far more than what rounding moves a face by.
+// Enlarges a box by far more than the rounding error of a face.
 Imath::Box3f grown(Imath::Box3f box) {
   constexpr float kMargin = 1e-4f;
   const Vec3f margin(kMargin * std::max(max_abs_component(box.min), max_abs_component(box.max)));
@@ -98,15 +98,14 @@ Imath::Box3f Solids::bounds_over_shutter(const Scene& scene, uint32_t i) const {
     const Affine m = scene.geometry_->transform_at(instance.moving, float(k) / kTimes);
     box.extendBy(scene_detail::transformed(list_[i].of_mesh, m));
   }
-  // More than what a corner strays from these places on its way.
+  // Larger than a corner's deviation between these times.
   const Vec3f margin(0.05f * box.size().length());
   box.min -= margin;
   box.max += margin;
   return box;
 }
 
-// A sweep along x. It looks at a limited number of neighbours of each solid; where there are more,
-// solids are taken to be near each other.
+// Sweeps along x. Beyond a limit of neighbours per solid, solids count as near each other.
 void Solids::find_near() {
   constexpr size_t kMostNeighbours = 256;
   std::vector<uint32_t> order = instances_;
@@ -128,13 +127,13 @@ void Solids::find_near() {
   }
 }
 
-// How many times the error of two faces may lie between them.
+// Faces up to this multiple of their error bounds apart count as coincident.
 static constexpr float kReach = 8.0f;
 
-// A face as the shutter opens: solids whose faces lie in each other for longer move together.
+// A face at shutter open: solids whose faces stay coincident must move together.
 struct Solids::Face {
   Vec3f low, high;  // bounds
-  float error;      // how far from its plane a ray may meet it
+  float error;      // how far from its plane a ray may hit it
   uint32_t instance, primitive;
   bool of_solid;
 
@@ -148,7 +147,7 @@ struct Solids::Face {
   }
 };
 
-// Faces whose memory is reserved before they are there.
+// A list of faces that reserves its memory in advance.
 struct Solids::FaceList {
   FaceList(std::shared_ptr<MemoryBudget> budget, const std::string& of_file)
       : memory(std::move(budget), MemoryPart::kGeometry), file(of_file) {}
@@ -170,7 +169,7 @@ std::array<Vec3d, 3> Solids::corners_of(const Scene& scene, uint32_t instance, u
   return scene_detail::placed_corners(scene.meshes_[placed.mesh], placed, primitive);
 }
 
-// Whether one of them lies in the other's plane.
+// Whether one face lies in the other's plane.
 bool Solids::share_a_plane(const Scene& scene, const Face& a, const Face& b) {
   const auto p = corners_of(scene, a.instance, a.primitive);
   const auto q = corners_of(scene, b.instance, b.primitive);
@@ -203,7 +202,7 @@ void Solids::find_flat(const Scene& scene) {
   for (const uint32_t body : instances_) {
     if (!list_[body].closed || list_[body].body != body) continue;
     const std::vector<uint32_t> parts = parts_of(body);
-    // Calls use(instance, primitive) until it says false.
+    // Calls use(instance, primitive) until it returns false.
     const auto all_faces = [&](const auto& use) {
       return std::ranges::all_of(parts, [&](uint32_t i) {
         const size_t count = scene.meshes_[scene.instances_[i].mesh].triangles.size();
@@ -221,7 +220,7 @@ void Solids::find_flat(const Scene& scene) {
       normal = here;
       place = c[0];
       const Instance& placed = scene.instances_[i];
-      // One that is thicker has faces that are met one after the other, whatever else lies in them.
+      // The faces of a thicker solid are hit one after another, even if others coincide with them.
       reach = 2 * SolidCrossing::kReach *
               scene_detail::plane_error(scene.meshes_[placed.mesh], placed, p);
       return true;
@@ -241,8 +240,8 @@ void Solids::find_flat(const Scene& scene) {
   }
 }
 
-// The faces of other surfaces that come near solids, and those solids' own. Of surfaces that shine
-// flush_emitters.h says whether they are seen. False: there are too many.
+// Adds the faces of other surfaces near solids, and those solids' faces. Emissive surfaces are
+// skipped, because flush_emitters.h handles them. Returns false if there are too many.
 bool Solids::add_surfaces(const Scene& scene, LoadProgress& progress, FaceList* faces) const {
   constexpr uint64_t kMostTests = 50'000'000;  // about a second
   std::vector<Imath::Box3f> boxes;
@@ -298,8 +297,8 @@ void Solids::mark(const Scene& scene, const Face& face) {
   touching[face.primitive] = true;
 }
 
-// A face in one of the strips across y that it reaches into. Faces are compared within strips,
-// along x: two faces that may touch share one.
+// A face in one of the strips across y that it overlaps. Faces are compared along x within strips;
+// two faces that may touch share a strip.
 struct Solids::StripFace {
   uint32_t strip, face;
 };
@@ -307,7 +306,7 @@ struct Solids::StripFace {
 std::vector<Solids::StripFace> Solids::in_strips(const std::vector<Face>& faces,
                                                  const std::string& file,
                                                  MemoryReservation* memory) {
-  constexpr double kStrips = 64;  // ours
+  constexpr double kStrips = 64;  // chosen by us
   double low = INFINITY, high = -INFINITY, reach = 0.0;
   for (const Face& face : faces) {
     low = std::min(low, double(face.low.y));
@@ -336,7 +335,7 @@ std::vector<Solids::StripFace> Solids::in_strips(const std::vector<Face>& faces,
   return order;
 }
 
-// A sweep along x in each strip. Where it would take too long all of them count as touching.
+// Sweeps along x in each strip. If that takes too long, all faces count as touching.
 void Solids::find_touching(const Scene& scene, const std::string& file, LoadProgress& progress) {
   constexpr uint64_t kMostPairs = 100'000'000;  // less than a second
   FaceList list(progress.budget(), file);

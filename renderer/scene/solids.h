@@ -1,4 +1,4 @@
-// The scene's solids: instances whose material lets light into an interior
+// The scene's solids: instances whose material transmits light into an interior
 // (Material::is_solid). Found when the scene is built; immutable and thread-safe afterwards.
 #pragma once
 
@@ -24,58 +24,58 @@ namespace scene_detail {
 struct Mesh;
 struct SolidShape;
 
-// What meshes enclose, one alone or several together. `meshes` are in one space and have triangles.
-// Warns of closed ones that are inside out if they are given a name. Throws Cancelled.
+// The shape enclosed by one mesh or by several together. `meshes` share one space and have
+// triangles. If `name` is given, warns about closed meshes that are inside out. Throws Cancelled.
 SolidShape shape_of(std::span<const Mesh* const> meshes, const std::string* name,
                     LoadProgress& progress);
 }  // namespace scene_detail
 
 class Solids {
  public:
-  // Null if the scene has no solid. Meshes keep what was found out about their shape. `description`
-  // gives names. Throws Cancelled.
+  // Null if the scene has no solid. Stores each mesh's shape in the mesh. `description` provides
+  // names. Throws Cancelled.
   static std::unique_ptr<const Solids> find(Scene& scene, const SceneDescription& description,
                                             LoadProgress& progress);
 
   const std::vector<uint32_t>& instances() const { return instances_; }
-  // Whether it has an inside: each edge of its mesh, or of all the meshes of a node that are closed
-  // together, is used as often in one direction as in the other. Corners at the same place are one
+  // Whether the solid has an inside: each edge of its mesh, or of all meshes of a node that are
+  // closed together, is used equally often in both directions. Corners at the same place are one
   // corner.
   bool closed(uint32_t instance) const { return list_[instance].closed; }
-  // The solid that an instance is a part of: the first of the instances that are closed together,
-  // or the instance itself. All parts are closed if one is, and their interior is of one medium.
+  // The body of an instance: the first of the instances that are closed together, or the instance
+  // itself. All parts of a closed body are closed and contain one medium.
   uint32_t body(uint32_t instance) const {
     return parts_.empty() ? instance : list_[instance].body;
   }
   bool any_are_joined() const { return !parts_.empty(); }
-  // Surfaces that are no solid's but close one, as an opaque label does a bottle; and its body.
+  // Opaque surfaces that close a solid, such as a label on a bottle, with its body.
   const std::map<uint32_t, uint32_t>& opaque_parts() const { return opaque_parts_; }
-  // Which of two closed solids the space belongs to that both enclose: the smaller one, so that a
-  // solid inside another is always there. The rule depends on the place alone and not on the path
-  // that came there: a priority as in C. Schmidt & B. Budge, "Simple Nested Dielectrics in Ray
-  // Traced Images" (JGT 7(2), 2002), found from the geometry.
+  // Which of two closed solids that both enclose a point owns it: the smaller one, so that a solid
+  // inside another always takes effect. The rule depends only on the point, not on the path to it:
+  // a priority as in C. Schmidt & B. Budge, "Simple Nested Dielectrics in Ray Traced Images" (JGT
+  // 7(2), 2002), derived from the geometry.
   bool precedes(uint32_t a, uint32_t b) const { return list_[a].rank < list_[b].rank; }
-  // Whether a face of an instance may lie in the face of a solid: of another, of the same where
-  // that is flat, or, of a surface that is no solid's, of any.
+  // Whether a face may coincide with a face of another solid, of the same solid if it is flat, or,
+  // for a surface without an interior, of any solid.
   bool may_touch(uint32_t instance, uint32_t primitive) const {
     const std::vector<bool>& faces = list_[instance].touching;
     return !faces.empty() && faces[primitive];
   }
-  // A closed solid, with all its parts, all of whose faces lie in one plane: it has no inside that
-  // a path could be in, and is a thin wall.
+  // A closed solid whose faces, in all its parts, lie in one plane. It has no inside for a path and
+  // acts as a thin wall.
   bool is_flat(uint32_t instance) const { return list_[instance].is_flat; }
-  // Nothing of its faces shows but that they bend light (Material::is_clear_solid).
+  // Whether its faces only refract light (Material::is_clear_solid).
   bool is_clear(uint32_t instance) const { return list_[instance].is_clear; }
-  // Whether light may go straight through a face from outside of all solids: what the solid is made
-  // of bends nothing, or it is flat.
+  // Whether light may pass straight through a face from outside of all solids, because the solid
+  // does not refract or is flat.
   bool lets_through(uint32_t instance) const { return list_[instance].lets_through; }
   bool any_let_through() const { return any_let_through_; }
-  // Whether solids come so near to each other that their faces or they themselves may overlap.
+  // Whether solids are so near to each other that they or their faces may overlap.
   bool any_are_near() const { return !near_.empty(); }
   uint64_t touching_faces() const { return touching_faces_; }
-  // Of its whole body. Internal space; the scene has its BVH.
+  // Bounds of the whole body in internal space. The scene must have its BVH.
   Imath::Box3f bounds_over_shutter(const Scene& scene, uint32_t instance) const;
-  // Of the mesh of an open solid.
+  // The mesh name of an open solid.
   const std::string& open_name(uint32_t instance) const { return open_names_.at(instance); }
 
  private:
@@ -83,7 +83,7 @@ class Solids {
     bool closed = false, is_near = false, is_flat = false, is_clear = false, lets_through = false;
     uint32_t rank = 0, body = 0;
     double volume = 0.0;
-    // Of the whole body: in its mesh's own space; as the shutter opens, in internal space.
+    // Bounds of the whole body: in object space; and at shutter open in internal space.
     Imath::Box3f of_mesh, bounds;
     std::vector<bool> touching;  // by face; empty: none
   };
@@ -110,10 +110,10 @@ class Solids {
 
   std::vector<Solid> list_;  // by instance
   std::vector<uint32_t> instances_;
-  std::map<uint32_t, std::vector<uint32_t>> parts_;  // of bodies of several, opaque ones too
+  std::map<uint32_t, std::vector<uint32_t>> parts_;  // of bodies with several, opaque ones included
   std::map<uint32_t, uint32_t> opaque_parts_;
   std::map<uint32_t, std::string> open_names_;
-  std::vector<uint32_t> near_;  // those to which another one is near
+  std::vector<uint32_t> near_;  // solids that have another one near
   uint64_t touching_faces_ = 0;
   bool any_let_through_ = false;
 };

@@ -17,7 +17,7 @@ namespace {
 
 using Nodes = std::vector<NodeDescription>;
 
-// Whether there is a mesh at each node or below it.
+// Whether each node or one of its descendants has a mesh.
 std::vector<char> with_meshes(const Nodes& nodes) {
   std::vector<char> have(nodes.size(), 0);
   for (size_t i = 0; i < nodes.size(); ++i) {
@@ -29,7 +29,7 @@ std::vector<char> with_meshes(const Nodes& nodes) {
   return have;
 }
 
-// As parse_node_names() reads it.
+// Escapes a name as parse_node_names() expects it.
 std::string as_listed(const std::string& name) {
   std::string text;
   for (const char c : shortened(name)) {
@@ -39,7 +39,7 @@ std::string as_listed(const std::string& name) {
   return text;
 }
 
-// Up to five names like this one, for messages.
+// Up to five similar names, for messages.
 std::string nearest_names(const std::string& wanted, const Nodes& nodes,
                           const std::vector<char>& have) {
   constexpr size_t kMost = 5, kCompared = 64;
@@ -58,7 +58,7 @@ std::string nearest_names(const std::string& wanted, const Nodes& nodes,
   return fmt::format("the nearest names are {}", fmt::join(names, ", "));
 }
 
-// All of that name, or the one with that number.
+// All nodes with that name, or the one with that index.
 std::vector<size_t> find_nodes(const std::string& wanted, const Nodes& nodes) {
   std::vector<size_t> found;
   for (size_t i = 0; i < nodes.size(); ++i) {
@@ -94,7 +94,7 @@ void give(const char* option, SurfaceRole role, std::string_view list, const Nod
   }
 }
 
-// Each node's own role, or that of the nearest above it.
+// Gives each node its own role, or that of its nearest ancestor.
 void hand_down(const Nodes& nodes, std::vector<std::optional<SurfaceRole>>& roles) {
   std::vector<size_t> path;
   for (size_t i = 0; i < nodes.size(); ++i) {

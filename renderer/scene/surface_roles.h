@@ -1,4 +1,4 @@
-// Which surfaces the camera sees otherwise than other rays do: shadow catchers and holdouts.
+// Surfaces that camera rays see differently: shadow catchers and holdouts.
 #pragma once
 
 #include <cstdint>
@@ -11,17 +11,17 @@
 namespace emberline {
 
 enum class SurfaceRole : uint8_t {
-  kSeen,     // as any
-  kCatcher,  // stands for a surface of a compositor's plate, which shows the shadows on it
-  kHoldout,  // stands for something in the plate, which is in front of what is behind it
+  kSeen,     // ordinary
+  kCatcher,  // a surface of the compositor's plate that receives shadows
+  kHoldout,  // an object of the plate that hides what is behind it
 };
 
 class SurfaceRoles {
  public:
-  // Of a scene that is to be built, with its nodes (GltfOptions::nodes). A node that is named gives
-  // its role to all below it but those that are named themselves; of equal names all nodes are
-  // meant. Throws UsageError for a name that no node has, with the nearest ones, and for one that
-  // stands for nothing that can be seen or for both.
+  // For a scene before it is built, with its nodes (GltfOptions::nodes). A named node gives its
+  // role to all descendants that are not named themselves; a name applies to all nodes that have
+  // it. Throws UsageError for an unknown name, listing the nearest ones, for a node without visible
+  // geometry, and for a name in both lists.
   SurfaceRoles(const SceneDescription& scene, std::string_view catchers, std::string_view holdouts);
 
   SurfaceRole of(uint32_t instance) const { return roles_[instance]; }

@@ -1,23 +1,23 @@
 // The scattering function of one surface point, compiled from a material's values there.
 //
-// Local shading space: the shading normal is +Z, wo and wi point away from the surface and are
-// unit. eval and weight include the cosine |wi.z|. Densities are per solid angle. Plain numbers
-// in, plain numbers out: no sampler, no scene, no virtual call.
+// Local shading space: the shading normal is +Z; wo and wi are unit vectors away from the surface.
+// eval and weight include the cosine |wi.z|. Densities are per solid angle. The class knows no
+// sampler and no scene, and has no virtual calls.
 //
-// Model (glTF 2.0 appendix B, energy-compensated): one GGX reflection lobe whose F0 mixes the
-// dielectric's and the base colour by metalness, with the energy of multiple scattering given back
-// (Kulla & Conty 2017), over a Lambertian base weighted by what the dielectric lets through.
-// Reciprocal; a white furnace returns what went in at every metalness and roughness. See README.md
-// for the formulas and their sources.
+// Model (glTF 2.0 appendix B, energy-compensated): one GGX reflection lobe whose F0 interpolates
+// between the dielectric's and the base colour by metalness, with the energy of multiple scattering
+// restored (Kulla & Conty 2017), over a Lambertian base weighted by the dielectric's transmittance.
+// It is reciprocal and conserves energy in a white furnace at every metalness and roughness. See
+// README.md for the formulas and their sources.
 //
-// A material that transmits, or that has any of LayerParameters, is a list of lobes: this model
-// (the base, whose reflection may be stretched or under a thin film), a TransmissionLobe, diffuse
-// transmission, sheen, clear coat. Without them the list does not exist and costs one untaken
-// branch. wi may be below the surface where something transmits.
+// A material that transmits, or that has any LayerParameters, is a list of lobes: this model as the
+// base (whose reflection may be anisotropic or under a thin film), a TransmissionLobe, diffuse
+// transmission, sheen, clear coat. Other materials have no list and pay one untaken branch. wi may
+// be below the surface if a lobe transmits.
 //
-// A geometric normal that differs from the shading normal bends this model: directions below the
-// geometric surface get nothing, and the cosine lobe is softened towards the shadow terminator
-// (shading_normal.h), alike in eval and in sample, so that light and BSDF sampling agree.
+// If the geometric normal differs from the shading normal, directions below the geometric surface
+// get nothing, and the cosine lobe is softened towards the shadow terminator (shading_normal.h).
+// eval and sample do this equally, so that light and BSDF sampling agree.
 #pragma once
 
 #include <optional>
@@ -36,64 +36,63 @@
 
 namespace emberline {
 
-// What a material says at a point. base_color, metallic and roughness lie in [0, 1].
+// A material's values at a point. base_color, metallic and roughness are in [0, 1].
 struct BsdfParameters {
   Rgb base_color = Rgb(0.5f);
   float metallic = 0.0f;
   float roughness = 1.0f;  // glTF's: alpha = roughness^2
-  // KHR_materials_ior; >= 1, or 0 for a dielectric that reflects everything (that extension's
-  // compatibility value). The default is plain glTF.
+  // KHR_materials_ior: >= 1, or 0 for a dielectric that reflects everything (that extension's
+  // compatibility value). The default is that of plain glTF.
   float ior = 1.5f;
-  // Weight of the dielectric's reflection, F0 and F90 alike; 0 leaves a bare Lambertian base.
+  // Scales the dielectric's F0 and F90; 0 leaves a bare Lambertian base.
   float specular = 1.0f;
-  // Scales F0 of the dielectric, channel by channel, to 1 at most (KHR_materials_specular).
+  // Scales the dielectric's F0 per channel, to at most 1 (KHR_materials_specular).
   Rgb specular_color = Rgb(1.0f);
-  // Share of the dielectric that is clear instead of diffuse (KHR_materials_transmission). The
-  // further fields matter only if it is above 0.
+  // Fraction of the dielectric that is clear instead of diffuse (KHR_materials_transmission). The
+  // fields below matter only if it is above 0.
   float transmission = 0.0f;
   bool thin_walled = true;  // no refraction, no interior; false with KHR_materials_volume
-  bool inside = false;      // wo is inside the solid: the hit is on the back of its face
+  bool inside = false;      // wo is inside the solid: the back of the face was hit
 };
 
 class SurfaceBsdf {
  public:
   SurfaceBsdf() = default;  // absorbs everything
-  // wo is fixed for a surface point, so its albedos are looked up once here. wo.z > 0; else the
-  // result absorbs everything.
+  // Looks up the albedos for wo. Unless wo.z > 0, the result absorbs everything.
   SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo);
-  // With the geometric normal in local space: unit, on wo's side (dot with wo >= 0).
+  // `geometric_normal`: in local space, unit, on wo's side (dot with wo >= 0).
   SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo, const Vec3f& geometric_normal);
   SurfaceBsdf(const BsdfParameters& parameters, const LayerParameters& layers, const Vec3f& wo,
               const Vec3f& geometric_normal);
 
-  // f(wo, wi) |wi.z|, delta lobes left out; 0 when wi is below the surface, unless it transmits.
+  // f(wo, wi) |wi.z| without delta lobes; 0 if wi is below the surface, unless a lobe transmits.
   Rgb eval(const Vec3f& wi) const;
-  // Density with which sample() returns wi, delta lobes left out.
-  // eval and pdf at the price of little more than one.
+  // eval(), and in *pdf the density with which sample() returns wi (without delta lobes), for
+  // little more than the cost of eval().
   Rgb eval_and_pdf(const Vec3f& wi, float* pdf) const;
-  // u_lobe chooses from the list of lobes; the base divides u among its two.
+  // u_lobe chooses from the list of lobes; the base divides u between its two lobes.
   BsdfSample sample(float u_lobe, const Vec2f& u) const;
-  // The part of eval() that the Lambertian base and sheen reflect; 0 below the surface.
+  // The part of eval() from the Lambertian base and sheen; 0 below the surface.
   Rgb eval_diffuse(const Vec3f& wi) const;
 
-  // Whether next-event estimation can contribute: there is a lobe that is not a delta.
+  // Whether next-event estimation can contribute, because some lobe is not a delta.
   bool has_non_delta() const {
     return has_cosine_ || specular_ >= SpecularKind::kGgx || (list_ && list_->non_delta);
   }
-  // Whether light from below the surface can contribute to it (LightQuery::both_sides).
+  // Whether light from below the surface can contribute (LightQuery::both_sides).
   bool transmits_non_delta() const { return list_ && list_->transmits_non_delta; }
-  // Directional albedo at wo (the `albedo` AOV: what of white light comes back).
-  Rgb albedo() const { return to_rgb(albedo_); }  // transmitted light included
-  // What goes on to -wo, unbent, where the surface is a smooth thin wall; else 0. In the mean
-  // sample() returns as much by deltas that are `transmitted`.
+  // Directional albedo at wo, for the `albedo` AOV.
+  Rgb albedo() const { return to_rgb(albedo_); }  // including transmitted light
+  // Unrefracted transmission to -wo if the surface is a smooth thin wall; otherwise 0. Equals the
+  // mean of the `transmitted` delta samples of sample().
   Rgb straight_through() const;
 
  private:
   enum class SpecularKind : uint8_t { kNone, kMirror, kGgx, kStretched };
-  // What the base is made from: its reflection's F0 and F90, and the lobe's albedo at wo.
+  // Inputs of the base: F0 and F90 of its reflection, and the lobe's albedo at wo.
   struct Reflection {
-    Color4 metal;       // F0; in the fourth lane the largest of the dielectric's
-    Color4 dielectric;  // the same, and again the largest of the three
+    Color4 metal;       // F0; fourth lane: the dielectric's largest
+    Color4 dielectric;  // F0; fourth lane: the largest of the three
     float dielectric_f90;
     bool coloured;  // the dielectric's three may differ
     SpecularAlbedo::Value at_wo;
@@ -101,11 +100,11 @@ class SurfaceBsdf {
   };
 
   // ---- the base
-  // Returns the sum of its reflection's albedo over the channels, multiple scattering left out.
+  // Returns the channel sum of the reflection's albedo without multiple scattering.
   float make_base(const BsdfParameters& parameters, const Reflection& reflection);
-  // f |wi.z| of the diffuse base and of multiple scattering: one cosine lobe for sampling.
+  // f |wi.z| of the diffuse base and of multiple scattering, which share a cosine lobe.
   Color4 eval_cosine(const Vec3f& wi, const SpecularAlbedo::Value& at_wi) const;
-  // What the dielectric interface sends back of the light at the angle that the two belong to.
+  // Albedo of the dielectric interface at the angle to which `loss` and `schlick` belong.
   float dielectric_reflectance(float loss, float schlick) const {
     const float single =
         fma(dielectric_f90_ - dielectric_f0_, schlick, dielectric_f0_ * (1 - loss));
@@ -118,24 +117,24 @@ class SurfaceBsdf {
     return !(wi.z > 0.0f) || (bent_ && !(dot(wi, geometric_normal_) > 0.0f));
   }
 
-  // ---- the list of lobes (bsdf_lobes.cpp); out of line, so that plain materials do not pay for it
+  // ---- the list of lobes (bsdf_lobes.cpp); out of line, at no cost to plain materials
   enum Lobe : uint8_t { kBase, kClear, kDiffuseTransmission, kSheen, kCoat, kLobes };
-  // What the base has that the plain model lacks.
+  // Additions of the base to the plain model.
   struct SpecialBase {
     Color4 bare_f0 = splat4(0.0f);  // without film
     float bare_f90 = 0.0f;
     float metallic = 0.0f;
-    Rgb metal_f0, dielectric_f0;  // what the film lies on
-    Vec2f axis;                   // along which the reflection is stretched
+    Rgb metal_f0, dielectric_f0;  // under the film
+    Vec2f axis;                   // of anisotropy
     AnisotropicGgx stretched;
     std::optional<AnisotropicAlbedo> stretched_albedo;
-    // Diffuse transmission: as diffuse_, and what it takes of white light.
+    // Diffuse transmission: like diffuse_, and its albedo for white light.
     Color4 passed = splat4(0.0f), passed_albedo = splat4(0.0f);
   };
-  // Coat and sheen. T is what they leave of the light along a direction.
+  // Coat and sheen. T is the transmittance along a direction.
   struct Layers {
     Rgb sheen_color;
-    float sheen_most = 0.0f;  // the largest of the colour's three
+    float sheen_most = 0.0f;  // largest of the colour's channels
     SheenLobe sheen;
     float coat_weight = 0.0f;
     GgxReflection coat;
@@ -144,16 +143,16 @@ class SurfaceBsdf {
     float through_coat_o = 1.0f, through_sheen_o = 1.0f;  // T(wo) of each alone
   };
   struct LobeList {
-    float pick[kLobes] = {};                        // probabilities, together 1; 0: not there
-    int last = 0;                                   // that is there
+    float pick[kLobes] = {};                        // probabilities with sum 1; 0: lobe is absent
+    int last = 0;                                   // last lobe that is present
     float base_weight = 0.0f, clear_weight = 0.0f;  // in the material
-    bool solid = false, behind = false;             // it has an interior; wo is in there
-    bool only_clear = false;  // clear is all there is, with weight 1 and nothing on it
+    bool solid = false, behind = false;             // it has an interior; wo is in it
+    bool only_clear = false;  // clear is the only lobe, with weight 1 and no layers
     bool non_delta = false, transmits_non_delta = false;
     float through_o = 1.0f;  // T(wo)
     std::optional<TransmissionLobe> clear;
     Film film;
-    std::optional<SpecialBase> base;  // where base_weight is above 0
+    std::optional<SpecialBase> base;  // if base_weight is above 0
     std::optional<Layers> layers;
   };
   void make_list(const BsdfParameters& parameters, const LayerParameters& layers);
@@ -163,7 +162,7 @@ class SurfaceBsdf {
   void cover_base();
   void set_picks();
   float through_coat(float mu) const;
-  float through_sheen(const auto& at) const;  // a cosine, or its column of the sheen's table
+  float through_sheen(const auto& at) const;  // a cosine, or its column in the sheen's table
   float through_layers(const Vec3f& w) const;
   SpecularAlbedo::Value reflection_albedo(const Vec3f& w) const;
   Color4 base_fresnel(float cos_d) const;
@@ -172,7 +171,7 @@ class SurfaceBsdf {
   Color4 eval_passed(const Vec3f& wi) const;
   Color4 eval_sheen(const Vec3f& wi) const;
   float eval_coat(const Vec3f& wi, float* pdf) const;
-  Rgb eval_list(const Vec3f& wi, float* pdf) const;  // all that is not a delta
+  Rgb eval_list(const Vec3f& wi, float* pdf) const;  // everything except deltas
   BsdfSample sample_base(const Vec2f& u) const;
   BsdfSample sample_coat(const Vec2f& u) const;
   BsdfSample sample_list(float u_lobe, const Vec2f& u) const;
@@ -180,7 +179,7 @@ class SurfaceBsdf {
     return bent_ && !(dot(wi, geometric_normal_) * (transmitted ? -1.0f : 1.0f) > 0.0f);
   }
 
-  // Of colours, the fourth lane is not used after construction.
+  // The fourth lane of colours is unused after construction.
   Color4 f0_ = splat4(0.0f);
   Color4 albedo_ = splat4(0.0f);
   // Cosine lobe: wi.z / pi * (multiple_ * (1 - E(wi)) + diffuse_ * (1 - Ed(wi))).
@@ -189,7 +188,7 @@ class SurfaceBsdf {
   float f90_ = 1.0f;
   float dielectric_f0_ = 0.0f, dielectric_f90_ = 1.0f;
   float dielectric_multiple_ = 0.0f;  // Fms of the dielectric
-  float specular_pick_ = 0.0f;  // probability of the specular lobe; the rest is the cosine lobe's
+  float specular_pick_ = 0.0f;  // probability of the specular lobe rather than the cosine lobe
   SpecularKind specular_ = SpecularKind::kNone;
   bool has_cosine_ = false;
   bool bent_ = false;
@@ -199,7 +198,7 @@ class SurfaceBsdf {
   Vec3f geometric_normal_ = Vec3f(0.0f, 0.0f, 1.0f);
   float terminator_alpha2_ = 0.0f;
 
-  std::optional<LobeList> list_;  // with it, the members above are those of its base
+  std::optional<LobeList> list_;  // if present, the members above belong to its base
 };
 
 }  // namespace emberline

@@ -1,4 +1,4 @@
-// The base of SurfaceBsdf: what bsdf.cpp and bsdf_lobes.cpp both inline.
+// Internals of SurfaceBsdf that bsdf.cpp and bsdf_lobes.cpp both inline.
 #pragma once
 
 #include <cassert>
@@ -17,18 +17,18 @@ inline Color4 schlick(Color4 f0, float f90, float cos_d) {
   return fma(f90 - f0, pow5(1.0f - cos_d), f0);
 }
 
-// Colour of the light that leaves after two or more bounces between microfacets: every bounce has
-// the cosine-weighted mean Fresnel F, a share `loss` of it goes on to the next. Kulla & Conty 2017,
-// "Revisiting Physically Based Shading at Imageworks", with F^2 for the two bounces at least (Hill
+// Colour of light that leaves after two or more bounces between microfacets: every bounce has the
+// cosine-weighted mean Fresnel F, and a fraction `loss` continues to the next. Kulla & Conty 2017,
+// "Revisiting Physically Based Shading at Imageworks", with F^2 for the first two bounces (Hill
 // 2018, "A Multi-Faceted Exploration, Part 3").
 inline Color4 multiple_fresnel(Color4 f0, Color4 f90, float loss) {
   const Color4 f = fma(f90 - f0, 1.0f / 21.0f, f0);  // mean of Schlick: 2 int (1 - mu)^5 mu dmu
   return f * f * (1.0f - loss) / fma(-f, loss, splat4(1.0f));
 }
 
-// A lobe with a small share of the albedo is picked more often than that, up to these limits: the
-// specular lobe because it sees the brightest things (highlights), the cosine lobe because its
-// weight at grazing wi is many times its mean. Chosen by us.
+// A lobe with a small share of the albedo is picked more often than its share, up to these limits:
+// the specular lobe because it shows the brightest features (highlights), the cosine lobe because
+// its weight at grazing wi is many times its mean. Chosen by us.
 inline constexpr float kPickBoost = 4.0f;
 inline constexpr float kSpecularPickFloor = 0.1f;
 inline constexpr float kCosinePickFloor = 0.02f;
@@ -44,7 +44,7 @@ inline float pick_probability(float specular, float cosine) {
 
 inline bool is_grey(const Rgb& c) { return c.x == c.y && c.y == c.z; }
 
-// F0 of the dielectric; in the fourth lane the largest of the three.
+// F0 of the dielectric; the fourth lane is the largest of the three.
 [[gnu::always_inline]] inline Color4 dielectric_f0(const BsdfParameters& p) {
   const float bare = square((p.ior - 1.0f) / (p.ior + 1.0f));
   const auto channel = [&](float color) { return p.specular * std::min(1.0f, color * bare); };
@@ -58,7 +58,7 @@ inline bool is_grey(const Rgb& c) { return c.x == c.y && c.y == c.z; }
   const float metallic = parameters.metallic, through = 1.0f - metallic;
   assert(metallic >= 0 && metallic <= 1 && max_component(parameters.base_color) <= 1);
 
-  // The dielectric rides along in the fourth lane: its F0, F90, Fms and albedo.
+  // The fourth lane carries the dielectric's F0, F90, Fms and albedo.
   dielectric_f90_ = r.dielectric_f90;
   dielectric_f0_ = r.dielectric[3];
   const Color4 pure90{1.0f, 1.0f, 1.0f, dielectric_f90_};
@@ -85,7 +85,7 @@ inline bool is_grey(const Rgb& c) { return c.x == c.y && c.y == c.z; }
   }
   if (through > 0.0f) {
     const float average = dielectric_reflectance(loss, r.average_schlick);
-    // Nothing gets through a dielectric that reflects everything.
+    // A dielectric that reflects everything transmits nothing.
     if (average < 1.0f - 1e-5f) {
       const Color4 base = color4(parameters.base_color);
       const float enters = through * std::max(0.0f, 1.0f - albedo_[3]);

@@ -1,10 +1,10 @@
-// The list of lobes of a SurfaceBsdf: materials that transmit or carry layers.
+// The list of lobes of a SurfaceBsdf: materials that transmit or have layers.
 //
-// Top to bottom: clear coat, sheen, then side by side the base, the clear part and diffuse
-// transmission. A layer leaves T = 1 - its albedo of the light that crosses it along a direction.
-// Lobes below it are scaled by min(T(wo), T(wi)): reciprocal, and never more than came in. Cosine
-// lobes take T(wo) T(wi) / K instead, K their mean of T: reciprocal too, and with nothing lost
-// (Ashikhmin & Shirley 2000's coupling, as in the base itself).
+// From top to bottom: clear coat, sheen, then side by side the base, the clear part and diffuse
+// transmission. A layer transmits T = 1 - its albedo along a direction. Lobes below it are scaled
+// by min(T(wo), T(wi)), which is reciprocal and never gains energy. Cosine lobes use T(wo) T(wi) /
+// K instead, where K is their mean of T: reciprocal, too, and without loss (the coupling of
+// Ashikhmin & Shirley 2000, as in the base itself).
 #include <array>
 
 #include "renderer/core/warps.h"
@@ -16,18 +16,18 @@ namespace emberline {
 namespace {
 
 constexpr float kCoatF0 = 0.04f;  // index 1.5 (KHR_materials_clearcoat)
-// As kPickBoost in bsdf_base.h, alike for every lobe. Chosen by us.
+// Like kPickBoost in bsdf_base.h, but the same for every lobe. Chosen by us.
 constexpr float kLobePickFloor = 0.1f;
 
-// In axes turned about Z: x along `axis`, which is unit.
+// w in axes rotated about Z, with x along the unit vector `axis`.
 Vec3f turned(const Vec3f& w, const Vec2f& axis) {
   return {fma(w.x, axis.x, w.y * axis.y), fma(w.y, axis.x, -w.x * axis.y), w.z};
 }
 Vec3f turned_back(const Vec3f& w, const Vec2f& axis) { return turned(w, Vec2f(axis.x, -axis.y)); }
 
-// A film's reflectance in Schlick's form with F90 = 1, for what is known of that form: the F0 of
-// the same mean over the hemisphere, and the least F0 that is nowhere below the film's largest
-// channel, so that what is below the film never returns more than it gets.
+// A film's reflectance in Schlick's form with F90 = 1: `f0` has the same hemispherical mean; `most`
+// is the least F0 that is nowhere below the film's largest channel, so that the layer below the
+// film never returns more than it gets.
 struct FilmFit {
   Rgb f0;
   float most;
@@ -36,7 +36,7 @@ FilmFit fit_film(const Film& film, const Rgb& base_f0) {
   static const GaussLegendre<6> rule;
   FilmFit fit{Rgb(0.0f), 0.0f};
   for (size_t i = 0; i < rule.x.size(); ++i) {
-    const float mu = std::sqrt(float(rule.x[i]));  // weighs directions by their cosine
+    const float mu = std::sqrt(float(rule.x[i]));  // cosine-weighted directions
     const Rgb f = film.reflectance(mu, base_f0);
     fit.f0 += f * float(rule.w[i]);
     const float grazing = pow5(1.0f - mu);
@@ -46,7 +46,7 @@ FilmFit fit_film(const Film& film, const Rgb& base_f0) {
   return fit;
 }
 
-// Where cover_base() asks what the layers and the base reflect: the same for every surface.
+// Quadrature directions of cover_base(), the same for every surface.
 struct CoverRule {
   static constexpr size_t kNodes = 8;
   std::array<Vec3f, kNodes> direction;
@@ -56,7 +56,7 @@ struct CoverRule {
   CoverRule() {
     static const GaussLegendre<kNodes> rule;
     for (size_t i = 0; i < kNodes; ++i) {
-      // mu = x^2: nodes at grazing angles, where layers reflect.
+      // With mu = x^2, nodes concentrate at grazing angles, where layers reflect.
       const auto x = float(rule.x[i]);
       const float mu = square(x);
       const float across = safe_sqrt(0.5f * (1.0f - mu * mu));
@@ -92,7 +92,7 @@ const LayerParameters SurfaceBsdf::kNoLayers;
   list.behind = list.solid && layers.behind;
   list.film = {layers.iridescence, layers.iridescence_ior, layers.iridescence_thickness};
   // A material of metal m, clear dielectric (1 - m) t and diffuse dielectric (1 - m)(1 - t): the
-  // base is the opaque two, with their metalness among themselves.
+  // base consists of the two opaque parts, with their relative metalness.
   const float clear = parameters.transmission * (1.0f - parameters.metallic);
   list.clear_weight = clear;
   list.base_weight = 1.0f - clear;
@@ -223,14 +223,14 @@ float SurfaceBsdf::through_sheen(const auto& at) const {
   return 1.0f - layers.sheen_most * layers.sheen.albedo(at);
 }
 
-// 1 for a direction on the inner side of a solid, which the layers are not on.
+// Transmittance of the layers; 1 on the inner side of a solid, which has no layers.
 float SurfaceBsdf::through_layers(const Vec3f& w) const {
   const LobeList& list = *list_;
   if (!list.layers || (list.solid && list.behind == (w.z > 0.0f))) return 1.0f;
   return through_coat(dot(w, list.layers->coat_frame.normal)) * through_sheen(std::abs(w.z));
 }
 
-// The cosine lobes' share of T(wo) / K.
+// Scales the cosine lobes by T(wo) / K.
 void SurfaceBsdf::cover_base() {
   static const CoverRule rule;
   LobeList& list = *list_;
@@ -258,7 +258,7 @@ void SurfaceBsdf::cover_base() {
   list.base->passed *= list.solid ? list.through_o : covered(diffuse, diffuse_through);
 }
 
-// Each lobe in proportion to what it returns of white light, and never too rarely.
+// Picks each lobe in proportion to its albedo for white light, with a minimum probability.
 void SurfaceBsdf::set_picks() {
   LobeList& list = *list_;
   Color4 albedo[kLobes] = {};
@@ -295,7 +295,7 @@ void SurfaceBsdf::set_picks() {
                    (list.pick[kCoat] > 0.0f && !list.layers->coat_albedo.is_mirror());
 }
 
-// Fresnel reflectance of the base under a microfacet that the light meets at cos_d.
+// Fresnel reflectance of the base at a microfacet that is hit at cos_d.
 Color4 SurfaceBsdf::base_fresnel(float cos_d) const {
   const SpecialBase& base = *list_->base;
   const Film& film = list_->film;
@@ -328,7 +328,7 @@ Color4 SurfaceBsdf::eval_base(const Vec3f& wi, float through, float through_i, f
   return value;
 }
 
-// A cosine lobe under the dielectric's interface; `cos_geometric` is of the side that wi is on.
+// A cosine lobe under the dielectric's interface; `cos_geometric` is for wi's side of the surface.
 float SurfaceBsdf::interface_cosine(const Vec3f& above, float cos_geometric) const {
   const SpecularAlbedo::Value at = reflection_albedo(above);
   float scale = above.z * kInvPi;
@@ -336,13 +336,13 @@ float SurfaceBsdf::interface_cosine(const Vec3f& above, float cos_geometric) con
   return scale * std::max(0.0f, 1.0f - dielectric_reflectance(at.loss, at.schlick));
 }
 
-// Diffuse transmission: wi.z < 0.
+// Diffuse transmission; wi.z < 0.
 Color4 SurfaceBsdf::eval_passed(const Vec3f& wi) const {
   const Vec3f above(wi.x, wi.y, -wi.z);
   return list_->base->passed * interface_cosine(above, -dot(wi, geometric_normal_));
 }
 
-// wi.z > 0.
+// Requires wi.z > 0.
 Color4 SurfaceBsdf::eval_sheen(const Vec3f& wi) const {
   const Layers& layers = *list_->layers;
   const float under_coat =
@@ -409,7 +409,7 @@ float SurfaceBsdf::eval_coat(const Vec3f& wi, float* pdf) const {
   return to_rgb(value);
 }
 
-// A direction of the base; of a mirror the whole sample.
+// Samples the base: only the direction, but the complete sample for a mirror.
 BsdfSample SurfaceBsdf::sample_base(const Vec2f& u) const {
   BsdfSample result;
   result.valid = true;

@@ -1,4 +1,4 @@
-// Quadrature rules for tables built at start.
+// Quadrature rules for tables that are built at startup.
 #pragma once
 
 #include <array>

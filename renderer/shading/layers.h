@@ -1,4 +1,4 @@
-// What the glTF extensions add to the metallic-roughness model at a surface point.
+// Additions of the glTF extensions to the metallic-roughness model at a surface point.
 #pragma once
 
 #include <algorithm>
@@ -8,13 +8,13 @@
 
 namespace emberline {
 
-// Beside BsdfParameters, for a material that has any of them. Every default means: not there.
-// Shares and roughnesses lie in [0, 1], colours too.
+// Complements BsdfParameters for a material with any of these extensions. All defaults mean that
+// the extension is absent. Weights, roughnesses and colours are in [0, 1].
 struct LayerParameters {
-  // wo is behind the face: of a solid, coat and sheen are then on the other side. Not the same as
+  // wo is behind the face; coat and sheen of a solid are then on the other side. Differs from
   // BsdfParameters::inside, which between touching solids means the denser one.
   bool behind = false;
-  // KHR_materials_anisotropy. Of the base's reflection.
+  // KHR_materials_anisotropy, for the base's reflection.
   float anisotropy = 0.0f;
   Vec2f anisotropy_direction = Vec2f(1.0f, 0.0f);  // unit, x and y of local shading space
   // KHR_materials_iridescence
@@ -33,13 +33,13 @@ struct LayerParameters {
   Vec3f clearcoat_normal = Vec3f(0.0f, 0.0f, 1.0f);  // unit, local shading space
 };
 
-// The same as a material says it: directions are in tangent space, x along the mesh's tangent.
+// The layers as given by a material: directions are in tangent space, x along the mesh's tangent.
 struct MaterialLayers {
   LayerParameters parameters;
-  bool has_clearcoat_normal_map = false;  // false: the vertex normal, clearcoat_normal is not read
+  bool has_clearcoat_normal_map = false;  // false: use the vertex normal, ignore clearcoat_normal
 };
 
-// What a clear coat leaves of the emission below it that leaves at a cosine to the geometric normal
+// Transmittance of a clear coat for emission from below, at a cosine to the geometric normal
 // (KHR_materials_clearcoat, "Emission").
 inline float emission_through_coat(float clearcoat, float cosine) {
   const float m = 1.0f - std::min(1.0f, std::abs(cosine));

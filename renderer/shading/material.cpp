@@ -23,24 +23,24 @@ float non_negative(float x) { return x > 0.0f && std::isfinite(x) ? x : 0.0f; }
 
 Rgb non_negative(const Rgb& c) { return {non_negative(c.x), non_negative(c.y), non_negative(c.z)}; }
 
-// What is no index of refraction becomes the default's.
+// Replaces invalid indices of refraction by the default.
 float usable_ior(float ior, float otherwise) {
   return ior >= 1.0f ? std::min(ior, 1e4f) : otherwise;
 }
 
 float usable_scale(float scale) { return std::isfinite(scale) ? scale : 1.0f; }
 
-// Of a film, in nanometres: a millimetre shows no colours, and its phases still have digits.
+// Film thickness in nanometres. A millimetre shows no colours, but its phases are precise.
 float usable_thickness(float thickness) { return std::min(non_negative(thickness), 1e6f); }
 
-// The unit direction in a texel's red and green; that of the tangent where there is none.
+// The unit direction in a texel's red and green; if there is none, that of the tangent.
 Vec2f direction_of(const Vec4f& texel) {
   const Vec3f d = normalize_or(Vec3f(2.0f * texel.x - 1.0f, 2.0f * texel.y - 1.0f, 0.0f),
                                Vec3f(1.0f, 0.0f, 0.0f));
   return {d.x, d.y};
 }
 
-// `direction` turned counter-clockwise, by as much as `turn` is from the x axis.
+// `direction` rotated counter-clockwise by the angle from the x axis to `turn`.
 Vec2f turned(const Vec2f& direction, const Vec2f& turn) {
   return {turn.x * direction.x - turn.y * direction.y, turn.y * direction.x + turn.x * direction.y};
 }
@@ -96,7 +96,7 @@ Material::Material(const MaterialDescription& d, const SceneDescription& scene,
   const auto add = [&](const TextureRef& ref, bool srgb, const char* slot) {
     return add_texture(ref, srgb, slot, d, scene, textures);
   };
-  // A scale of 0 flattens the map altogether.
+  // A scale of 0 flattens the map completely.
   const auto add_normal_map = [&](const TextureRef& ref, float scale, const char* slot) {
     const float s = usable_scale(scale);
     return NormalMap{s != 0.0f ? add(ref, false, slot) : Slot{}, s};
@@ -185,7 +185,7 @@ void Material::compile_iridescence(const MaterialDescription& d, const auto& add
   const float minimum = usable_thickness(d.iridescence_thickness_minimum);
   const float maximum = usable_thickness(d.iridescence_thickness_maximum);
   const bool varies = d.iridescence_thickness_texture.image >= 0 && minimum != maximum;
-  // A film of no thickness is no film.
+  // A film of thickness 0 has no effect.
   if (maximum > 0.0f || (varies && minimum > 0.0f)) p.iridescence = saturate(d.iridescence);
   if (p.iridescence == 0.0f) return;
   iridescence_texture_ = add(d.iridescence_texture, false, "iridescence texture");
@@ -225,7 +225,7 @@ void Material::compile_interior(const MaterialDescription& d) {
   thin_walled_ = false;
   attenuation_ = attenuation_coefficient(saturate(working(saturate(d.attenuation_color))),
                                          d.attenuation_distance);
-  // An infinite index has no colours apart.
+  // An infinite index has no dispersion.
   if (has_transmission() && ior_ > 0.0f) dispersion_ = non_negative(d.dispersion);
 }
 
@@ -238,8 +238,7 @@ bool Material::is_clear_solid() const {
          alpha_mode_ == AlphaMode::kOpaque && !is_emissive_ && !unlit_;
 }
 
-// Exporters often write rgba images that are opaque throughout, and a surface with coverage costs
-// every ray a question.
+// Coverage costs time for every ray, and exporters often write rgba images that are opaque.
 void Material::compile_coverage() {
   if (alpha_mode_ == AlphaMode::kOpaque) return;
   const float opaque = alpha_mode_ == AlphaMode::kMask ? alpha_cutoff_ : 1.0f;
@@ -322,7 +321,7 @@ void Material::apply_textures(const TexelPlaces& texels, Rgb& base, MaterialPoin
 
 void Material::apply_layer_textures(const TexelPlaces& texels, MaterialLayers& out) const {
   LayerParameters& p = out.parameters;
-  // A slot's texel times what is there.
+  // Multiplies the value by a slot's texel.
   const auto scale = [&](float& value, Slot slot, int channel) {
     if (slot) value = saturate(value * read(slot, texels)[channel]);
   };
@@ -381,7 +380,7 @@ float Material::coverage(const SurfaceAttributes& a, float u_texture) const {
   if (alpha_mode_ == AlphaMode::kOpaque) return 1.0f;
   float alpha = alpha_ * a.color.w;
   if (alpha_mode_ == AlphaMode::kMask) {
-    // The cutoff is a step, and a step of a mean is not the mean of steps: the exact filter.
+    // A step of the mean is not the mean of steps, so the cutoff needs exact filtering.
     if (base_color_texture_) {
       alpha *= base_color_texture_->bilinear_alpha(uv_of(*base_color_texture_, a));
     }

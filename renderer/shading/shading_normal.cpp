@@ -8,7 +8,7 @@ Vec3f mapped_normal(const Vec3f& normal, const Vec4f& tangent, bool mirrored,
   const Vec3f b = cross(normal, t);
   const float sign = ((tangent.w < 0.0f) != mirrored) ? -1.0f : 1.0f;
   const float b2 = dot(b, b), limit = 1e-12f * dot(t, t) * dot(normal, normal);
-  if (!(b2 > limit)) {  // also NaN
+  if (!(b2 > limit)) {  // also for NaN
     const Vec3f unit = normalize_or(normal, Vec3f(0.0f));
     if (unit == Vec3f(0.0f)) return normal;
     return normalize_or(ShadingFrame::from_normal(unit).to_world(map_normal), unit);
@@ -19,10 +19,10 @@ Vec3f mapped_normal(const Vec3f& normal, const Vec4f& tangent, bool mirrored,
 
 namespace {
 
-// The unit vector in the plane of ng and n, nearest to n, whose reflection of wo keeps R.ng >= at
-// least `floor`. With X the unit vector of n's plane orthogonal to ng, the in-plane part (a, c) of
-// wo has length r; reflection about an in-plane normal turns it into another vector of length r,
-// so the limit is R = (sqrt(r^2 - floor^2), floor), and the normal is the bisector of the two.
+// The unit vector in the plane of ng and n, nearest to n, whose reflection R of wo keeps R.ng >=
+// `floor`. With X the unit vector of that plane orthogonal to ng, the in-plane part (a, c) of wo
+// has length r; reflection about an in-plane normal keeps this length, so the limit is R =
+// (sqrt(r^2 - floor^2), floor), and the normal is the bisector of the two.
 Vec3f tilt(const Vec3f& ng, const Vec3f& n, const Vec3f& wo, float floor) {
   // Twice is enough (Kahan): the first difference may cancel.
   Vec3f across = fma(ng, -dot(n, ng), n);

@@ -1,8 +1,8 @@
-// From the normals of a hit to a frame that scattering can be computed in.
+// Converts the normals of a hit to a frame for scattering.
 //
-// Pure functions. World space (any space in which lengths are not distorted); directions are unit
-// unless said otherwise. Neither the tilt nor the terminator factor is reciprocal: the price of
-// shading normals at all (Veach 1997, thesis, section 5.3).
+// Pure functions. World space (any space without length distortion); directions are unit unless
+// stated otherwise. Neither the tilt nor the terminator factor is reciprocal, an inherent cost of
+// shading normals (Veach 1997, thesis, section 5.3).
 #pragma once
 
 #include "renderer/core/frame.h"
@@ -10,46 +10,46 @@
 
 namespace emberline {
 
-// The two sides of a hit, both normals on wo's side.
+// The frame of a hit, with both normals on wo's side.
 struct SurfaceFrame {
-  ShadingFrame shading;      // normal +Z of local space; dot(normal, wo) > 0 but for rounding
+  ShadingFrame shading;      // normal is +Z of local space; dot(normal, wo) > 0 up to rounding
   Vec3f geometric_normal;    // world; dot with wo >= 0
   bool back_facing = false;  // wo was behind the face (its CCW side is the front)
 };
 
-// The normal that a tangent-space map asks for: x T + y B + z N with B = w cross(N, T), none of
-// them re-normalised on the way (MikkTSpace convention). `normal` and `tangent`.xyz are the
-// interpolated ones in world space. `mirrored`: the instance's transform has a negative
-// determinant, which turns cross products around. A tangent that is unusable (zero, or parallel to
-// the normal) is replaced by an arbitrary one. Result unit; `normal`'s side of the surface.
+// The normal given by a tangent-space map: x T + y B + z N with B = w cross(N, T), without
+// intermediate normalisation (MikkTSpace convention). `normal` and `tangent`.xyz are interpolated,
+// in world space. `mirrored`: the instance's transform has a negative determinant, which reverses
+// cross products. An unusable tangent (zero, or parallel to the normal) is replaced by an arbitrary
+// one. The result is unit, on `normal`'s side of the surface.
 Vec3f mapped_normal(const Vec3f& normal, const Vec4f& tangent, bool mirrored,
                     const Vec3f& map_normal);
 
 // Builds the frame.
-// `face_normal`: unit, of the geometry, on the side from which the triangle is CCW (with a mirrored
-// instance: the transformed front side). `vertex_normal`: interpolated, any length; too short or
-// not finite: the face normal stands in. `shading_normal`: the mapped one, or vertex_normal again.
+// `face_normal`: unit geometric normal, on the side from which the triangle is CCW (with a mirrored
+// instance: the transformed front side). `vertex_normal`: interpolated, any length; if too short or
+// not finite, the face normal is used. `shading_normal`: the mapped one, or vertex_normal again.
 // `wo`: unit.
 //
-// All normals are turned to wo's side, the shading normal together with the vertex normal (which
-// may disagree with the winding). Then the shading normal is tilted towards the geometric one
-// as far as it takes for the mirror direction of wo to stay above the surface: R.Ng >=
-// min(0.9 Ng.wo, 0.01) (Keller et al. 2017, "The Iray Light Transport Simulation and Rendering
-// System", section A.3; the bound is Cycles').
+// All normals are flipped to wo's side, the shading normal together with the vertex normal (which
+// may disagree with the winding). Then the shading normal is tilted towards the geometric one as
+// far as needed to keep the mirror direction of wo above the surface: R.Ng >= min(0.9 Ng.wo, 0.01)
+// (Keller et al. 2017, "The Iray Light Transport Simulation and Rendering System", section A.3; the
+// bound is that of Cycles).
 //
-// What scatters where: wi with dot(wi, geometric_normal) <= 0 is below the surface and gets nothing
-// from reflection lobes, whatever the shading normal says; SurfaceBsdf holds this.
+// Directions wi with dot(wi, geometric_normal) <= 0 are below the surface and get nothing from
+// reflection lobes, whatever the shading normal; SurfaceBsdf ensures this.
 SurfaceFrame make_surface_frame(const Vec3f& face_normal, const Vec3f& vertex_normal,
                                 const Vec3f& shading_normal, const Vec3f& wo);
 
-// Shadow-terminator softening for cosine lobes: the light that a smooth or bumpy surface would lose
-// to its own unseen microgeometry. GGX masking with a roughness that follows from the angle delta
-// between the normals, alpha^2 = tan^2(delta) / 8. Estevez, Lecocq & Zeltner 2019, "A
-// Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem", Ray Tracing Gems,
-// chapter 12. It is a factor of f itself: light sampling and BSDF sampling both carry it.
+// Shadow-terminator softening for cosine lobes: GGX masking by unseen microgeometry, whose
+// roughness follows from the angle delta between the normals, alpha^2 = tan^2(delta) / 8. Estevez,
+// Lecocq & Zeltner 2019, "A Microfacet-Based Shadowing Function to Solve the Bump Terminator
+// Problem", Ray Tracing Gems, chapter 12. It is a factor of f itself, so light sampling and BSDF
+// sampling both include it.
 inline float terminator_alpha2(float cos_delta) {
   const float cos2 = square(cos_delta);
-  // Normals at a right angle: as rough as it gets (the chapter clamps to [0, 1]).
+  // At a right angle the roughness is the maximum (the chapter clamps to [0, 1]).
   if (!(cos2 > 0.0f)) return 1.0f;
   return std::clamp((1.0f - cos2) / cos2 * 0.125f, 0.0f, 1.0f);
 }

@@ -11,7 +11,7 @@ double srgb_to_linear(double encoded) {
 
 namespace {
 
-// Of all codes of a width, on [0, 1].
+// Decoded values of all codes of a width.
 std::vector<float> decoded_codes(size_t count, double (*decode)(double)) {
   std::vector<float> table(count);
   for (size_t i = 0; i < count; ++i) table[i] = float(decode(double(i) / double(count - 1)));

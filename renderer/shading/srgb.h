@@ -12,7 +12,7 @@ double srgb_to_linear(double encoded);
 const std::vector<float>& srgb8_table();
 const std::vector<float>& linear8_table();
 
-// Values of all 16-bit sRGB codes: 256 KiB, built (2 ms) when the first 16-bit colour texture asks.
+// Values of all 16-bit sRGB codes: 256 KiB, built (2 ms) for the first 16-bit colour texture.
 const std::vector<float>& srgb16_table();
 
 }  // namespace emberline

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::array<float, 6> kNoTransform = {1, 0, 0, 0, 1, 0};
 
-// io cleans texels; this keeps a stray one from poisoning a path all the same.
+// io cleans texels; this keeps a remaining bad one from corrupting a path.
 float finite_or_zero(float x) { return std::isfinite(x) ? x : 0.0f; }
 
 template <typename T>
@@ -104,7 +104,7 @@ Vec2f Texture::transformed(const Vec2f& uv) const {
   return {fma(m[0], uv.x, fma(m[1], uv.y, m[2])), fma(m[3], uv.x, fma(m[4], uv.y, m[5]))};
 }
 
-// Texel i's centre lies at (i + 0.5) / size.
+// Texel i's centre is at (i + 0.5) / size.
 Texture::Taps Texture::taps(float coordinate, int size, WrapMode wrap) const {
   const float folded = fold(coordinate, wrap);
   if (nearest_) {
@@ -197,7 +197,7 @@ Vec4f Texture::read(size_t place) const {
 }
 
 size_t Texture::choose(const TexelCorners& corners, float u_texture) const {
-  // One number chooses both neighbours: what is left of it after the first choice is uniform again.
+  // One number chooses both neighbours: after the first choice, the rescaled rest is uniform again.
   const bool right = u_texture < corners.right;
   const float rest = (u_texture - select(right, 0.0f, corners.right)) /
                      select(right, corners.right, 1.0f - corners.right);

@@ -1,16 +1,16 @@
-// A texture: the image's texels in their file's own bit depth, never copied, and how one material
-// slot looks at them. They are in memory, or in a mapped file and then in another order.
+// A texture: the image's texels in their file's own bit depth, never copied, and a material slot's
+// view of them. The texels are in memory, or in a mapped file and then in tiled order.
 //
-// A lookup fetches ONE texel: the bilinear filter is an expectation, taken by choosing a neighbour
-// with u_texture (Pharr, Wronski, Salvi & Fajardo 2024, "Filtering After Shading With Stochastic
-// Texture Filtering"). It adds noise only where a texture is magnified, and costs a third of four
-// texels and a tenth or less of a texture system with a cache.
-// Normal maps are filtered before shading, by all four texels: a polished surface under a magnified
-// map would show four reflections at once.
+// A lookup fetches ONE texel: the bilinear filter is an expectation, estimated by choosing a
+// neighbour with u_texture (Pharr, Wronski, Salvi & Fajardo 2024, "Filtering After Shading With
+// Stochastic Texture Filtering"). It adds noise only where a texture is magnified, and costs a
+// third of four texels and a tenth or less of a texture system with a cache (figures in
+// tests/bench/results). Normal maps are filtered before shading, with all four texels: otherwise
+// a polished surface under a magnified map would show four reflections at once.
 //
-// uv may be anything: huge, negative, NaN, infinite; NaN and infinite coordinates read as 0 (before
-// wrapping), values beyond float's resolution of one texel read some texel. All functions are
-// const, pure and thread-safe.
+// uv may be huge, negative, NaN or infinite. NaN and infinite coordinates count as 0 (before
+// wrapping); values beyond float's resolution of one texel read an arbitrary texel. All functions
+// are const, pure and thread-safe.
 #pragma once
 
 #include <array>
@@ -23,7 +23,7 @@
 
 namespace emberline {
 
-// The four texels around a point, rows from the top, and how they are weighed.
+// The four texels around a point, rows from the top, with their weights.
 struct TexelCorners {
   int row[2], column[2];
   float right, below;  // weights of the second column and row
@@ -32,17 +32,17 @@ struct TexelCorners {
 class Texture {
  public:
   // `srgb`: colour (not alpha) of an integer-valued image is sRGB-encoded; ignored for half and
-  // float images, which are linear. `image` is not empty and holds
-  // width * height * channels texels (asserted).
+  // float images, which are linear. `image` is not empty and holds width * height * channels texels
+  // (asserted).
   Texture(std::shared_ptr<const Image> image, const TextureRef& ref, bool srgb);
 
-  // One texel, linear rgba: its mean over uniform u_texture in [0, 1) is bilinear(uv). Missing
+  // One texel, linear rgba; its mean over uniform u_texture in [0, 1) is bilinear(uv). Missing
   // channels: grey is replicated, alpha is 1. Non-finite texels read as 0. `uv` is the vertex
   // attribute; KHR_texture_transform is applied here.
   Vec4f lookup(const Vec2f& uv, float u_texture) const { return read(place(uv, u_texture)); }
 
-  // The same in steps, for who looks many up: where that texel is, and what it says. Textures with
-  // same_places() have all texels at the same places.
+  // lookup() in steps, for many lookups: the texel's position, and its value. Textures with
+  // same_places() have the same positions.
   size_t place(const Vec2f& uv, float u_texture) const { return choose(corners(uv), u_texture); }
   size_t choose(const TexelCorners& corners, float u_texture) const;
   void prefetch(size_t place) const {
@@ -52,26 +52,26 @@ class Texture {
   }
   Vec4f read(size_t place) const;
 
-  // The exact filter value, four texels; all the same one with nearest filtering.
+  // The exactly filtered value of four texels, which are all the same with nearest filtering.
   Vec4f bilinear(const Vec2f& uv) const { return read(corners(uv)); }
   TexelCorners corners(const Vec2f& uv) const;
   void prefetch(const TexelCorners& corners) const {
-    for (int row : corners.row) prefetch(place(corners.column[0], row));  // the next is beside it
+    for (int row : corners.row) prefetch(place(corners.column[0], row));  // columns are adjacent
   }
   Vec4f read(const TexelCorners& corners) const;
-  // Whether all texels are: looks at them until one is not.
+  // Whether all texels are opaque; stops at the first that is not.
   bool is_opaque() const;
-  // Alpha alone of the same; 1 for an image without alpha.
+  // Only the alpha of bilinear(); 1 for an image without alpha.
   float bilinear_alpha(const Vec2f& uv) const;
 
-  // Mean colour over a triangle in uv: of the texels whose centres lie inside (every texel up to
-  // 4 Mi of them, a regular subset beyond), or of 16 filtered points for a triangle that covers
-  // only a few. Deterministic; for light power.
+  // Mean colour over a triangle in uv, from the texels whose centres are inside (all texels up to 4
+  // Mi, a regular subset beyond), or from 16 filtered points if the triangle covers only a few.
+  // Deterministic; for light power.
   Rgb mean_over_triangle(const Vec2f& uv0, const Vec2f& uv1, const Vec2f& uv2) const;
 
-  // The same image, seen the same way.
+  // Whether both use the same image in the same way.
   bool same_use(const Texture& other) const;
-  // Images of one size and order, seen through one parametrisation.
+  // Whether the images have the same size and order, and the same parametrisation.
   bool same_places(const Texture& other) const;
 
   const Image& image() const { return *image_; }
@@ -90,7 +90,7 @@ class Texture {
     return size_t(y) * size_t(width_) + size_t(x);
   }
   Vec2f transformed(const Vec2f& uv) const;
-  // The two neighbours along one axis and the weight of the second.
+  // The two neighbours along one axis, and the weight of the second.
   struct Taps {
     int first, second;
     float fraction;

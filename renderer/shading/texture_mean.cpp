@@ -1,4 +1,4 @@
-// The mean of a texture over a triangle: what an emissive triangle sends out on average.
+// The mean of a texture over a triangle, for the power of emissive triangles.
 
 #include <algorithm>
 #include <cmath>
@@ -10,10 +10,10 @@ namespace emberline {
 
 namespace {
 
-// More texels than this, or more in a row, and a regular subset stands for all (chosen by us: 15 ms
-// for a triangle, some 40 for a sliver).
+// Beyond this number of texels, or of texels in a row, a regular subset is used (chosen by us: 15
+// ms for a triangle, about 40 ms for a sliver).
 constexpr double kMaxTexels = double(1 << 22);
-// Fewer inside and filtered points are taken instead.
+// With fewer texels inside, filtered points are used instead.
 constexpr int kMinTexels = 16;
 
 int wrap_index(int64_t i, int size, WrapMode wrap) {
@@ -56,7 +56,7 @@ Rgb Texture::mean_over_triangle(const Vec2f& uv0, const Vec2f& uv1, const Vec2f&
   if (usable && area >= kMinTexels) {
     const auto stride = int64_t(std::ceil(std::sqrt(std::max(1.0, area / kMaxTexels))));
     const auto [y_min, y_max] = std::minmax({y[0], y[1], y[2]});
-    // A sliver can be long without having area: in many rows of few texels, or in one of many.
+    // A sliver can be long with little area: in many rows of few texels, or in one row of many.
     const auto first_row = int64_t(std::ceil(y_min)), last_row = int64_t(std::floor(y_max));
     const int64_t row_stride =
         std::max(stride, int64_t(std::ceil(double(last_row - first_row + 1) / kMaxTexels)));

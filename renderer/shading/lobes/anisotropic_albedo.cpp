@@ -1,17 +1,17 @@
-// The table behind AnisotropicAlbedo, by quadrature over bounded visible normals.
+// The table of AnisotropicAlbedo, by quadrature over bounded visible normals.
 //
-// Coordinates, chosen by the error that interpolation along each leaves while the others are exact:
-// - the cosine by sqrt(c/2 + mu/2), c = (1 + 2 alpha) mu / (mu + 2 alpha) with the width in its
-//   azimuth as in specular_albedo.h: across the groove things change over mu ~ alpha, and again
-//   over mu ~ 1 because normals spread along x;
-// - the azimuth by alpha^(1/8) of the width there, between those of alpha_y and alpha_x: with
-//   alpha_y = 1e-3 and alpha_x = 1 all that changes happens within some degrees of y;
+// Coordinates, chosen to minimise the interpolation error along each dimension:
+// - the cosine by sqrt(c/2 + mu/2), c = (1 + 2 alpha) mu / (mu + 2 alpha) with the alpha in its
+//   azimuth as in specular_albedo.h: across the groove values change over mu ~ alpha, and also over
+//   mu ~ 1 because normals spread along x;
+// - the azimuth by alpha^(1/8) of the alpha there, between those of alpha_y and alpha_x: with
+//   alpha_y = 1e-3 and alpha_x = 1 all changes are within a few degrees of y;
 // - alpha_y by its fourth root (rest) from the mirror's to 1;
 // - alpha_x by its square root from alpha_y's to 1.
-// Cubic (Lagrange) in each leaves at most 1e-3 along the cosine and 7e-4 along each other, with a
-// thirtieth of the nodes that linear interpolation needs. Widths change less often than directions,
-// and every neighbour costs a line of cache: so once built, the table is refined along the widths,
-// where looking up is linear then.
+// Cubic (Lagrange) interpolation has an error of at most 1e-3 along the cosine and 7e-4 along each
+// other dimension, with a thirtieth of the nodes of linear interpolation. Alphas change less often
+// than directions, and every neighbour costs a cache line: so after the build the table is refined
+// along both alphas, where lookups are linear.
 
 #include <algorithm>
 #include <array>
@@ -28,13 +28,13 @@ namespace emberline {
 namespace {
 
 constexpr int kCosines = 18, kAzimuths = 14, kNarrow = 24, kWide = 20;
-constexpr int kNarrowBuilt = 12, kWideBuilt = 10;  // by quadrature, the rest from these
+constexpr int kNarrowBuilt = 12, kWideBuilt = 10;  // by quadrature; the others are interpolated
 constexpr size_t kPlane = size_t(kAzimuths) * kCosines;
-constexpr int kPolar = 32, kTurns = 64;  // of the quadrature
+constexpr int kPolar = 32, kTurns = 64;  // quadrature nodes
 
 constexpr float kFirstRoot = 0.177827941f;  // kMirrorAlpha^(1/4)
 
-// Of positions in [0, 1].
+// For positions in [0, 1].
 float narrow_at(float position) { return square(square(lerp(kFirstRoot, 1.0f, position))); }
 float wide_at(float position, float alpha_y) {
   return square(lerp(std::sqrt(alpha_y), 1.0f, position));
@@ -59,7 +59,7 @@ float cosine_at(int i, float alpha) {
   return float(std::min(1.0, b > 0 ? 4 * g * a / (b + root) : 0.5 * (root - b)));
 }
 
-// Four nodes around a position in [0, 1] and their weights in a cubic.
+// Four nodes around a position in [0, 1] with their cubic weights.
 struct Cubic {
   size_t first;
   float weight[4];
@@ -124,7 +124,7 @@ void integrate(const Quadrature& rule, const Vec3f& w, float ax, float ay, float
   *b = sum_b;
 }
 
-// The isotropic lobe whose averages are the start for a stretched one's.
+// The isotropic lobe whose averages approximate those of an anisotropic one.
 SpecularAlbedo mean_width(float ax, float ay) {
   return SpecularAlbedo(std::sqrt(std::sqrt(0.5f * (square(ax) + square(ay)))));
 }
@@ -133,7 +133,7 @@ SpecularAlbedo mean_width(float ax, float ay) {
 
 struct AnisotropicAlbedo::Tables {
   std::array<Node, kPlane * kNarrow * kWide> nodes;  // [alpha_y][alpha_x][azimuth][cosine]
-  // Of the averages: the loss over that of mean_width(), and what the Schlick part has beyond its.
+  // Averages: the loss relative to that of mean_width(), and the difference of the Schlick part.
   std::array<Node, size_t(kNarrow* kWide)> averages = {};
 
   Tables() {
@@ -190,8 +190,8 @@ struct AnisotropicAlbedo::Tables {
     }
   }
 
-  // Means of at() over the hemisphere: even in log(cosine), and in an azimuth stretched half as far
-  // as the lobe, so that neither narrow layers nor the rest go without nodes.
+  // Cosine-weighted hemispherical means of at(): evenly spaced in log(cosine), and in an azimuth
+  // stretched half as far as the lobe, so that both narrow features and the rest get nodes.
   Node average(float ax, float ay) const {
     if (!(ax > ay * 1.00001f)) return {1, 0};
     static const GaussLegendre<32> cosines;
@@ -259,8 +259,8 @@ SpecularAlbedo::Value AnisotropicAlbedo::at(const Vec3f& w) const {
   const float mu = std::clamp(w.z, 0.0f, 1.0f);
   const float x2 = square(w.x), sin2 = fma(w.y, w.y, x2);
   const float cos2 = sin2 > 0 ? x2 / sin2 : 0.5f;
-  // The width in w's azimuth, and its place between alpha_y and alpha_x: (a^p - y^p) / (x^p - y^p)
-  // with p = 1/8, from a^2 - y^2 = (x^2 - y^2) cos^2, free of cancellation where the two meet.
+  // The alpha in w's azimuth, and its position between alpha_y and alpha_x: (a^p - y^p) / (x^p -
+  // y^p) with p = 1/8, from a^2 - y^2 = (x^2 - y^2) cos^2, without cancellation where the two meet.
   const float alpha = std::sqrt(lerp(alpha_y2_, alpha_x2_, cos2)), root = std::sqrt(alpha);
   const float root4 = std::sqrt(root), root8 = std::sqrt(root4);
   const float sums =
@@ -268,7 +268,7 @@ SpecularAlbedo::Value AnisotropicAlbedo::at(const Vec3f& w) const {
   const Cubic v(cos2 * sums_ / sums, kAzimuths);
   const Cubic x(cosine_coordinate(mu, alpha), kCosines);
 
-  // Four neighbours along the cosine, loss and rest in turn, at once.
+  // Processes four neighbours along the cosine at once, with loss and rest interleaved.
   using Float8 [[gnu::vector_size(32)]] = float;
   Float8 sum = {};
   const Node* start = nodes_ + v.first * kCosines + x.first;
@@ -291,7 +291,7 @@ SpecularAlbedo::Value AnisotropicAlbedo::at(const Vec3f& w) const {
   }
   const SpecularAlbedo::Value base = SpecularAlbedo(root).at(mu);
   const float loss = std::clamp(base.loss + more_loss, 0.0f, 1.0f);
-  // base.schlick holds (1 - mu)^5 E of its own E.
+  // base.schlick contains (1 - mu)^5 E with its own E.
   return {loss, std::clamp(fma(pow5(1 - mu), base.loss - loss, base.schlick + rest), 0.0f, 1.0f)};
 }
 

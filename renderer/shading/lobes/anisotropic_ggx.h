@@ -1,9 +1,9 @@
-// The GGX reflection lobe with two widths (KHR_materials_anisotropy): alpha_x along local x,
+// The anisotropic GGX reflection lobe (KHR_materials_anisotropy) for one wo: alpha_x along local x,
 // alpha_y along local y, height-correlated Smith masking (Heitz 2014, "Understanding the
-// Masking-Shadowing Function in Microfacet-Based BRDFs"), for one wo; and what it returns in all.
+// Masking-Shadowing Function in Microfacet-Based BRDFs"); and its directional albedo.
 //
-// Map, density, bounds and numerics as in ggx.h, of which this is the general case; the bound on
-// the cap takes the smaller alpha, as Eto & Tokuyoshi 2023 do.
+// Map, density, bounds and numerics generalise those of ggx.h; the bound on the cap uses the
+// smaller alpha, as in Eto & Tokuyoshi 2023.
 #pragma once
 
 #include <cmath>
@@ -19,7 +19,7 @@ namespace emberline {
 class AnisotropicGgx {
  public:
   AnisotropicGgx() = default;
-  // Both alphas in [kMirrorAlpha, 1]; wo unit, wo.z > 0 (else unusable, but no harm done).
+  // Both alphas in [kMirrorAlpha, 1]; wo unit, wo.z > 0 (otherwise unusable, but harmless).
   AnisotropicGgx(float alpha_x, float alpha_y, const Vec3f& wo)
       : wo_(wo),
         alpha_x_(alpha_x),
@@ -32,7 +32,7 @@ class AnisotropicGgx {
     k_ = (1.0f - narrow2) * s2 / fma(narrow2, square(wo.z), s2);
   }
 
-  // u in [0, 1)^2 to a reflected direction; wi.z <= 0: rejected by the caller (no energy there).
+  // Maps u in [0, 1)^2 to a reflected direction. The caller rejects wi.z <= 0 (no energy).
   Vec3f sample(const Vec2f& u) const {
     float sin_phi, cos_phi;
     sincos_turns(u.x, &sin_phi, &cos_phi);
@@ -41,7 +41,7 @@ class AnisotropicGgx {
   }
 
   using Value = GgxReflection::Value;
-  // wi.z > 0.
+  // Requires wi.z > 0.
   [[gnu::always_inline]] Value evaluate(const Vec3f& wi) const {
     const Vec3f h = wo_ + wi;  // |h| = 2 wo.h for unit wo and wi
     const float length2 = fma(h.z, h.z, fma(h.x, h.x, square(h.y)));
@@ -64,23 +64,23 @@ class AnisotropicGgx {
   float k_ = 0.0f;  // Eto & Tokuyoshi's bound on the cap
 };
 
-// The directional albedo of that lobe, as SpecularAlbedo has it for one width: what an isotropic
-// lobe returns whose width is this one's in w's azimuth, from SpecularAlbedo, plus a table of the
-// difference over (cosine, azimuth, alpha_y, alpha_x). With alpha_x = alpha_y the difference is 0.
-// |error| against quadrature at 20,000 points, the narrow and the grazing ones included: E 1.5e-3
-// at most, 9e-4 for 99 of 100; B 1.7e-3 and 6e-4. 950 KiB, built once (90 ms, deterministic,
-// thread-safe).
+// The directional albedo of that lobe, with the interface of SpecularAlbedo: the albedo of an
+// isotropic lobe with the alpha in w's azimuth, plus a table of the difference over (cosine,
+// azimuth, alpha_y, alpha_x). With alpha_x = alpha_y the difference is 0. |error| against
+// quadrature at 20,000 points, including narrow lobes and grazing angles: E at most 1.5e-3, in 99
+// of 100 below 9e-4; B 1.7e-3 and 6e-4. The table takes 950 KiB and is built once (90 ms,
+// deterministic, thread-safe).
 class AnisotropicAlbedo {
  public:
   // alpha_x >= alpha_y (glTF: x is the stretched direction), both in [kMirrorAlpha, 1].
   AnisotropicAlbedo(float alpha_x, float alpha_y);
 
-  // Builds the table, unless it is there: before rendering, or else the first sample waits.
+  // Builds the table if needed; call it before rendering, otherwise the first sample waits.
   static void prepare() { tables(); }
 
   SpecularAlbedo::Value at(const Vec3f& w) const;  // w unit, w.z in [0, 1]
 
-  // Cosine-weighted averages over the hemisphere of what at() returns.
+  // Cosine-weighted averages over the hemisphere of the values of at().
   float average_loss() const { return average_loss_; }
   float average_schlick() const { return average_schlick_; }
 
@@ -96,8 +96,8 @@ class AnisotropicAlbedo {
   float alpha_x2_, alpha_y2_;
   // alpha_y to the powers 1, 1/2, 1/4, 1/8, and the product of their sums with those of alpha_x.
   float roots_y_[4], sums_;
-  const Node* nodes_;    // the first of 2 x 2 neighbouring widths
-  float narrow_, wide_;  // between them
+  const Node* nodes_;    // first of 2 x 2 neighbouring alphas
+  float narrow_, wide_;  // position between them
   float average_loss_, average_schlick_;
 };
 

@@ -1,4 +1,4 @@
-// Spectral curves of the linear Rec. 709 channels, for what is tabulated at first use.
+// Spectral curves of the linear Rec. 709 channels, for tables built at first use.
 #pragma once
 
 #include <cmath>
@@ -28,7 +28,7 @@ inline Vec3d rec709_of_xyz(const Vec3d& c) {
           0.0556434 * c.x - 0.2040259 * c.y + 1.0572252 * c.z};
 }
 
-// What a channel sees of a wavelength: negative where the channel's primaries cannot make it.
+// Response of the channels to a wavelength; negative where it is outside the Rec. 709 gamut.
 inline Vec3d rec709_response(double nanometres) { return rec709_of_xyz(cie_1931(nanometres)); }
 
 inline constexpr double kFirstNanometre = 380.0, kLastNanometre = 780.0;

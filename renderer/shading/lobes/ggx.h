@@ -2,12 +2,12 @@
 // one wo: map, density, and value without Fresnel.
 //
 // Sampling: visible normals as spherical caps (Dupuy & Benyoub 2023, "Sampling Visible GGX Normals
-// with Spherical Caps", HPG), bounded so that few reflections dip below the horizon (Eto &
+// with Spherical Caps", HPG), bounded so that few reflections are below the horizon (Eto &
 // Tokuyoshi 2023, "Bounded VNDF Sampling for the Smith-GGX BRDF", SIGGRAPH Asia). value / pdf <= 1.
 //
-// Numerics: nothing here cancels, over- or underflows for alpha >= kMirrorAlpha and any wo.z > 0:
-// sin^2 of the microfacet normal comes from its xy, not from 1 - z^2, which in float has no digits
-// left at alpha = 1e-3; and the normal is never normalised, only its squared length is used.
+// Numerics: nothing here cancels, overflows or underflows for alpha >= kMirrorAlpha and any wo.z >
+// 0. sin^2 of the microfacet normal is computed from its xy, since 1 - z^2 has no significant
+// digits in float at alpha = 1e-3; the normal is never normalised, only its squared length is used.
 #pragma once
 
 #include <cmath>
@@ -18,8 +18,8 @@
 
 namespace emberline {
 
-// A visible microfacet normal, not normalised, of a surface with two widths: `t` is the length of
-// (alpha_x wo.x, alpha_y wo.y, wo.z), `k` the bound on the cap, at most 1, so that its z is >= 0.
+// An unnormalised visible microfacet normal of a surface with two alphas. `t` is the length of
+// (alpha_x wo.x, alpha_y wo.y, wo.z), `k` <= 1 the bound on the cap, which keeps z >= 0.
 [[gnu::always_inline]] inline Vec3f sample_cap(const Vec3f& wo, float alpha_x, float alpha_y,
                                                float t, float k, float sin_phi, float cos_phi,
                                                float u) {
@@ -34,7 +34,7 @@ namespace emberline {
 class GgxReflection {
  public:
   GgxReflection() = default;
-  // alpha in [kMirrorAlpha, 1]; wo unit, wo.z > 0 (else unusable, but no harm done).
+  // alpha in [kMirrorAlpha, 1]; wo unit, wo.z > 0 (otherwise unusable, but harmless).
   GgxReflection(float alpha, const Vec3f& wo) : wo_(wo), alpha_(alpha) {
     alpha2_ = square(alpha);
     inv_alpha2_ = 1.0f / alpha2_;
@@ -44,13 +44,13 @@ class GgxReflection {
     k_ = (1.0f - alpha2_) * s2 / fma(alpha2_, square(wo.z), s2);
   }
 
-  // u in [0, 1)^2 to a reflected direction; wi.z <= 0: rejected by the caller (no energy there).
+  // Maps u in [0, 1)^2 to a reflected direction. The caller rejects wi.z <= 0 (no energy).
   Vec3f sample(const Vec2f& u) const {
     float sin_phi, cos_phi;
     sincos_turns(u.x, &sin_phi, &cos_phi);
     return sample(sin_phi, cos_phi, u.y);
   }
-  // The same for an azimuth whose sine and cosine are at hand.
+  // For an azimuth whose sine and cosine are known.
   Vec3f sample(float sin_phi, float cos_phi, float u) const {
     const Vec3f m = sample_cap(wo_, alpha_, alpha_, t_, k_, sin_phi, cos_phi, u);
     return fma(m, 2.0f * dot(wo_, m) / dot(m, m), -wo_);
@@ -61,7 +61,7 @@ class GgxReflection {
     float pdf;          // density of sample() per solid angle
     float cos_d;        // wo.h
   };
-  // wi.z > 0.
+  // Requires wi.z > 0.
   [[gnu::always_inline]] Value evaluate(const Vec3f& wi) const {
     const Vec3f h = wo_ + wi;  // |h| = 2 wo.h for unit wo and wi
     const float xy2 = fma(h.x, h.x, square(h.y));

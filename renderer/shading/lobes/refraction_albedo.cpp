@@ -1,4 +1,4 @@
-// The table behind refraction_albedo(): E + T of the rough solid interface, by quadrature.
+// The table of refraction_albedo(): E + T of the rough solid interface, by quadrature.
 
 #include <algorithm>
 #include <array>
@@ -15,8 +15,7 @@ namespace {
 
 constexpr int kMus = 20, kRoughnesses = 16, kEtas = 16;
 constexpr int kNodes = 24;
-// z = sqrt((n - 1) / (n + 1)) spreads indices evenly (the parametrisation is Cycles'); 0.8: n
-// = 4.6.
+// z = sqrt((n - 1) / (n + 1)) spreads indices evenly (as in Cycles); 0.8 is n = 4.6.
 constexpr float kLastZ = 0.8f;
 constexpr float kFirstRoughness = 0.0316227766f;  // sqrt(kMirrorAlpha)
 
@@ -32,7 +31,7 @@ struct Quadrature {
   }
 };
 
-// Mean over visible normals of F G2/G1 where the reflection stays above and (1 - F) G2/G1 where the
+// Mean over visible normals of F G2/G1 if the reflection stays above and (1 - F) G2/G1 if the
 // refraction stays below.
 float integrate(const Quadrature& rule, float mu, float alpha, float eta) {
   const float alpha2 = square(alpha);

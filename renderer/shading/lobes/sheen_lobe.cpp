@@ -13,8 +13,8 @@ namespace emberline {
 
 namespace {
 
-// Table 1 of Estevez & Kulla 2017: log L(x) = a / (1 + b x^c) + d x + e, each coefficient between
-// its values at roughness 1 and 0 by (1 - alpha)^2.
+// Table 1 of Estevez & Kulla 2017: log L(x) = a / (1 + b x^c) + d x + e, each coefficient
+// interpolated between its values at roughness 1 and 0 by (1 - alpha)^2.
 struct Shadowing {
   double a, b, c, d, e;
   explicit Shadowing(double alpha) {
@@ -37,12 +37,12 @@ struct Shadowing {
 constexpr int kColumns = 144, kRows = 64;
 constexpr int kCosines = 48, kAzimuths = 16;  // quadrature
 
-// Columns are even in mu^(1/4) from kSheenMinCosine, rows in roughness^(1/4).
+// Columns are evenly spaced in mu^(1/4) from kSheenMinCosine, rows in roughness^(1/4).
 constexpr float kFirstColumn = 0.1f;
 const float kFirstRow = std::sqrt(std::sqrt(kSheenMinRoughness));
 static_assert(kSheenMinCosine == 1e-4f);
 
-// Of a cosine from kSheenMinCosine on.
+// For a cosine of at least kSheenMinCosine.
 TablePosition find_column(float mu) {
   return TablePosition((std::sqrt(std::sqrt(mu)) - kFirstColumn) / (1 - kFirstColumn), kColumns);
 }
@@ -57,9 +57,9 @@ double roughness_at(int row) {
   return square(square(double(kFirstRow) + (1 - double(kFirstRow)) * row / (kRows - 1)));
 }
 
-// s whose density (1 + s) / (1 + s mu)^2 has this mean; the mean falls as s grows.
+// The s for which the density (1 + s) / (1 + s mu)^2 has this mean; the mean falls as s grows.
 double slope_of_mean(double mean) {
-  double low = std::log(0.1), high = std::log(1e5);  // of 1 + s
+  double low = std::log(0.1), high = std::log(1e5);  // log(1 + s)
   for (int i = 0; i < 40; ++i) {
     const double middle = 0.5 * (low + high), s = std::expm1(middle);
     const double m =
@@ -69,8 +69,9 @@ double slope_of_mean(double mean) {
   return std::expm1(0.5 * (low + high));
 }
 
-// max(1, r), its corner rounded off over 1 +- round: the table could not follow the corner. At high
-// roughness R comes up to 0.953 and is to be left alone; the narrower the lobe, the steeper R.
+// Radius over which the corner of max(1, r) is rounded off, because the table could not represent
+// it. At high roughness R reaches at most 0.953 and must stay unchanged; for narrower lobes R is
+// steeper.
 float rounding_at(float roughness) {
   return lerp(0.15f, 0.045f, std::clamp((roughness - 0.15f) / (0.285f - 0.15f), 0.0f, 1.0f));
 }
@@ -82,15 +83,15 @@ float limit(float r, float round) {
 }  // namespace
 
 struct SheenNode {
-  float raw;            // R, of the lobe as published
-  float albedo;         // of the lobe as limited
+  float raw;            // R of the published lobe
+  float albedo;         // of the limited lobe
   float slope;          // s
   float concentration;  // of the azimuth
 };
 
 namespace {
 
-// Between the nodes around a column of a row and the next one.
+// Bilinear interpolation between nodes of a row and the next one.
 [[gnu::always_inline]] inline float blend(const SheenNode* row, float row_fraction,
                                           const TablePosition& column, float SheenNode::*field) {
   const SheenNode* p = row + column.index;
@@ -98,8 +99,7 @@ namespace {
               lerp(p[kColumns].*field, p[kColumns + 1].*field, column.fraction), row_fraction);
 }
 
-// 2^x, x <= 0, to 1e-7: a series around the nearest whole number. Without branches, so that a loop
-// of it vectorises.
+// 2^x for x <= 0, to 1e-7: a series around the nearest integer. Branch-free, to vectorise.
 [[gnu::always_inline]] inline float exp2_below_one(float x) {
   x = std::max(x, -126.0f);
   const float whole = std::nearbyint(x), y = (x - whole) * 0.693147181f;
@@ -113,7 +113,7 @@ namespace {
   return e * std::bit_cast<float>((int(whole) + 127) << 23);
 }
 
-// Light comes from cosines t^4 (the shadowing rises steeply at 0), averaged over its azimuth.
+// Quadrature over incident cosines t^4 (the shadowing is steep at 0), averaged over the azimuth.
 struct Quadrature {
   std::array<double, kCosines> mu, sine, weight;
   std::array<TablePosition, kCosines> column;
@@ -137,7 +137,7 @@ struct Quadrature {
   }
 };
 
-// What a column returns towards each cosine of light, and that times the azimuth's cosine.
+// Energy that a column returns towards each incident cosine, and that times the azimuth's cosine.
 struct ColumnEnergy {
   std::array<double, kCosines> all, along;
 };
@@ -154,8 +154,7 @@ class Table {
   }
 
  private:
-  // log2 of the squared sine of the half vector, whose power the distribution is: the same for all
-  // roughnesses.
+  // log2 of the squared sine of the half vector, independent of the roughness.
   using HalfSines = std::array<std::array<float, kCosines>, kAzimuths>;
 
   void fill_half_sines(size_t column);
@@ -200,7 +199,7 @@ void Table::fill(int row) {
   for (size_t i = 0; i < kCosines; ++i)
     lambda[i] = shadowing.lambda(std::max(light_.mu[i], double(kSheenMinCosine)));
 
-  std::array<std::array<double, kCosines>, kColumns> towards;  // what each column returns
+  std::array<std::array<double, kCosines>, kColumns> towards;  // energy returned by each column
   exceeds_one[size_t(row)] = false;
   for (size_t column = 0; column < kColumns; ++column) {
     const double mu = cosine_at(int(column)), masking = 1 + shadowing.lambda(mu);
@@ -216,13 +215,13 @@ void Table::fill(int row) {
     SheenNode& node = out[column];
     node.raw = float(sum);
     if (sum > double(1 - round)) exceeds_one[size_t(row)] = true;
-    // Wider than by the moments: that lowers the variance of the weights, whose tails are longer
-    // than these densities'.
+    // Wider than the moments suggest, which lowers the variance of the weights: their tails are
+    // longer than those of these densities.
     node.slope = float(std::pow(1 + slope_of_mean(sum_mu / sum), 0.75) - 1);
     node.concentration = float(0.77 * std::max(0.0, sum_cos / sum));
   }
 
-  std::array<double, kCosines> limits;  // towards each cosine of light
+  std::array<double, kCosines> limits;  // towards each incident cosine
   for (size_t i = 0; i < kCosines; ++i) {
     const TablePosition& p = light_.column[i];
     limits[i] = double(limit(lerp(out[p.index].raw, out[p.index + 1].raw, p.fraction), round));
@@ -282,7 +281,7 @@ float SheenLobe::lambda(float mu) const {
 
 float SheenLobe::eval(const Vec3f& wi) const {
   if (!(wi.z > 0.0f) || !(scale_ > 0.0f)) return 0.0f;
-  // sin^2 of the half vector from its xy: 1 - z^2 would lose digits where the lobe is narrow.
+  // sin^2 of the half vector from its xy: 1 - z^2 would lose digits for narrow lobes.
   const Vec3f h = wo_ + wi;
   const float xy2 = fma(h.x, h.x, square(h.y)), length2 = fma(h.z, h.z, xy2);
   if (!(xy2 > 0.0f)) return 0.0f;
@@ -308,7 +307,7 @@ float SheenLobe::pdf(const Vec3f& wi) const {
 Vec3f SheenLobe::sample(const Vec2f& u) const {
   const float z = (1.0f - u.y) / fma(slope_, u.y, 1.0f);
   const float sine = std::sqrt((1.0f - z) * (1.0f + z));
-  // A Moebius map of the unit circle takes uniform angles to the wrapped Cauchy distribution
+  // A Moebius map of the unit circle maps uniform angles to the wrapped Cauchy distribution
   // (McCullagh 1996, "Moebius Transformation and Cauchy Parameter Estimation").
   float sin_phi, cos_phi;
   sincos_turns(u.x, &sin_phi, &cos_phi);

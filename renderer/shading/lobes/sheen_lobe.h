@@ -1,20 +1,19 @@
-// The sheen of cloth (KHR_materials_sheen): the "Charlie" distribution of micro-fibre normals and
-// its fitted shadowing (Estevez & Kulla 2017, "Production Friendly Microfacet Sheen BRDF"),
-// alpha = roughness^2:
+// The sheen of cloth (KHR_materials_sheen): the "Charlie" distribution of micro-fibre normals with
+// its fitted shadowing (Estevez & Kulla 2017, "Production Friendly Microfacet Sheen BRDF"), alpha =
+// roughness^2:
 //   D = (2 + 1/alpha) sin(h)^(1/alpha) / 2 pi,   f = D / (4 mu_o mu_i (1 + L(mu_o) + L(mu_i))).
 //
-// As published it returns more than it gets: its albedo R(mu) reaches 1.19 at roughness 0.2 and 2.9
-// at 0.07, for cosines below 0.05, and grows without bound as the cosine goes to 0 at every
-// roughness. Here
+// The published lobe gains energy: its albedo R(mu) reaches 1.19 at roughness 0.2 and 2.9 at 0.07,
+// for cosines below 0.05, and grows without bound towards cosine 0 at every roughness. Here
 //   f' = f / max(1, R(mu_o), R(mu_i)),
-// the corner of that max rounded off (over 1 +- 0.15 up to roughness 0.15, +- 0.045 from 0.285 on):
-// reciprocal, returns at most 1, and is f where f can be used as it stands (above roughness 0.285
-// everywhere). Cosines below kSheenMinCosine count as that one.
+// with the corner of the max rounded off (over 1 +- 0.15 up to roughness 0.15, +- 0.045 from 0.285
+// on). This is reciprocal, returns at most 1, and equals f where f conserves energy (everywhere
+// above roughness 0.285). Cosines below kSheenMinCosine are raised to it.
 //
-// Sampling: cosine and azimuth apart, densities (1 + s) / (1 + s mu)^2 and the wrapped Cauchy
-// distribution around wo's azimuth, s and its width from a table by the lobe's own first moments.
-// E[w^2] / E[w]^2 of its weights is 1.02 to 2.3 over all roughnesses and angles, w / E[w] at most
-// 4.2; even directions give 1.04 to 18, cosine-weighted ones 1.2 to 140.
+// Sampling: cosine and azimuth separately, with the densities (1 + s) / (1 + s mu)^2 and the
+// wrapped Cauchy distribution around wo's azimuth; s and its width come from a table of the lobe's
+// own first moments. E[w^2] / E[w]^2 of the weights is 1.02 to 2.3 over all roughnesses and angles,
+// w / E[w] at most 4.2; uniform directions give 1.04 to 18, cosine-weighted ones 1.2 to 140.
 #pragma once
 
 #include "renderer/core/vector.h"
@@ -22,29 +21,29 @@
 
 namespace emberline {
 
-// Narrower lobes are widened to this. Chosen by us: at 0.07 sheen shows from cosines below 0.2
-// only, and its samples' weights still vary little; the limit, roughness 0, shows nothing at all.
+// Narrower lobes are widened to this. Chosen by us: at 0.07 sheen is visible only at cosines below
+// 0.2, and its sample weights still vary little; in the limit, roughness 0, it is invisible.
 inline constexpr float kSheenMinRoughness = 0.07f;
 // R(mu) has its last minimum before the fit's divergence here.
 inline constexpr float kSheenMinCosine = 1e-4f;
 
 struct SheenNode;
 
-// For white; local space, normal +Z. Its table is built at first use (65 ms, 145 KiB,
-// deterministic, thread-safe).
+// The lobe for white, in local space with normal +Z. Its table is built at first use (65 ms, 145
+// KiB, deterministic, thread-safe).
 class SheenLobe {
  public:
-  SheenLobe() = default;  // nothing, and has no albedo to be asked for
-  // roughness is glTF's, in [0, 1]; wo unit, wo.z > 0, else the lobe is 0.
+  SheenLobe() = default;  // a black lobe; albedo() must not be called
+  // roughness is glTF's, in [0, 1]; wo unit; the lobe is 0 unless wo.z > 0.
   SheenLobe(float roughness, const Vec3f& wo);
 
   float eval(const Vec3f& wi) const;   // f |wi.z|; 0 where wi.z <= 0
   float pdf(const Vec3f& wi) const;    // density of sample() per solid angle; 0 where wi.z <= 0
   Vec3f sample(const Vec2f& u) const;  // u in [0, 1)^2; wi.z > 0
 
-  // A cosine in [0, 1], as a place in the lobe's table.
+  // Table position of a cosine in [0, 1].
   static TablePosition column_of(float mu);
-  // What the lobe returns in all at a cosine; in [0, 1], |error| < 1e-3.
+  // Directional albedo at a cosine; in [0, 1], |error| < 1e-3.
   float albedo(const TablePosition& column) const;
   float albedo(float mu) const { return albedo(column_of(mu)); }
 
@@ -59,10 +58,10 @@ class SheenLobe {
   // L's coefficients: log L(x) = a / (1 + b x^c) + d x + e below 1/2, mirrored above.
   float a_ = 0.0f, b_ = 0.0f, c_ = 1.0f, d_ = 0.0f, e_ = 0.0f, twice_middle_ = 0.0f;
   float limit_ = 1.0f;              // max(1, R(mu_o))
-  const SheenNode* row_ = nullptr;  // of the table, the next one behind it
-  float row_fraction_ = 0.0f;       // towards that
-  float round_ = 0.0f;              // of the limit's corner
-  bool exceeds_one_ = false;        // R passes 1 somewhere at this roughness
+  const SheenNode* row_ = nullptr;  // table row; the next row follows it
+  float row_fraction_ = 0.0f;       // towards the next row
+  float round_ = 0.0f;              // radius of the limit's corner
+  bool exceeds_one_ = false;        // R exceeds 1 somewhere at this roughness
   float slope_ = 0.0f;              // s
   float concentration_ = 0.0f;      // of the azimuth, [0, 1)
 };

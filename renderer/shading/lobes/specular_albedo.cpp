@@ -11,8 +11,8 @@ namespace emberline {
 
 namespace {
 
-// Nodes per dimension of the integral over microfacet normals. 32 leave 3e-4 (the integrand has a
-// kink where reflections dip below the horizon); 40 leave 2e-4.
+// Nodes per dimension of the integral over microfacet normals. 32 leave an error of 3e-4 (the
+// integrand has a kink where reflections fall below the horizon); 40 leave 2e-4.
 constexpr int kNodes = 40;
 
 struct Quadrature {
@@ -27,8 +27,8 @@ struct Quadrature {
   }
 };
 
-// E and B as means over bounded visible normals (see ggx.h for the map and its weight), so that
-// the integrand stays in [0, 1] for every alpha and mu.
+// E and B as means over bounded visible normals (see ggx.h for the map and its weight), so that the
+// integrand stays in [0, 1] for every alpha and mu.
 void integrate(const Quadrature& rule, float mu, float alpha, double* e, double* b) {
   const float alpha2 = square(alpha);
   const float sin_o = safe_sqrt(1 - square(mu));
@@ -62,7 +62,7 @@ void integrate(const Quadrature& rule, float mu, float alpha, double* e, double*
   *b = sum_b;
 }
 
-// Rows are even in roughness = sqrt(alpha), from kMirrorAlpha to 1; y in [0, 1].
+// Rows are evenly spaced in roughness = sqrt(alpha), from kMirrorAlpha to 1; y in [0, 1].
 constexpr float kFirstRoughness = 0.0316227766f;
 static_assert(kFirstRoughness * kFirstRoughness / kMirrorAlpha - 1 < 1e-6f &&
               1 - kFirstRoughness * kFirstRoughness / kMirrorAlpha < 1e-6f);
@@ -73,8 +73,8 @@ float alpha_at(float y) { return square(kFirstRoughness + (1 - kFirstRoughness) 
 
 struct SpecularAlbedo::Tables {
   std::array<Node, size_t(kRows* kColumns)> nodes;
-  // Averages per alpha. The loss is divided by alpha^2, which leaves a slowly varying function:
-  // at mu >> alpha it falls as (alpha / mu)^2.
+  // Averages per alpha. The loss is divided by alpha^2, since at mu >> alpha it falls as (alpha /
+  // mu)^2; the quotient varies slowly.
   std::array<float, size_t(kAverages)> average_loss_over_alpha2, average_schlick;
 
   Tables() {
@@ -103,8 +103,8 @@ struct SpecularAlbedo::Tables {
   }
 };
 
-// Cell by cell, since the interpolant has a kink at every node; in log(mu), because for small alpha
-// the last cell alone reaches from mu = 36 alpha to 1.
+// Integrates cell by cell, since the interpolant has a kink at every node, and in log(mu), because
+// for small alpha the last cell reaches from mu = 36 alpha to 1.
 void SpecularAlbedo::integrate_average(double* loss, double* schlick) const {
   static const GaussLegendre<4> kShort;
   static const GaussLegendre<24> kLong;
@@ -131,7 +131,7 @@ void SpecularAlbedo::integrate_average(double* loss, double* schlick) const {
 }
 
 const SpecularAlbedo::Tables& SpecularAlbedo::tables() {
-  static const Tables instance;  // built under the language's own once-guard
+  static const Tables instance;  // thread-safe by the language
   return instance;
 }
 

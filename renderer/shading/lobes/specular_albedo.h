@@ -1,14 +1,14 @@
-// How much of white light a GGX reflection lobe returns: the tables behind energy compensation.
+// Directional albedo of a GGX reflection lobe: the tables for energy compensation.
 //
-// With F = 1 a single-scatter lobe returns E(mu, alpha) < 1; its Schlick part returns
-// B(mu, alpha), the integral of the lobe times (1 - v.h)^5. With Fresnel reflectance F0 the lobe's
-// albedo is then F0 E + (1 - F0) B (Karis 2013, "Real Shading in Unreal Engine 4", split sum).
-// Height-correlated Smith, isotropic GGX.
+// With F = 1 a single-scatter lobe returns E(mu, alpha) < 1; its Schlick part returns B(mu, alpha),
+// the integral of the lobe times (1 - v.h)^5. With Fresnel reflectance F0 the lobe's albedo is then
+// F0 E + (1 - F0) B (Karis 2013, "Real Shading in Unreal Engine 4", split sum). Height-correlated
+// Smith, isotropic GGX.
 //
-// The tables hold the loss 1 - E and B - (1 - mu)^5 E, both smooth in
-//   x = sqrt((1 + 2 alpha) mu / (mu + 2 alpha)),  y = sqrt(alpha),
-// because for small alpha both are functions of mu / alpha: a grid in mu alone would miss the
-// layer below mu = alpha. 40 x 64 nodes, bilinear: |error| < 6e-4 in E and in B for all mu and
+// The tables contain the loss 1 - E and B - (1 - mu)^5 E. Both are smooth in
+//   x = sqrt((1 + 2 alpha) mu / (mu + 2 alpha)),  y = sqrt(alpha).
+// A grid in mu alone would miss the layer below mu = alpha, because for small alpha both are
+// functions of mu / alpha. 40 x 64 nodes, bilinear: |error| < 6e-4 in E and in B for all mu and
 // every alpha in [kMirrorAlpha, 1] (measured against quadrature; unit test SpecularAlbedo).
 //
 // Built once (6 to 13 ms, deterministic), at first use or in prepare(); thread-safe.
@@ -18,14 +18,14 @@
 
 namespace emberline {
 
-// The tables at one alpha. Cheap to copy; valid for the life of the program.
+// The tables at one alpha. Cheap to copy; valid until the program ends.
 class SpecularAlbedo {
  public:
   // A mirror: E = 1, B = (1 - mu)^5.
   SpecularAlbedo() = default;
   // `roughness` is glTF's, alpha = roughness^2, in [0, 1]; below kMirrorAlpha: a mirror.
   explicit SpecularAlbedo(float roughness);
-  // Builds the tables, which the first hit would otherwise wait for, if nobody has.
+  // Builds the tables if needed, so that the first hit does not wait for them.
   static void prepare() { (void)tables(); }
 
   struct Value {
@@ -46,8 +46,7 @@ class SpecularAlbedo {
     return {loss, fma(m5, 1.0f - loss, rest)};
   }
 
-  // Cosine-weighted averages over the hemisphere of the values that at() returns:
-  // 2 * integral of at(mu) mu dmu.
+  // Cosine-weighted averages of at() over the hemisphere: 2 * integral of at(mu) mu dmu.
   float average_loss() const { return average_loss_; }
   float average_schlick() const { return average_schlick_; }
 
@@ -60,15 +59,15 @@ class SpecularAlbedo {
   };
   static constexpr int kColumns = 40;
   static constexpr int kRows = 64;
-  // The averages are one-dimensional, so they can afford four nodes per row.
+  // The averages are one-dimensional, so four nodes per row are affordable.
   static constexpr int kAverages = 4 * (kRows - 1) + 1;
   struct Tables;
   static const Tables& tables();
-  void select(const Tables& tables, float y);  // the rows around y in [0, 1]
+  void select(const Tables& tables, float y);  // rows around y in [0, 1]
   void integrate_average(double* loss, double* schlick) const;
 
   const Node* row_ = nullptr;  // two neighbouring rows of kColumns nodes
-  float y_ = 0.0f;             // between them
+  float y_ = 0.0f;             // position between them
   float two_alpha_ = 0.0f;
   float scale_ = 1.0f;
   float average_loss_ = 0.0f;

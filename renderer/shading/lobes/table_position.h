@@ -1,4 +1,4 @@
-// A place between two neighbouring nodes of a table.
+// A position between two neighbouring nodes of a table.
 #pragma once
 
 #include <algorithm>
@@ -7,10 +7,10 @@
 namespace emberline {
 
 struct TablePosition {
-  size_t index;    // of the first
+  size_t index;    // of the first node
   float fraction;  // towards the second
   TablePosition() = default;
-  // `at` in [0, 1] along `size` nodes; beyond: the end.
+  // `at` in [0, 1] along `size` nodes, clamped.
   TablePosition(float at, int size) {
     const float clamped = std::clamp(at, 0.0f, 1.0f) * float(size - 1);
     const int i = std::min(int(clamped), size - 2);

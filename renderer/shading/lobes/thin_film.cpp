@@ -11,8 +11,8 @@ namespace emberline {
 
 namespace {
 
-// What each channel sees of cos(2 pi D / lambda), by path difference D: 1 at D = 0, then ever
-// smaller waves. Value and slope at even steps, cubic between.
+// Response of each channel to cos(2 pi D / lambda) by path difference D: 1 at D = 0, then decaying
+// oscillations. Values and slopes at even steps, cubic in between.
 constexpr double kStep = 25.0;  // nanometres
 constexpr int kSteps = 400;
 constexpr int kMaxOrder = 32;
@@ -46,12 +46,11 @@ struct Sensitivity {
     }
   }
 
-  // D in steps, >= 0.
+  // Cubic Hermite interpolation; D in steps, >= 0.
   Color4 at(float d) const {
     const int i = int(d);
     const float t = d - float(i), s = 1.0f - t;
     const Node &a = nodes[size_t(i)], &b = nodes[size_t(i + 1)];
-    // Hermite's cubic.
     const float t2s = t * t * s, s2t = s * s * t, second = t * t * fma(2.0f, s, 1.0f);
     return fma(a.value, 1.0f - second,
                fma(b.value, second, fma(a.slope, s2t, b.slope * splat4(-t2s))));
@@ -65,7 +64,7 @@ const Sensitivity& sensitivity() {
 
 float clamp_unit(float x) { return x > 0.0f ? std::min(x, 1.0f) : 0.0f; }  // NaN: 0
 
-// Rounding takes it past 1 where both interfaces reflect nearly everything.
+// Rounding exceeds 1 if both interfaces reflect nearly everything.
 Color4 clamp_amplitude(Color4 r) {
   const Color4 one = splat4(1.0f);
   r = r < one ? r : one;
@@ -82,7 +81,7 @@ float max_abs(Color4 c) {
   return std::max(std::abs(c[0]), std::max(std::abs(c[1]), std::abs(c[2])));
 }
 
-// See the header. Of base_f0, and the path difference in steps: a quarter of 550 nm.
+// See the header. Limits of base_f0, and the path difference in steps: a quarter of 550 nm.
 constexpr float kDielectric = 0.1f, kMetal = 0.4f;
 constexpr float kQuarterWave = float(137.5 / kStep);
 
@@ -127,13 +126,13 @@ Rgb thin_film_reflectance(float cos_i, float film_ior, float thickness_nm, const
   const Sensitivity& table = sensitivity();
   constexpr float kNegligible = 5e-4f;
   const float ratio = max_abs(q);
-  float bound = 2.0f * ratio;  // of the order after the present one
+  float bound = 2.0f * ratio;  // of the next order
   for (int order = 1; order <= kMaxOrder; ++order) {
     const float d = path * float(order);
     if (!(d < float(kSteps))) break;
     term *= q;
-    // The last order stands for all that follow: they are geometric, and exact for a film of no
-    // thickness, where every cosine is 1.
+    // The last order also accounts for the remaining ones as a geometric series, which is exact for
+    // a film of thickness 0, where every cosine is 1.
     bound *= ratio;
     const bool last = order == kMaxOrder || bound < kNegligible;
     const Color4 scaled = last ? term / (1.0f - q) : term;

@@ -1,36 +1,38 @@
-// Reflectance of a thin film in air on a base (KHR_materials_iridescence): colours of interference.
+// Reflectance with interference of a thin film in air on a base (KHR_materials_iridescence).
 //
 // After Belcour & Barla 2017, "A Practical Extension to Microfacet Theory for the Modeling of
-// Varying Iridescence": light bounces in the film, the orders interfere (Airy's sum), and the sum
-// over wavelengths is done once per order in a table of what a channel sees of cos(2 pi D / lambda)
-// at path difference D. Amplitudes are scalar, without polarisation.
+// Varying Iridescence": light bounces in the film, and the orders interfere (Airy's sum). The sum
+// over wavelengths is a table lookup per order: each channel's response to cos(2 pi D / lambda) at
+// path difference D. Amplitudes are scalar, without polarisation.
 //
-// Three things differ from the extension's (non-normative) code:
-// - The channels' responses are normalised: there a white reflector's interference terms have the
-//   colour (1.20, 0.95, 0.91), since equal-energy white is not D65.
-// - The table takes the place of four Gaussians fitted to the responses, and the orders go on until
-//   they do not count.
-// - The lower interface is what makes the whole right without a film: with r the base's amplitude
-//   in air (square root of Schlick's reflectance) and r12 that of the film's upper face (exact
-//   Fresnel), r23 = (r - r12) / (1 - r r12), the inverse of how two amplitudes add. At normal
-//   incidence that is the extension's; at any angle a film of no thickness, or of index 1, leaves
-//   the base's Schlick reflectance exactly, and a film of the base's index nearly so, with no need
-//   to fade the film's index out near thickness 0. Metals absorb, which turns the phase of r23 with
-//   the angle, so that this real r23 is too small for them: from base_f0 0.1 to 0.4 the extension's
-//   Schlick reflectance takes over, once the path difference exceeds a quarter of a wavelength.
+// Differences from the extension's (non-normative) code:
+// - The channels' responses are normalised. In the extension, a white reflector's interference
+//   terms have the colour (1.20, 0.95, 0.91), since equal-energy white is not D65.
+// - A table replaces four Gaussians fitted to the responses, and orders are summed until they are
+//   negligible.
+// - The lower interface is chosen such that a film without effect leaves the base unchanged. With r
+//   the base's amplitude in air (square root of Schlick's reflectance) and r12 that of the film's
+//   upper face (exact Fresnel), r23 = (r - r12) / (1 - r r12), the inverse of how two amplitudes
+//   add. At normal incidence this equals the extension's. At any angle a film of thickness 0, or of
+//   index 1, leaves the base's Schlick reflectance exactly, and a film of the base's index nearly
+//   so, without fading out the film's index near thickness 0. Metals absorb, which changes the
+//   phase of r23 with the angle, so this real r23 is too small for them: from base_f0 0.1 to 0.4
+//   the extension's Schlick reflectance replaces it, once the path difference exceeds a quarter of
+//   a wavelength.
 //
-// Root mean square distance from both polarisations' exact sums, over angles and thicknesses to
-// 1000 nm: dielectric bases 0.015 (with the extension's interfaces 0.029), metals of complex index
-// 0.11 (0.11). From the sum over wavelengths of its own model: 7e-5, at most 1.5e-3 (unit test
-// ThinFilm).
+// Root mean square error against the exact sums of both polarisations, over angles and thicknesses
+// to 1000 nm: dielectric bases 0.015 (with the extension's interfaces 0.029), metals of complex
+// index 0.11 (0.11). Against the sum over wavelengths of its own model: 7e-5, at most 1.5e-3 (unit
+// test ThinFilm).
 #pragma once
 
 #include "renderer/core/vector.h"
 
 namespace emberline {
 
-// Linear Rec. 709 reflectance in [0, 1] at a cosine of incidence in [0, 1]. film_ior below 1 counts
-// as 1; thickness in nanometres; base_f0 is the base's reflectance at normal incidence in air.
+// Linear Rec. 709 reflectance in [0, 1] at a cosine of incidence in [0, 1]. A film_ior below 1
+// counts as 1; thickness in nanometres; base_f0 is the base's reflectance at normal incidence in
+// air.
 Rgb thin_film_reflectance(float cos_i, float film_ior, float thickness_nm, const Rgb& base_f0);
 
 // KHR_materials_iridescence at a point; strength 0: no film.

@@ -11,9 +11,9 @@ namespace emberline {
 
 namespace {
 
-// Closer to 1 and the index does not bend light: the half vector of refraction has no digits left.
+// Indices closer to 1 do not refract, because the half vector would have no significant digits.
 constexpr float kStraightEta = 1e-3f;
-// Neither part is picked more rarely than this while it can contribute. Chosen by us.
+// Minimum pick probability of each part that can contribute. Chosen by us.
 constexpr float kPickFloor = 0.02f;
 
 float mean(const Rgb& c) { return (c.x + c.y + c.z) * (1.0f / 3.0f); }
@@ -33,9 +33,9 @@ Rgb attenuation_coefficient(const Rgb& color, float distance) {
   if (!(distance > 0.0f) || !std::isfinite(distance)) return Rgb(0.0f);
   const auto channel = [distance](float c) {
     const float coefficient =
-        -std::log(c > 1e-6f ? std::min(c, 1.0f) : 1e-6f) / distance;  // also NaN
+        -std::log(c > 1e-6f ? std::min(c, 1.0f) : 1e-6f) / distance;  // also for NaN
     return std::min(coefficient,
-                    std::numeric_limits<float>::max());  // so that 0 metres let all pass
+                    std::numeric_limits<float>::max());  // so that 0 metres transmit everything
   };
   return {channel(color.x), channel(color.y), channel(color.z)};
 }
@@ -78,10 +78,10 @@ TransmissionLobe::TransmissionLobe(const TransmissionParameters& p, const Vec3f&
 
 Rgb TransmissionLobe::reflectance(float cos_d) const {
   const float f = mirror_only_ ? 1.0f : fresnel_dielectric(cos_d, eta_);
-  // Total reflection is no matter of weights.
+  // Weights do not affect total reflection.
   if (f >= 1.0f && (!mirror_only_ || !coloured_)) return Rgb(1.0f);
   if (!coloured_) return Rgb(specular_ * f);
-  // A colour of F0 gives way to white as Fresnel's reflectance goes from F0 to 1.
+  // A coloured F0 becomes white as Fresnel's reflectance goes from F0 to 1.
   const float to_grazing =
       mirror_only_ ? square(square(1.0f - cos_d)) * (1.0f - cos_d)
                    : std::max(0.0f, (f - plain_f0_) / std::max(1.0f - plain_f0_, 1e-6f));
@@ -105,7 +105,7 @@ bool TransmissionLobe::refract(const Vec3f& m, float cos_d, Vec3f* wi) const {
   const float inverse = 1.0f / eta_;
   const float sin2_t = fma(-cos_d, cos_d, 1.0f) * square(inverse);
   if (sin2_t >= 1.0f) return false;
-  // Out of a dense medium the terms are large and cancel: the length needs repair.
+  // Out of a dense medium the terms are large and cancel, so the length must be corrected.
   const float along_m = fma(cos_d, inverse, -safe_sqrt(1.0f - sin2_t));
   *wi = normalize(fma(m, along_m, wo_ * -inverse));
   return true;
@@ -126,7 +126,7 @@ Rgb TransmissionLobe::eval_and_pdf(const Vec3f& wi, float* pdf) const {
   if (delta_ || !(mu_i > 0.0f)) return Rgb(0.0f);
   const bool transmitted = wi.z < 0.0f;
   const bool bends = transmitted && !thin_;
-  // The microfacet normal, not normalised, on wo's side (see ggx.h for the numerics).
+  // The unnormalised microfacet normal on wo's side (see ggx.h for the numerics).
   Vec3f h = bends ? -fma(wi, eta_, wo_) : wo_ + Vec3f(wi.x, wi.y, mu_i);
   if (h.z < 0.0f) h = -h;
   const float xy2 = fma(h.x, h.x, square(h.y)), z2 = square(h.z), length2 = xy2 + z2;

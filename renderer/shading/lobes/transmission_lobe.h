@@ -1,18 +1,19 @@
-// The dielectric interface that light passes: reflection and transmission together, thin-walled or
-// into a solid, smooth or rough (KHR_materials_transmission, _ior, _volume).
+// A transmitting dielectric interface: reflection and transmission together, thin-walled or into a
+// solid, smooth or rough (KHR_materials_transmission, _ior, _volume).
 //
 // Local space as in bsdf.h: normal +Z on wo's side. Solid: Walter et al. 2007, "Microfacet Models
 // for Refraction through Rough Surfaces", GGX with height-correlated Smith, exact Fresnel, visible
-// normals as spherical caps (Dupuy & Benyoub 2023). Thin-walled: what passes keeps the distribution
-// of the reflection, mirrored to the other side (as glTF defines it); nothing is refracted.
+// normals as spherical caps (Dupuy & Benyoub 2023). Thin-walled: the transmission has the
+// distribution of the reflection, mirrored to the other side (as glTF defines it), without
+// refraction.
 //
-// Both are scaled by the reciprocal of their directional albedo at wo, so that nothing is lost to
-// multiple scattering (Turquin 2019, "Practical Multiple Scattering Compensation for Microfacet
-// Models"): a white one returns what it gets, at the price of reciprocity.
+// Both are scaled by the reciprocal of their directional albedo at wo, to compensate for multiple
+// scattering (Turquin 2019, "Practical Multiple Scattering Compensation for Microfacet Models"): a
+// white interface conserves energy but is not reciprocal.
 //
 // Radiance into a denser medium is scaled by 1 / eta^2 (paths start at the camera); a closed object
-// gives it back on the way out. Below kMirrorAlpha both parts are deltas. An index within 1e-3 of 1
-// does not bend: light goes straight through.
+// reverses this on the way out. Below kMirrorAlpha both parts are deltas. An index within 1e-3 of 1
+// does not refract: light goes straight through.
 #pragma once
 
 #include "renderer/core/vector.h"
@@ -22,11 +23,11 @@
 namespace emberline {
 
 struct TransmissionParameters {
-  Rgb tint = Rgb(1.0f);    // of what passes, per crossing; [0, 1]
+  Rgb tint = Rgb(1.0f);    // of transmitted light, per crossing; [0, 1]
   float roughness = 0.0f;  // glTF's: alpha = roughness^2
-  float ior = 1.5f;        // of the solid against the outside; >= 1, or 0: reflects everything
+  float ior = 1.5f;        // of the solid relative to the outside; >= 1, or 0: reflects everything
   float specular = 1.0f;   // weight of the reflection, [0, 1]
-  Rgb specular_color = Rgb(1.0f);  // of it at normal incidence
+  Rgb specular_color = Rgb(1.0f);  // of the reflection at normal incidence
   Film film = {};                  // on the outside
   bool thin_walled = true;
   bool inside = false;  // wo is inside the solid (the back face was hit); ignored if thin-walled
@@ -35,21 +36,21 @@ struct TransmissionParameters {
 class TransmissionLobe {
  public:
   TransmissionLobe() = default;
-  // wo.z > 0; else the result absorbs everything.
+  // Unless wo.z > 0, the result absorbs everything.
   TransmissionLobe(const TransmissionParameters& parameters, const Vec3f& wo);
 
   // f |wi.z| and the density of sample(), on both sides; 0 if is_delta().
   Rgb eval_and_pdf(const Vec3f& wi, float* pdf) const;
   BsdfSample sample(float u_lobe, const Vec2f& u) const;
   bool is_delta() const { return delta_; }
-  // What comes back or passes at wo, the smooth interface's estimate.
+  // Reflected and transmitted light at wo, estimated for a smooth interface.
   Rgb albedo() const;
-  // What a smooth thin wall lets straight on to -wo; 0 of any other lobe.
+  // Straight transmission to -wo through a smooth thin wall; 0 for any other lobe.
   Rgb straight_through() const;
 
  private:
-  // What a microfacet under cos_d reflects; of what is left, the least channel's share passes, so
-  // that nothing is complementary in colour to the reflection. And the reflection's probability.
+  // Reflectance of a microfacet at cos_d. 1 minus its largest channel is transmitted in all
+  // channels, so that the transmission does not get the complementary colour.
   Rgb reflectance(float cos_d) const;
   float reflect_pick(const Rgb& reflectance) const;
   bool refract(const Vec3f& m, float cos_d, Vec3f* wi) const;
@@ -59,8 +60,8 @@ class TransmissionLobe {
   float mean_tint_ = 0.0f;
   float eta_ = 1.0f;  // index on the far side over index on wo's side
   float specular_ = 0.0f;
-  bool coloured_ = false;  // the reflection; else base_f0_ is not used
-  Rgb base_f0_;            // specular_ not in it
+  bool coloured_ = false;  // whether the reflection is coloured; otherwise base_f0_ is unused
+  Rgb base_f0_;            // excludes specular_
   float plain_f0_ = 0.0f;  // before its colour
   Film film_;
   float alpha_ = 0.0f, alpha2_ = 0.0f;
@@ -72,17 +73,17 @@ class TransmissionLobe {
   bool mirror_only_ = false;  // ior = 0
 };
 
-// Fresnel reflectance of an interface between dielectrics; eta is the index beyond over the index
-// before, cos_i in [0, 1]. 1 under total internal reflection.
+// Fresnel reflectance of an interface between dielectrics; eta is the index of the far side over
+// that of the near side, cos_i in [0, 1]. Total internal reflection gives 1.
 float fresnel_dielectric(float cos_i, float eta);
 
 // Beer's law in a solid (KHR_materials_volume): white light becomes `color` after `distance`.
-// Infinite distance: no attenuation. A channel of 0 is taken as 1e-6.
+// Infinite distance: no attenuation. A channel of 0 counts as 1e-6.
 Rgb attenuation_coefficient(const Rgb& color, float distance);
 Rgb beer_transmittance(const Rgb& coefficient, float distance);  // distance in scene units, >= 0
 
-// What the rough solid interface returns and passes in all for white: the reciprocal of the
-// compensation. Table over (mu, roughness, eta), built at first use (25 ms), thread-safe.
+// Total albedo of the rough solid interface for white: the reciprocal of the compensation. Table
+// over (mu, roughness, eta), built at first use (25 ms), thread-safe.
 float refraction_albedo(float mu, float roughness, float eta);
 
 }  // namespace emberline

@@ -8,9 +8,9 @@ namespace emberline {
 
 namespace {
 
-// Responses are linear between nodes, and their integrals those of these polygons: so the mean
-// weight is 1 to rounding, not to the step's accuracy. Beyond 700 nm the fit of the matching
-// functions turns green; one part in 400 of the red lies there.
+// Responses are linear between nodes and normalised by the integrals of these polygons, so the mean
+// weight is 1 up to rounding. Nodes end at 700 nm: beyond, the fit of the matching functions turns
+// green, and only one part in 400 of the red lies there.
 constexpr int kNodes = 161;
 constexpr double kStep = 2.0;
 constexpr int kGuide = 256;
@@ -18,8 +18,8 @@ static_assert(kFirstNanometre + (kNodes - 1) * kStep == 700.0);
 
 struct Table {
   std::array<Rgb, size_t(kNodes)> response;   // each channel's integral is 1, in steps
-  std::array<float, size_t(kNodes)> density;  // their mean
-  std::array<float, size_t(kNodes)> cdf;      // its integral up to the node
+  std::array<float, size_t(kNodes)> density;  // mean of the three
+  std::array<float, size_t(kNodes)> cdf;      // integral of the density up to the node
   std::array<uint8_t, size_t(kGuide)> guide;  // last node whose cdf is <= i / kGuide
 
   Table() {
@@ -55,7 +55,7 @@ SampledWavelength sample_wavelength(float u) {
   static const Table table;
   size_t i = table.guide[std::min(size_t(u * float(kGuide)), size_t(kGuide - 1))];
   while (i < size_t(kNodes - 2) && table.cdf[i + 1] <= u) ++i;
-  // Within a step: area p0 t + (p1 - p0) t^2 / 2, inverted without cancellation.
+  // Within a step, inverts the area p0 t + (p1 - p0) t^2 / 2 without cancellation.
   const float p0 = table.density[i], p1 = table.density[i + 1];
   const float area = std::max(0.0f, u - table.cdf[i]);
   const float root = safe_sqrt(fma(2.0f * (p1 - p0), area, square(p0)));
@@ -66,10 +66,11 @@ SampledWavelength sample_wavelength(float u) {
 }
 
 float ior_at(float ior_d, float dispersion, float nanometres) {
-  // Fraunhofer's F, d and C, nanometres.
+  // Fraunhofer's F, d and C lines, nanometres.
   constexpr double kF = 486.13, kD = 587.56, kC = 656.27;
-  constexpr double kPerSquare = 1.0 / (1.0 / (kF * kF) - 1.0 / (kC * kC));  // the text's 523655
-  constexpr float kScale = float(kPerSquare / (kD * kD));                   // and its 1.5168
+  // 523655 and 1.5168 in the extension's text.
+  constexpr double kPerSquare = 1.0 / (1.0 / (kF * kF) - 1.0 / (kC * kC));
+  constexpr float kScale = float(kPerSquare / (kD * kD));
   if (ior_d == 0.0f) return 0.0f;
   const float ratio = float(kD) / nanometres;
   const float spread = (ior_d - 1.0f) * (dispersion * (1.0f / 20.0f)) * kScale;
