@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""Makes the table of the numerics tests' comparisons from the rows that they recorded.
+"""Makes the table of comparisons from the rows that the numerics tests recorded.
 
     table.py ROWS PAGE [--write]
 
-ROWS holds one JSON object a line, as tests/numerics/closed_form.h writes them; PAGE is the one
-that holds the table between two marker comments. Without --write the table goes to standard output
-and PAGE is only compared with: its set of comparisons (case and what) has to be today's. Its
-figures are not compared: a machine with another math library may differ in their last digits.
+ROWS has one JSON object per line, written by tests/numerics/closed_form.h. PAGE contains the table
+between two marker comments. Without --write the table goes to standard output, and PAGE must list
+the same comparisons (case and what). Figures are not checked, since another math library may change
+their last digits.
 
-Exit code: 0, or 1 when a comparison fails or PAGE lacks one, or has one that no test makes.
+Exit code: 0, or 1 when a comparison fails, or when PAGE lacks a comparison or lists an obsolete one.
 """
 import argparse
 import collections
@@ -22,12 +22,12 @@ import sys
 BEGIN = "<!-- made by ci/numerics.sh --write: begin -->"
 END = "<!-- made by ci/numerics.sh --write: end -->"
 
-# Below this share of the value a spread is rounding to float, not statistics.
+# A spread below this share of the value is float rounding, not noise.
 ROUNDING = 1e-7
 
 
 def case_key(case):
-    """Catalogue cases by number, then our own: 2 before 12 before E1."""
+    """Sorts catalogue cases by number, then our own: 2 before 12 before E1."""
     return [(0, int(p)) if p.isdigit() else (1, p) for p in re.findall(r"\d+|\D+", case)]
 
 
@@ -47,7 +47,7 @@ def deviation(row):
 
 
 def load(row):
-    """The share of what is allowed that a comparison uses: above 1 it fails."""
+    """Deviation as a share of the allowed one: above 1 the comparison fails."""
     if any(not isinstance(row[k], (int, float)) for k in ("measured", "exact", "standard_error")):
         return math.inf  # JSON writes a NaN as null
     allowed = 5 * row["standard_error"] + row["tolerance"]
@@ -142,7 +142,7 @@ def table(rows):
 
 
 def names_in(text):
-    """(case, what) of the full list in a page, with how often each stands there."""
+    """Counts each (case, what) in the full list of a page."""
     full = text.partition("<details>")[2]
     found = collections.Counter()
     for line in full.splitlines():
