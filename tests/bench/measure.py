@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Measures everything again and writes tests/bench/FIGURES.md: one command for a quiet machine.
+"""Repeats all measurements and writes tests/bench/FIGURES.md: one command for a quiet machine.
 
     tests/bench/measure.py --assets DIR [SCENE...] [--only frame,parts,race]
 
 DIR and SCENE as in race_cycles.py (default: the Flight Helmet and the Cornell box). Takes about half
-an hour on two cores, most of it the race's references. Sections that are not measured stay as they are.
+an hour on two cores, most of it for the race's references. Sections that are not measured are kept.
 """
 import argparse
 import json
