@@ -26,7 +26,7 @@ struct Terms {
 constexpr float kDarkest = 1e-5f;
 // Pixels in noisy neighbourhoods count less. Otherwise the terms of rare light would drown those of
 // the dark pixels around it. Chosen on the lamps' reflections of `thin_wires`, whose dark pixels
-// get worse with less (RESULTS.md).
+// get worse with less (tests/bench/results/denoising.md).
 constexpr float kNoiseWeight = 80.0f;
 
 void measure_row(const Halves& h, const Candidates& candidates, int y, Terms& own) {
@@ -86,7 +86,7 @@ Terms measure(const Halves& h, const Candidates& candidates) {
 constexpr float kDark = 0.25f;
 // Noisy pixels count less in these pools, although they matter most, so the pooled fraction is
 // multiplied by this; uniform noise is then filtered as before. This and kDark were chosen on
-// `thin_wires` and `hotel_room` (RESULTS.md).
+// `thin_wires` and `hotel_room` (tests/bench/results/denoising.md).
 constexpr float kDarkDoubt = 1.25f;
 
 // Terms of the dark pixels of both halves: sums of (F_k - r)(r' - r) and of (F_k - r)(F_l - r),

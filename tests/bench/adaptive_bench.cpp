@@ -1,23 +1,21 @@
-// What adaptive sampling gains on one scene, against uniform sampling and against the Neyman limit.
+// Measures the gain of adaptive sampling on one scene over uniform sampling, and compares it with
+// the Neyman limit.
 //
 //   adaptive_bench SCENE [view and light as in frame_bench] [--size WxH] [--budgets 32,128,512]
 //       [--methods nested/mse,nested/relmse,...] [--seeds N] [--reference-spp N]
 //       [--cache FILE] [--json FILE]
 //
-// Each method's frame and a uniform one of the same budget are rendered in turn, for each seed.
+// For each seed, each method's frame and a uniform one of the same budget are rendered alternately.
 // Errors are products of the differences to two independent references, (x - r1)(x - r2), whose
-// expectation is the squared error without the references' own noise. Gains are of processor time
-// to equal error: how much longer uniform sampling needs for the method's error, along its own
-// curve of error against time.
-// Where adaptive sampling gives a pixel more samples than a reference has, those products are
-// noisier than what they measure. Beside them stands the spread between the frames of several
-// seeds, which needs no reference but does not see a bias.
+// expectation is the squared error without the references' own noise. Gains are in processor time
+// to equal error: how much longer uniform sampling takes to reach the method's error, along its own
+// curve of error against time (adaptive_errors.h). Where adaptive sampling gives a pixel more
+// samples than a reference has, those products are noisier than the error; so the variance between
+// the frames of several seeds is given, too, which needs no reference but misses bias.
 //
-// Uniform sampling's curve is of the errors of many frames (adaptive_errors.h).
-//
-// The limit is Neyman's: with variance v of a sample and cost c of a sample (both per pixel, from
-// the references), mean(v) mean(c) / mean(sqrt(v c))^2, as if samples were independent. The second
-// one is of the errors that the uniform frames really have, which fall as their curve does there.
+// With variance v and cost c of a sample (both per pixel, from the references), the Neyman limit is
+// mean(v) mean(c) / mean(sqrt(v c))^2, for independent samples. The second limit uses the measured
+// errors of uniform frames and the slope of their curve.
 #include <fmt/format.h>
 #include <fmt/os.h>
 
@@ -100,7 +98,7 @@ Run run(const BenchFrame& frame, const Options& o, const FrameSampling& s,
   return {m, std::move(picture)};
 }
 
-// The errors' variance part, from how far the frames of different seeds are from their mean.
+// The variance part of the errors, from the deviations of the seeds' frames from their mean.
 std::array<double, kErrors> variance_between(const std::vector<Run>& runs, const Reference& r) {
   std::array<double, kErrors> sums{};
   if (runs.size() < 2) return sums;
@@ -161,9 +159,9 @@ class UniformCurve {
   };
   std::map<uint32_t, Point> points;
 
-  // How fast an error falls at a budget: as samples^-slope to the next one, as to the last one at
-  // the end of the curve. As 1 / samples where there is no curve; and always a little, though a few
-  // frames of rare glints may say that it rises.
+  // How fast an error falls at a budget: as samples^-slope towards the next budget, or from the
+  // previous one at the end of the curve, and as 1 / samples for a single budget. The slope is at
+  // least kLeastSlope, although the error of a few frames with rare highlights may seem to rise.
   double slope(uint32_t budget, Error error) const {
     if (points.size() == 1) return 1.0;
     auto next = std::next(points.find(budget));
@@ -175,7 +173,8 @@ class UniformCurve {
                                      std::log(double(spp) / double(spp_before)));
   }
 
-  // When it reaches a value, along straight lines in logarithms, continued beyond the last.
+  // Processor time at which the error reaches `value`, by log-log interpolation, extrapolated
+  // beyond the last budget.
   double time(Error error, double value) const {
     auto from = points.begin();
     while (std::next(from) != points.end() && std::next(std::next(from)) != points.end() &&
@@ -209,7 +208,7 @@ FrameSampling adaptive_sampling(const std::string& method, uint32_t budget, uint
   return s;
 }
 
-// In processor time and, for machines that are busy, in rays; by the error and by the spread.
+// Gains by error and by variance, in processor time and in rays (independent of machine load).
 Json gains(const Mean& m, const Mean& uniform, const UniformCurve& curve, uint32_t budget,
            Error e) {
   const double error = m.mean.error[e], spread = m.variance[e];
@@ -266,8 +265,8 @@ int run_adaptive_bench(int argc, char** argv) {
     for (const auto& [method, list] : runs) methods[budget][method] = average(list, reference);
     curve.points[budget].cpu = uniform[budget].mean.cpu;
     for (const Error e : {kMse, kRelMse, kDisplay}) {
-      // The variance is better known than the distance from a reference, but of what is displayed
-      // rare bright samples leave more than it: pixels that have met none.
+      // The measured variance is more precise than the distance from a reference, but too small for
+      // the display error, where rare bright samples also bias the pixels that missed them.
       curve.points[budget].error[e] =
           e == kDisplay ? uniform[budget].mean.error[e] : mean_error(errors[budget], reference, e);
     }

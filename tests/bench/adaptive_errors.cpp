@@ -12,7 +12,7 @@
 namespace emberline::bench {
 namespace {
 
-// False if there is no such file.
+// Returns false if the file does not exist.
 bool read_planes(const std::string& path,
                  std::initializer_list<std::pair<Floats*, size_t>> planes) {
   std::ifstream in(path, std::ios::binary);
@@ -51,13 +51,13 @@ void render_reference(const BenchFrame& frame, uint32_t spp, int threads, Refere
       for (size_t c = 0; c < 3; ++c) {
         r->variance[3 * i + c] += 0.5f * float(spp) * image.values[9 * i + 5 + c];
       }
-      // The less disturbed of the two.
+      // Takes the run that was less disturbed.
       r->cost[i] = std::min(r->cost[i], seconds[i] / float(spp));
     }
   }
 }
 
-// Of each pixel, the mean over channels of weight x value.
+// Per pixel, the mean over channels of weight x value.
 std::vector<double> weigh(const Floats& values, const Reference& r, Error error) {
   std::vector<double> pixels(values.size() / 3);
   for (size_t k = 0; k < values.size(); ++k) {
@@ -143,8 +143,8 @@ double stratified_limit(const UniformErrors& uniform, uint32_t spp, const Refere
                         Error error, double slope) {
   const std::vector<double> cost(reference.cost.begin(), reference.cost.end());
   const double limit = neyman_limit(weigh(uniform, reference, error), cost, slope);
-  // E v^p of a variance of k degrees of freedom is true^p times this; the limit has the p-th
-  // powers' mean to the power of -(1 + slope) / slope = -1 / (slope p).
+  // E v^p for a variance with k degrees of freedom is true^p times this. The limit raises the mean
+  // of the p-th powers to -(1 + slope) / slope = -1 / (slope p).
   const double half = 0.5 * (uniform_frames(spp) - 1), p = 1 / (1 + slope);
   const double root = std::exp(std::lgamma(half + p) - std::lgamma(half)) / std::pow(half, p);
   return limit * std::pow(root, 1 / (slope * p));

@@ -1,5 +1,5 @@
-// What adaptive sampling is measured against: the picture itself, from two references, and the
-// error of uniform sampling, pixel by pixel, from the spread of many frames.
+// References for measuring adaptive sampling: the picture from two independent frames, and the
+// error of uniform sampling per pixel from the variance of many frames.
 #pragma once
 
 #include <algorithm>
@@ -57,30 +57,29 @@ class ImageSink final : public RenderSink {
   std::mutex mutex_;
 };
 
-// Two independent frames of many samples. Planes of pixels are interleaved R G B.
+// Two independent frames of many samples. Pixels are interleaved R G B.
 struct Reference {
   Floats a, b;
   Floats variance;     // of a sample, R G B, as if samples were independent
-  Floats cost;         // seconds a sample, one a pixel
+  Floats cost;         // seconds per sample, one value per pixel
   double epsilon = 0;  // of relMSE
 
   double mean(size_t i) const { return 0.5 * (double(a[i]) + double(b[i])); }
-  // What a channel's squared error counts for; of the display, about its curve's slope.
+  // Weight of a channel's squared error; for the display error, the squared slope of its curve.
   double weight(Error error, size_t i) const;
 };
 
-// Renders it, or reads it from the file `cache` if there is one, which else is written unless it
-// has no name. Throws RenderError if the file is of another frame.
+// Reads the reference from the file `cache`, or renders it and writes the file. An empty name means
+// no cache. Throws RenderError if the file is for another frame.
 Reference make_reference(const BenchFrame& frame, uint32_t spp, int threads,
                          const std::string& cache);
 
-// How far frames of `spp` samples a pixel are from their mean: squared errors of one of them, by
-// channel. Linear, and of what is displayed.
+// Squared errors of one frame of `spp` samples per pixel, by channel: linear, and as displayed.
 struct UniformErrors {
   Floats linear, shown;
 };
 
-// From uniform_frames(spp) frames, or from the file `cache`.SPP as make_reference() has it.
+// Computed from uniform_frames(spp) frames, or read from the file `cache`.SPP.
 UniformErrors measure_uniform(const BenchFrame& frame, uint32_t spp, int threads,
                               const std::string& cache);
 int uniform_frames(uint32_t spp);
@@ -88,14 +87,14 @@ int uniform_frames(uint32_t spp);
 // Mean over pixels and channels.
 double mean_error(const UniformErrors& uniform, const Reference& reference, Error error);
 
-// The Neyman limit (renderer/statistics/neyman_limit.h) of the reference's variances, which takes
-// samples for independent.
+// The Neyman limit (renderer/statistics/neyman_limit.h) of the reference's variances, for
+// independent samples.
 double independent_limit(const Reference& reference, Error error);
 
-// And of uniform frames as they are, of an error that falls with samples^-slope: what a better
-// sharing-out alone could gain, by what stratification has left. The roots of what few frames say
-// of a pixel are too small by a few per cent on average, for which it is corrected (as if their
-// errors were normal; it stays too large where they are rarer and greater).
+// The limit for the measured errors of uniform frames, which fall as samples^-slope: the gain that
+// better allocation alone could reach on top of stratification. Roots of variances from few frames
+// are a few per cent too small on average; this is corrected for normal errors, and remains too
+// large where errors are rare and large.
 double stratified_limit(const UniformErrors& uniform, uint32_t spp, const Reference& reference,
                         Error error, double slope);
 

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""The table of what adaptive sampling gains, scene by scene (results/adaptive.md).
+"""Makes the table of gains of adaptive sampling by scene (RESULTS.md).
 
   adaptive_table.py --bench build/release/bin/adaptive_bench [--assets DIR] [--size 192x108]
       [--seeds 2] [--out DIR] [--only NAME,...] [--methods NAME,...] [--print]
 
-Runs adaptive_bench on our scenes, and on FlightHelmet where DIR (which holds views.json) is given,
-keeps its figures in DIR/NAME.json and its references in DIR/NAME.bin, and prints the tables.
+Runs adaptive_bench on our scenes, and on FlightHelmet if an assets DIR (with views.json) is given.
+Stores figures in the output DIR/NAME.json and references in DIR/NAME.bin, and prints the tables.
 """
 
 import argparse
@@ -20,7 +20,7 @@ ESTIMATORS = ["contrast", "painter-sloan", "chi-square", "kajiya", "dammertz"]
 DEFAULT = "nested"
 OWN = [estimator + "/" + metric for estimator in (DEFAULT, "two-stream")
        for metric in ("mse", "relmse", "display")]
-# Of each of the two references: where few pixels get most samples, more than they have got.
+# Samples of each reference: more than the few pixels get that receive most samples.
 REFERENCE_SAMPLES = {"flight_helmet": 16384, "thin_wires": 16384}
 NAMES = {
     "flight_helmet": "FlightHelmet",
@@ -52,7 +52,7 @@ def scene_words(name, options):
         words += ["--time", "0", "--shutter", "0,0.5"]
     if name == "thin_wires":
         words += ["--env", os.path.join(SCENES, "dusk.hdr")]
-    if name == "cornell_box":  # made for a square
+    if name == "cornell_box":  # its view is square
         side = round((width * height) ** 0.5)
         size = ["--size", f"{side}x{side}"]
     return words + size
@@ -68,8 +68,8 @@ def measure(name, options):
 
 
 def gain_of(name, row, error):
-    """Along uniform sampling's own curve. Even many uniform frames of the wires meet the rare glints too
-    seldom for a curve: there error is taken to fall as 1/N."""
+    """Gain along uniform sampling's own curve. Uniform frames of the wires hit the rare highlights too
+    seldom for a curve, so error is assumed to fall as 1/N there."""
     figures = row[error]
     if name == "thin_wires":
         return figures["uniform"] / figures["error"] / row["time_ratio"]
@@ -77,7 +77,7 @@ def gain_of(name, row, error):
 
 
 def gains(names, options):
-    """Equal-error time of uniform sampling over that of the method that aims at the same error."""
+    """Equal-error time of uniform sampling over that of the method that minimises this error."""
     two_streams = set(OWN) <= set(options.methods.split(","))
     heads = [f"{error}: limit | as is | gain" + (" | `two-stream`" if two_streams else "") for error in ("MSE", "relMSE")]
     print("| scene | spp | " + " | ".join(heads) + " |")
@@ -98,7 +98,7 @@ def gains(names, options):
 
 
 def side_by_side(names, options):
-    """The two that share by deviation, in rays: for machines that are busy."""
+    """Compares both estimators in rays, which do not depend on machine load."""
     print("\n| scene | spp | mse: two-stream | nested | relmse: two-stream | nested | bias: two-stream | nested |")
     print("| --- | --- | --- | --- | --- | --- | --- | --- |")
     for name in names:

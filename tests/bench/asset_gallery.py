@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Renders glTF files beside pictures of them that somebody else made, and files of one content in two encodings beside each other.
+"""Renders glTF files next to pictures from other sources, and files of equal content in two encodings next to each other.
 
     tests/bench/asset_gallery.py ASSETS -o DIR [--spp N] [--size WxH] [--beside PICTURES] [--only NAME,...]
 
 ASSETS/views.json is as in race_cycles.py; a glTF file in ASSETS/{scenes,features,derived} that it lacks gets the framing camera.
-ASSETS/previews.jpg is a contact sheet, five cells to a row, of what is in scenes and features, by name.
-DIR gets NAME.exr, .png and .json (the report) of each, and index.html with all of them in it. PICTURES/NAME.exr, of another renderer,
-are a third column, with their mean relative difference. Exit code 1 when a render failed, or a bit differs in a pair where none may.
+ASSETS/previews.jpg is a contact sheet of scenes and features by name, five cells per row.
+DIR gets NAME.exr, .png and .json (the report) of each file, and an index.html that contains all of them. PICTURES/NAME.exr from another
+renderer add a third column with their mean relative difference. Exit code 1 if a render failed, or if a pair differs that must not.
 Needs oiiotool (Debian: openimageio-tools).
 """
 import argparse
@@ -24,9 +24,9 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 FOLDERS = ("scenes", "features", "derived")
 COLUMNS, CELL, CAPTION = 5, (320, 180), 16  # of the contact sheet
 NOT_ON_SHEET = {"many_cubes"}
-# Sunlight of 2049 lux beside an environment of about 1: shown as the preview does, whose renderer divides lights by 683.
+# Sunlight of 2049 lux with an environment of about 1: exposed like the preview, whose renderer divides lights by 683.
 EXPOSURE = {"mixed_lighting": -9.4}
-# What is the same content, and why bits may differ all the same. None: nothing was lost, so none may.
+# Pairs of equal content, and why their bits may differ. None: the conversion is lossless, so no bit may differ.
 QUANTISED = "16-bit positions, 8-bit normals, 12-bit texture coordinates"
 PAIRS = {
     ("milk_truck_webp", "cesium_milk_truck"): None,
@@ -83,14 +83,14 @@ def run(*words):
 
 
 def assets_of(folder, only):
-    """(name, file) of each glTF file, in the order of FOLDERS, then by name."""
+    """Lists (name, file) of each glTF file, in the order of FOLDERS, then by name."""
     files = [f for kind in FOLDERS for f in sorted((folder / kind).rglob("*.gl*"), key=lambda f: f.stem)
              if f.suffix in (".gltf", ".glb")]
     return [(f.stem, f) for f in files if only is None or f.stem in only]
 
 
 def preview_cells(folder):
-    """{name: oiiotool's words that cut its cell}. Cell 7 is row 1, column 2."""
+    """Returns {name: oiiotool arguments that cut out its cell}. Cell 7 is row 1, column 2."""
     names = sorted(f.stem for kind in FOLDERS[:2] for f in (folder / kind).rglob("*.gl*") if f.stem not in NOT_ON_SHEET)
     width, height = CELL
     cut = lambda i: f"{width}x{height}+{i % COLUMNS * width}+{i // COLUMNS * (height + CAPTION) + CAPTION}"
@@ -98,7 +98,7 @@ def preview_cells(folder):
 
 
 def embedded(*words):
-    """What oiiotool makes of `words`, as an <img> that needs no file."""
+    """Runs oiiotool with `words` and returns the result as an <img> with embedded data."""
     with tempfile.TemporaryDirectory() as out:
         picture = pathlib.Path(out) / "a.jpg"
         subprocess.run(["oiiotool", *map(str, words), "--compression", "jpeg:88", "-d", "uint8", "-o", picture], check=True)
@@ -106,7 +106,7 @@ def embedded(*words):
 
 
 def render(options, name, file, view):
-    """The report, or the error as a string."""
+    """Returns the report, or the error as a string."""
     to, words = lambda suffix: options.output / (name + suffix), words_of(view, options.assets) if view else []
     done = run(options.emberline, "render", file, *words, "--size", options.size, "--spp", options.spp, "--threads", options.threads,
                "--exposure", EXPOSURE.get(name, 0), "--quiet", "-o", to(".exr"), "-o", to(".png"), "--report", to(".json"))
@@ -114,13 +114,13 @@ def render(options, name, file, view):
 
 
 def comparison(options, image, reference):
-    """`emberline compare`'s figures, or None where it fails."""
+    """Returns the figures of `emberline compare`, or None if it fails."""
     done = run(options.emberline, "compare", image, reference, "--json")
     return json.loads(done.stdout) if done.returncode == 0 else None
 
 
 def mean_relative_difference(image, reference):
-    """Mean of |a - b| / (b + 0.01) over pixels and channels, and of all a over all b."""
+    """Returns the mean of |a - b| / (b + 0.01) over pixels and channels, and the ratio of the means of a and b."""
     rgb = lambda picture: (picture, "--ch", "R,G,B")
     def mean(*words):
         averages = next(line for line in run("oiiotool", *words, "--printstats").stdout.splitlines() if "Stats Avg" in line)
@@ -153,7 +153,7 @@ def section(options, name, view, report, cells):
 
 
 def pair_lines(options, rendered):
-    """The table of pairs, and whether bits differ that may not."""
+    """Returns the table of pairs, and whether bits differ that must not."""
     wrong, lines = False, ["| file | beside | identical bits | PSNR, dB | SSIM | FLIP | pixels that differ | why |",
                            "| --- | --- | --- | ---: | ---: | ---: | ---: | --- |"]
     for (name, original), why in PAIRS.items():

@@ -22,7 +22,7 @@
 namespace emberline::bench {
 namespace {
 
-// Drops the tiles; notes when the first samples were done.
+// Drops the tiles and notes when the first samples were done.
 class NullSink final : public RenderSink {
  public:
   void tile_finished(const FilmTile& /*tile*/) override {}
@@ -118,7 +118,7 @@ FrameRun BenchFrame::run(int threads, const FrameSampling& s, RenderSink& sink,
                          const std::function<void(const RenderJob&)>& look) const {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
   FrameSettings settings = options_;
-  settings.driver = "bucket";  // the others' checks are not wanted here
+  settings.driver = "bucket";  // avoids the checks of other drivers
   settings.spp = s.spp;
   settings.seed = s.seed;
   settings.streams = int(s.streams);

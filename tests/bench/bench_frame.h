@@ -1,5 +1,4 @@
-// A frame set up once and rendered again and again, with clocks around it: what the benchmarks of
-// whole frames share.
+// A frame that is set up once and rendered and timed repeatedly, for whole-frame benchmarks.
 #pragma once
 
 #include <functional>
@@ -23,15 +22,15 @@ class App;
 
 namespace emberline::bench {
 
-// A benchmark's main(): says what is wrong with scene or options, and ends as `emberline` would.
+// A benchmark's main(): reports errors in scene or options, and exits as `emberline` would.
 int run_program(const char* name, int (*run)(int argc, char** argv), int argc, char** argv);
 
-// The options of `emberline render` that choose scene, view, light and sampling.
+// Adds the options of `emberline render` that choose scene, view, light and sampling.
 void add_frame_options(CLI::App* app, RenderOptions& options);
 
 struct FrameRun {
   double wall_s = 0;
-  double returned = 0;        // when: wall_clock() at the end of wall_s
+  double returned = 0;        // wall_clock() at the end of wall_s
   double cpu_s = 0;           // of the whole process
   double first_sample_s = 0;  // until the first progress report: one worker's first 2048 samples
   RenderCounters counters;
@@ -51,15 +50,15 @@ struct FrameSampling {
 
 class BenchFrame {
  public:
-  // Loads and builds; throws what the command would report. `change`, if given, has its way with
-  // the scene in between.
+  // Loads and builds the scene, and throws the command's errors. `change`, if given, edits the
+  // description in between.
   explicit BenchFrame(const RenderOptions& options, const SceneBuildOptions& build = {},
                       const std::function<void(SceneDescription&)>& change = {});
 
-  // Renders into nothing: no file, no display.
+  // Renders without a file or display.
   FrameRun run(int threads, uint32_t spp) const;
-  // Renders into `sink`. Times are of the driver's render(), not of its deliver(). `look`, if
-  // given, sees what the driver has kept.
+  // Renders into `sink`. Times cover the driver's render(), not its deliver(). `look`, if given, is
+  // called with the finished job.
   FrameRun run(int threads, const FrameSampling& sampling, RenderSink& sink,
                const std::stop_token& stop = {},
                const std::function<void(const RenderJob&)>& look = {}) const;

@@ -1,11 +1,11 @@
-"""Is adaptive sampling's own error estimate right? The ratio of the estimate to the true RMS error of
-the displayed picture, for the gallery's scenes and several budgets, with adaptive_bench.
+"""Checks adaptive sampling's own error estimate: prints its ratio to the true RMS error of the displayed
+picture, for the gallery's scenes and several budgets, with adaptive_bench.
 
     python3 tests/bench/calibration.py build/release/bin/adaptive_bench [--size 96x54] [--seeds 8]
         [--reference-spp 4096] [--budgets 32,128,512] [--methods nested/display] [--scenes a,b]
 
-The truth is the mean of the products of the frame's differences to two independent references, so
-that the references' own noise drops out. Goal: .8 to 1.25. Exit status 1 if a ratio is outside.
+The true error is the mean product of the frame's differences to two independent references, which
+cancels the references' own noise. The goal is .8 to 1.25; the exit status is 1 if a ratio is outside.
 """
 
 import argparse

@@ -1,4 +1,4 @@
-// Clocks in seconds, and what to say of several measurements.
+// Clocks in seconds, and the spread of several measurements.
 #pragma once
 
 #include <time.h>
@@ -17,7 +17,7 @@ inline double process_cpu() { return seconds_of(CLOCK_PROCESS_CPUTIME_ID); }
 inline double thread_cpu() { return seconds_of(CLOCK_THREAD_CPUTIME_ID); }
 inline double wall_clock() { return seconds_of(CLOCK_MONOTONIC); }
 
-// Median with the least and the greatest beside it.
+// Median, minimum and maximum.
 struct Spread {
   double median = 0, least = 0, most = 0;
 };

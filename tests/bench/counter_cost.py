@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""What the report's counters cost: less than 1 % of processor time, or this exits with 1.
+"""Measures the cost of the report's counters; exits with 1 if it is 1 % of processor time or more.
 
     tests/bench/counter_cost.py [--build build/uncounted] [--pairs N] [-o TABLE.md]
 
-Builds the command a second time from a copy of the sources in which rays and each pixel's most
-samples are not counted, and renders with both in turn, on one thread, starting with either. Says the
-mean ratio of neighbours with its standard error; the limit holds for the mean less two of them, so
-that a shared machine's noise alone fails the limit once in 40 runs at most.
+Builds the command a second time from a copy of the sources that counts neither rays nor the maximum
+samples per pixel. Renders with both alternately on one thread, in either order, and prints the mean
+ratio within pairs with its standard error. The limit applies to the mean minus two standard errors,
+so noise alone fails it at most once in 40 runs.
 """
 import argparse
 import json
@@ -25,7 +25,7 @@ FRAMES = {
     "paths, roughness spheres": ["roughness_spheres.glb", "--spp", "64", "--env", str(ROOT / "scenes/studio.hdr")],
     "one ray a sample, Cornell box": ["cornell_box.glb", "--spp", "1024", "--integrator", "depth"],
 }
-# (file, what stands there, what counts nothing)
+# (file, original text, text that counts nothing)
 EDITS = [
     ("renderer/film/film.h",
      "  uint32_t scatter = 0;  // continued paths\n"

@@ -1,10 +1,10 @@
-"""Renders a glTF scene with Cycles inside Blender, set up to be measured against Emberline.
+"""Renders a glTF scene with Cycles inside Blender, for comparison with Emberline.
 
     blender -b --factory-startup -t 2 --python tests/bench/cycles_scene.py -- settings.json
 
-race_cycles.py writes the settings and starts this. No denoiser, no clamping, caustics on, one-pixel
-box filter, scene-linear float EXR: the same estimate. Written for Blender 3.4; settings that
-another version lacks are skipped and named in the result.
+race_cycles.py writes the settings and runs this. Without denoiser and clamping, with caustics, a
+one-pixel box filter and scene-linear float EXR, both renderers estimate the same picture. Written
+for Blender 3.4; settings that another version lacks are skipped and listed in the result.
 
 settings: gltf, env, env_strength, look_from, look_at, fov_y (degrees), width, height, spp (the most,
 if adaptive), adaptive, seed, bounces, threads, output (EXR), result (JSON), log (takes Blender's own output).
@@ -36,7 +36,7 @@ def cpu_seconds():
 
 
 def process_age():
-    """Seconds since the process began; the kernel stamps that to 10 ms."""
+    """Seconds since the process started, which the kernel records to 10 ms."""
     with open("/proc/self/stat") as f:
         started = int(f.read().rpartition(")")[2].split()[19]) / os.sysconf("SC_CLK_TCK")
     return time.clock_gettime(time.CLOCK_BOOTTIME) - started
@@ -48,8 +48,8 @@ def peak_bytes():
 
 
 class FirstSample:
-    """Notes when Cycles first speaks of samples. Blender 3.4 hands the handler no text, but has
-    just printed it: the log's last line is read instead."""
+    """Notes when Cycles first reports samples. Blender 3.4 passes the handler no text but has just
+    printed it, so this reads the log's last line."""
 
     def __init__(self, log):
         self.log = log
@@ -70,7 +70,7 @@ class FirstSample:
 def import_scene(s):
     import numpy
 
-    if "bool" not in numpy.__dict__:  # 3.4's importer says numpy.bool, which NumPy 1.24 dropped
+    if "bool" not in numpy.__dict__:  # 3.4's importer uses numpy.bool, which NumPy 1.24 dropped
         numpy.bool = bool
     for o in list(bpy.data.objects):
         bpy.data.objects.remove(o, do_unlink=True)
@@ -79,7 +79,7 @@ def import_scene(s):
         "filepath": s["gltf"],
         "merge_vertices": False,
         "import_shading": "NORMALS",
-        # 1 candela is radiant intensity 1, 1 lux irradiance 1, as Emberline takes them.
+        # 1 candela is radiant intensity 1 and 1 lux is irradiance 1, as in Emberline.
         "convert_lighting_mode": "COMPAT",
         "export_import_convert_lighting_mode": "COMPAT",
     }
@@ -93,7 +93,7 @@ def import_scene(s):
 
 
 def make_camera(s):
-    """glTF's axes are Y up, Blender's Z up."""
+    """Creates the camera. glTF is Y up, Blender Z up."""
     eye, at = (Vector((v[0], -v[2], v[1])) for v in (s["look_from"], s["look_at"]))
     back = (eye - at).normalized()
     right = Vector((0, 0, 1)).cross(back).normalized()
@@ -152,7 +152,7 @@ def set_up_render(s):
     cycles.caustics_reflective = cycles.caustics_refractive = True
     cycles.blur_glossy = 0.0
     put(cycles, "use_fast_gi", False)
-    put(cycles, "use_light_tree", False)  # one or two lights: the tree only costs
+    put(cycles, "use_light_tree", False)  # not worth it for one or two lights
     for kind in ("max", "diffuse", "glossy", "transmission", "volume"):
         setattr(cycles, kind + "_bounces", s["bounces"])
     cycles.transparent_max_bounces = 64
@@ -172,7 +172,7 @@ def main(s):
     os.dup2(log, 1)
     try:
         import_scene(s)
-    except RuntimeError as error:  # what an operator's failure comes as
+    except RuntimeError as error:  # raised by a failed operator
         with open(s["result"], "w") as f:
             json.dump({"unreadable": str(error).strip().splitlines()[0]}, f)
         return
@@ -201,7 +201,7 @@ def main(s):
 try:
     with open(sys.argv[sys.argv.index("--") + 1]) as settings_file:
         main(json.load(settings_file))
-except BaseException:  # Blender would go on, and exit with 0
+except BaseException:  # otherwise Blender continues and exits with 0
     traceback.print_exc()
     sys.stderr.flush()
     os._exit(1)

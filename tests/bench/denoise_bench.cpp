@@ -1,12 +1,12 @@
-// What denoise() makes of a finished frame, against a reference that is a frame of many samples
-// with another seed, whose halves are its two pictures. Not a test; denoise_scenes.py renders the
-// frames and calls it, results/denoising.md has the figures.
+// Compares denoise() of a finished frame with a reference: a frame of many samples with another
+// seed, whose halves give two pictures. Not a test; denoise_scenes.py renders the frames and runs
+// this, and RESULTS.md has the figures.
 //
 //   denoise_bench FRAME.exr REFERENCE.exr [--clean FILE] [--repetitions N]
 //
-// Both need --aov denoising. One line of JSON: errors of the raw and the denoised picture, the
-// estimate over the true error (RMS, as displayed) for either, the share of 16-pixel blocks whose
-// true error is within twice the estimate, processor seconds (the median).
+// Both need --aov denoising. Prints one line of JSON: errors of the raw and the denoised picture,
+// the ratio of estimated to true error (RMS, as displayed) for both, the share of 16-pixel blocks
+// whose true error is within twice the estimate, and processor seconds (median).
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""What denoising gains, scene by scene and count by count, as a table in Markdown.
+"""Prints the gain of denoising by scene and sample count, as a Markdown table.
 
     tests/bench/denoise_scenes.py build/release/bin SCENE.glb... [--assets DIR NAME...]
         [--counts 8,32,128,512] [--reference 1024] [--size 320x180] [--work DIR]
 
-NAME is a scene below DIR, where DIR/views.json says how it is looked at. What WORK has already is not rendered again.
+NAME is a scene below DIR; DIR/views.json has its view. Frames that exist in WORK are not rendered again.
 """
 import argparse
 import json
@@ -26,7 +26,7 @@ def arguments():
 
 
 def render_arguments(args):
-    """Name -> what `emberline render` is to be told."""
+    """Maps each name to its arguments for `emberline render`."""
     found = {path.stem: [str(path)] for path in args.scenes}
     if args.assets:
         root = pathlib.Path(args.assets[0])
@@ -44,7 +44,7 @@ def render_arguments(args):
 
 
 def frame(args, name, scene, samples, seed):
-    """One with both halves."""
+    """Renders one frame with both halves, unless it exists."""
     out = args.work / f"{name.split()[0]}.{len(name.split())}.{samples}.{seed}.exr"
     if not out.exists():
         subprocess.run([args.bin / "emberline", "render", *scene, "--size", args.size, "--spp", str(samples),

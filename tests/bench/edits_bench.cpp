@@ -1,11 +1,10 @@
-// Times edits of a scene that is built, and what it costs to be editable. Not a test;
-// results/session-and-window.md has the figures.
+// Times edits of a built scene, and the cost of being editable. Not a test; RESULTS.md has the
+// figures.
 //
 //   edits_bench SCENE [--env FILE] [--look-from X,Y,Z --look-at X,Y,Z] [--size WxH] [--spp N]
 //       [--repetitions N]
 //
-// Each edit is made on every light and material that the scene has of its kind, and undone: both
-// are counted.
+// Each edit is applied to every light or material of its kind and undone; both are timed.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -33,7 +32,7 @@ void line(const std::string& name, const std::vector<double>& seconds) {
              1e3 * s.least, 1e3 * s.most, seconds.size());
 }
 
-// Makes `edit` of each of `count` things and undoes it.
+// Applies `edit` to each of `count` objects and undoes it.
 std::vector<double> time_edits(EditableScene& scene, size_t count, int repetitions,
                                const std::function<void(SceneEdits&, int)>& edit) {
   std::vector<double> seconds;
@@ -99,7 +98,7 @@ void time_all_edits(const RenderOptions& options, int repetitions) {
              scene.scene().bvh_builds() - builds);
 }
 
-// The same frame of a scene that can be edited and of one that cannot, in turn.
+// Alternates the same frame of an editable scene and of a fixed one.
 void time_frames(const RenderOptions& options, int repetitions) {
   SceneBuildOptions build;
   build.editable = true;

@@ -1,4 +1,4 @@
-// What an adaptive driver pays between two rounds: a whole frame's statistics, error map and plan.
+// The work of an adaptive driver between two rounds: statistics, error map and plan of a frame.
 #include <memory>
 #include <string>
 #include <string_view>
@@ -18,7 +18,7 @@ namespace {
 
 constexpr int kWidth = 1280, kHeight = 720;
 
-// Noise of a tenth of the radiance, which is anywhere between black and white; two streams.
+// Radiance anywhere between black and white, with noise of a tenth of it, in two streams.
 std::shared_ptr<const FilmTile> noisy_film() {
   auto film = std::make_shared<FilmTile>(AovSet{}, FilmExtras{.squares = true, .rays = true});
   film->reset({0, 0, kWidth, kHeight});
@@ -36,7 +36,7 @@ std::shared_ptr<const FilmTile> noisy_film() {
   return film;
 }
 
-// A budget of twice the samples there are, over rates that differ a thousandfold.
+// A budget of twice the current samples, over rates that differ a thousandfold.
 void add_share_samples() {
   constexpr size_t kPixels = size_t(kWidth) * kHeight;
   std::vector<float> rates(kPixels);
@@ -55,7 +55,7 @@ void add_share_samples() {
       double(kPixels));
 }
 
-// The whole of it: the second look and plan of a frame, so that its memory has been touched.
+// The complete step: a frame's second statistics and plan, so that its memory has been touched.
 void add_plan(const std::string& name, const AdaptiveSettings& settings,
               const std::shared_ptr<const FilmTile>& film) {
   benchmark::RegisterBenchmark(name.c_str(), [settings, film](benchmark::State& state) {

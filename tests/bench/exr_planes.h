@@ -1,4 +1,4 @@
-// EXR files as the benchmarks of filters read and write them: planes of floats by channel.
+// EXR files for the benchmarks of filters: planes of floats by channel.
 #pragma once
 
 #include <map>

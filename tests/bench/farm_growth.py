@@ -1,19 +1,19 @@
 #!/usr/bin/env python3
-"""The time of a frame of 1920x1080 at 1024 samples over 1 to 1,000 nodes: computed, from measured constants.
+"""Computes the time of a frame of 1920x1080 at 1024 samples on 1 to 1,000 nodes, from measured constants.
 
     tests/bench/farm_growth.py build/release/bin/emberline scenes/teapot.glb
         [--assets DIR SCENE...] [--cores 32] [--network 100] [--parts-per-node 4] [--bucket-size 16]
         [--plot scenes/gallery/farm_growth.svg]
 
-Measured here, on two threads: processor seconds of a sample; of a process from its start to its first sample (loading
-and building); the seconds of each pixel, for the balance; the bytes of the checkpoints of 16 parts, and
-the processor seconds that `emberline merge` takes for them.
+Measures on two threads: processor seconds per sample; of a process from its start to its first sample (loading
+and building); seconds of each pixel, for the balance; the size of the checkpoints of 16 parts, and the
+processor seconds of `emberline merge` for them.
 
-Then a farm is played through. All nodes begin at once; each takes the next part when it is done with one. A part
-is a process of its own: it reads the scene, loads, builds, and renders its buckets, each on one of the
-node's cores. All nodes read from one shared disk that gives --network MB/s together: for each of their parts,
-or once with staging (a copy on the node). A node reads while nothing else goes on. Checkpoints are
-written to that disk and read again by `merge`, of which no part is divided by cores here.
+Then it simulates a farm. All nodes start at once, and each takes the next part when it has finished one. A part
+is a process: it reads the scene, loads, builds, and renders its buckets, each on one of the node's cores.
+All nodes share a disk of --network MB/s. They read the scene for each part, or once with staging (a copy on the
+node), and do nothing else meanwhile. Checkpoints are written to that disk and read by `merge`, which is assumed
+to run on one core.
 """
 import argparse
 import dataclasses
@@ -36,7 +36,7 @@ PIXELS = WIDTH * HEIGHT
 
 
 def processor_seconds(*command):
-    """User and system time of one run."""
+    """Runs the command and returns its user and system time."""
     process = subprocess.Popen([str(word) for word in command])
     _, status, usage = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
@@ -56,7 +56,7 @@ class Constants:
     merge_s: float
 
     def buckets(self, size):
-        """Seconds on one core of each bucket of the frame, in the order of the schedule."""
+        """Single-core seconds of each bucket of the frame, in schedule order."""
         width, height, seconds = self.pixels
         sums = bucket_seconds(width, height, seconds, size)
         scale = self.render_s / sum(sums)
@@ -74,7 +74,7 @@ def measured(options, scene, folder):
         per_sample.append(found["time"]["render_cpu_s"] / found["samples"]["total"])
 
     def merge_of(size, bucket):
-        """Pixels, bytes of 16 parts, processor seconds of merging them."""
+        """Returns the pixels, the bytes of 16 parts, and the processor seconds of merging them."""
         for k in range(1, 17):
             render(program, scene, "-o", folder / f"{size}.exr", "--size", size, "--spp", 1, "--threads", 2,
                    "--bucket-size", bucket, "--part", f"{k}/16")
@@ -87,7 +87,7 @@ def measured(options, scene, folder):
         width, height = map(int, size.split("x"))
         return width * height, written, seconds
 
-    # The same number of buckets, so that what a part or a bucket costs is not taken for what a pixel does.
+    # Both have the same number of buckets, so that the cost per pixel excludes the cost per part and bucket.
     few, few_bytes, few_s = merge_of("160x90", 16)
     many, many_bytes, many_s = merge_of("1280x720", 128)
     per_pixel = (many_s - few_s) / (many - few)
@@ -97,7 +97,7 @@ def measured(options, scene, folder):
 
 
 def makespan(seconds, workers):
-    """Until the last is done, if each worker takes the next when it has done one."""
+    """Time until the last job is done, if each worker takes the next job when it has finished one."""
     free = [0.0] * workers
     for s in seconds:
         heapq.heapreplace(free, free[0] + s)
@@ -106,7 +106,7 @@ def makespan(seconds, workers):
 
 @dataclasses.dataclass
 class Frame:
-    """The seconds of one frame: reading, loading, rendering as if all cores were busy, waiting, merging."""
+    """Seconds of one frame: reading, loading, rendering with all cores busy, waiting, merging."""
     read: float
     ready: float
     render: float
@@ -119,7 +119,7 @@ class Frame:
 
     @property
     def overhead(self):
-        """The share that is not rendering, nor waiting for it."""
+        """The share of time other than rendering and waiting."""
         return (self.read + self.ready + self.merge) / self.total
 
 
@@ -158,7 +158,7 @@ def table(c, options, disk):
 
 
 def bucket_sizes(all_constants, options, disk):
-    """One part a node: seconds by the size of the buckets."""
+    """Prints the seconds by bucket size, with one part per node."""
     sizes, some = (64, 32, 16, 8), (16, 64, 256, 1000)
     print(f"\n| one part a node, s | buckets | {' | '.join(f'{n:,} nodes' for n in some)} |\n| --- |{' ---: |' * 5}")
     for c in all_constants:
@@ -169,7 +169,7 @@ def bucket_sizes(all_constants, options, disk):
 
 
 def curves(c, options, disk):
-    """For the plot: name, points (nodes, seconds) and the first that is mostly overhead."""
+    """Curves for the plot: name, points (nodes, seconds) and the first point with more overhead than work."""
     buckets = c.buckets(options.bucket_size)
     fine = sorted({*NODES, *(round(10 ** (i / 12)) for i in range(37))})
     for staged, way in ((True, "staged"), (False, "not staged")):

@@ -1,11 +1,11 @@
-// What the window's fast filter makes of a finished frame against a reference of many samples, and
-// how long it takes. Not a test; results/denoising.md has the figures.
+// Compares the window's fast filter of a finished frame with a reference of many samples, and times
+// it. Not a test; RESULTS.md has the figures.
 //
 //   fast_filter_bench FRAME.exr REFERENCE_A.exr REFERENCE_B.exr [--levels N] [--threads N]
 //       [--repetitions N] [--clean FILE]
 //
-// FRAME needs --aov albedo,N,Z,variance; the references are of other seeds. One line of JSON:
-// errors of the raw and the filtered picture, milliseconds by the clock and of the processors
+// FRAME needs --aov albedo,N,Z,variance; the references have other seeds. Prints one line of JSON:
+// errors of the raw and the filtered picture, and milliseconds of wall time and processor time
 // (medians).
 #include <fmt/format.h>
 #include <tbb/task_arena.h>

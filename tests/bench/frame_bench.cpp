@@ -1,10 +1,10 @@
-// Times a whole frame, and Embree's share of it. Not a test; README.md has the figures.
+// Times a whole frame and Embree's share of it. Not a test; README.md has the figures.
 //
 //   frame_bench SCENE [--env FILE] [--look-from X,Y,Z --look-at X,Y,Z] [--size WxH] [--spp N]
 //       [--threads N] [--repetitions N] [--json FILE]
 //
-// Everything is run in turn, again and again (frame, its rays alone, frame on one thread, ...), and
-// medians are shown with the extremes, so that other work on the machine falls on all alike.
+// All variants run alternately (frame, its rays alone, frame on one thread, ...), so that other
+// load affects all of them equally; medians are shown with the extremes.
 #include <fmt/format.h>
 #include <fmt/os.h>
 
@@ -40,7 +40,7 @@ void line(const char* name, const Spread& s, const char* unit) {
   fmt::print("{:<34}{:>10.4g}   {:.4g} to {:.4g}{}\n", name, s.median, s.least, s.most, unit);
 }
 
-// Figures of each repetition; the table and the JSON are made of their spreads.
+// Figures of each repetition; the table and the JSON show their spreads.
 struct Figures {
   std::vector<double> wall, cpu, first_sample, samples_per_s, samples_per_cpu_s, rays_per_s;
   std::vector<double> share, scaling, scaling_undisturbed, cpu_growth, used_of_threads;
@@ -57,12 +57,12 @@ struct Figures {
   }
 };
 
-// Whether all threads had a processor of their own all the time, to 3 %.
+// Whether every thread had a processor of its own throughout, to 3 %.
 bool undisturbed(const FrameRun& run, int threads) {
   return run.cpu_s > 0.97 * run.wall_s * threads;
 }
 
-// The frame's own samples per pixel, or fewer where recording all rays would not fit.
+// The frame's own samples per pixel, or fewer if recording all rays would not fit.
 uint32_t recordable_spp(const Options& options, const BenchFrame& frame, const FrameRun& run) {
   const double bytes = double(run.counters.rays.total()) * double(RayRecorder::bytes_per_ray());
   const double limit = options.record_mib * 1048576;
@@ -82,7 +82,7 @@ uint32_t recordable_spp(const Options& options, const BenchFrame& frame, const F
 // Records the frame once and checks that the recording is the frame.
 void check_recording(const RayRecorder& rays, const FrameRun& recorded) {
   const double counted = double(recorded.counters.rays.total());
-  // A shadow ray of no length is counted but not traced.
+  // A shadow ray of zero length is counted but not traced.
   if (double(rays.rays()) < 0.999 * counted || double(rays.rays()) > counted) {
     throw RenderError(fmt::format(
         "{} rays recorded of {}: some go another way than rtcIntersect1 and rtcOccluded1; "

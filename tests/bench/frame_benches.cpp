@@ -1,6 +1,5 @@
-// The benchmarks of whole frames in one program, since linking it as `emberline` is linked takes
-// half a minute. Which one is meant says the name that it is called by: build/release/bin has a
-// link for each.
+// All whole-frame benchmarks in one program, since linking one takes half a minute. The name by
+// which it is called selects the benchmark; build/release/bin has a link for each.
 #include <cstdio>
 #include <filesystem>
 #include <string>

@@ -1,4 +1,4 @@
-"""The plot of farm_growth.py: an SVG of lines over two logarithmic axes, without any library."""
+"""The plot of farm_growth.py: an SVG line chart with two logarithmic axes, without any library."""
 import math
 from xml.sax.saxutils import escape
 
@@ -10,7 +10,7 @@ LEAST_X, MOST_X = 1, 1000
 
 
 class Paper:
-    """From nodes and seconds to points of the picture."""
+    """Maps nodes and seconds to points of the picture."""
 
     def __init__(self, least_y, most_y):
         self.low, self.high = math.log10(least_y), math.log10(most_y)
@@ -57,7 +57,7 @@ def legend_height(rows):
 
 
 def legend(rows, x, y):
-    """Of (drawing at the point given, words), one below the other."""
+    """Stacks entries of (function that draws at a point, words)."""
     height = legend_height(rows)
     yield f'<rect x="{x}" y="{y}" width="286" height="{height}" fill="white" stroke="{GRID}"/>'
     for i, (drawing, words) in enumerate(rows):
@@ -67,8 +67,8 @@ def legend(rows, x, y):
 
 
 def plot(title, subtitle, curves):
-    """Of curves (name, solid, [(nodes, seconds)], the point to be marked or None); two of each scene, one
-    after the other. The SVG as text."""
+    """Returns the SVG for curves (name, solid, [(nodes, seconds)], marked point or None). The two curves
+    of a scene are adjacent."""
     values = [seconds for _, _, points, _ in curves for _, seconds in points]
     paper = Paper(10.0 ** math.floor(math.log10(min(values))), 10.0 ** math.ceil(math.log10(max(values))))
     parts = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" height="{HEIGHT}" '

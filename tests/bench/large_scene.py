@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Scenes of a size that shows what loading takes, as .glb: written row by row, so in little memory.
+"""Writes .glb scenes large enough to measure loading, row by row and so in little memory.
 
   mesh OUT --triangles N                    one wavy sheet with normals and texture coordinates
-  instances OUT --triangles N --count M     M of such a sheet; --nodes: a node each, else
-                                            EXT_mesh_gpu_instancing
+  instances OUT --triangles N --count M     M instances of such a sheet: --nodes gives each a node,
+                                            otherwise EXT_mesh_gpu_instancing is used
   textures OUT --maps N --size S            N panels in a wall, each with an S x S RGBA map
 """
 
@@ -20,7 +20,7 @@ def pad(size, to=4):
 
 
 class Glb:
-    """The binary chunk is written as it comes, the JSON before it once it is known."""
+    """Collects writers of binary data; save() writes the JSON and then streams the data."""
 
     def __init__(self):
         self.views, self.accessors, self.parts, self.size = [], [], [], 0
@@ -55,7 +55,7 @@ class Glb:
 
 
 def sheet(glb, triangles, side=2.0):
-    """Attributes and indices of a square of about so many triangles."""
+    """Attributes and indices of a square of about `triangles` triangles."""
     n = max(1, round(math.sqrt(triangles / 2)))
     step, waves, height = side / n, 40.0 / side, side / 100
     xs = [i * step - side / 2 for i in range(n + 1)]
@@ -112,7 +112,7 @@ def instances(options):
 
 
 def png(size, seed):
-    """Bricks of many sizes in colours of their own, so that each level of detail has something."""
+    """A picture with bricks of many sizes and colours, so that every level of detail has content."""
     def row(y):
         out = bytearray()
         for x in range(0, size, 8):
@@ -127,7 +127,7 @@ def png(size, seed):
                 + struct.pack(">I", zlib.crc32(name + data)))
 
     packer = zlib.compressobj(1)
-    # Eight rows are alike.
+    # Eight consecutive rows are equal.
     data = b"".join([packer.compress(row(y) * 8) for y in range(0, size, 8)] + [packer.flush()])
     return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", size, size, 8, 6, 0, 0, 0))
             + chunk(b"IDAT", data) + chunk(b"IEND", b""))

@@ -1,11 +1,11 @@
-// What light groups cost, and how soon a picture is shown under other lights. Not a test;
-// results/session-and-window.md and integrators/README.md have the figures.
+// Measures the cost of light groups and the latency of relighting. Not a test; RESULTS.md and
+// integrators/README.md have the figures.
 //
 //   light_groups_bench SCENE [--env FILE] [--look-from X,Y,Z --look-at X,Y,Z] [--size WxH]
 //       [--lamps N] [--spp N] [--threads N] [--repetitions N]
 //
-// To the scene's own lights come N point lights on a circle above it. The frame with groups and the
-// frame without are run in turn, starting with either: ratios are those of neighbours.
+// Adds N point lights on a circle above the scene. Frames with and without groups run in pairs in
+// either order, and ratios are within pairs.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -37,7 +37,7 @@ class Nobody final : public RenderSink {
   void tile_finished(const FilmTile& /*tile*/) override {}
 };
 
-// Around the scene at twice its radius, as bright as a sky of radiance 1 / N in its middle.
+// Lamps around the scene at twice its radius, each as bright inside as a sky of radiance 1 / N.
 void add_lamps(int count, SceneDescription& scene) {
   const WorldBounds bounds = world_bounds(scene);
   const double distance = bounds.isEmpty() ? 1.0 : 2.0 * bounds.radius();
@@ -88,7 +88,7 @@ void measure_cost(const Options& options, const BenchFrame& frame, const LightGr
              options.repetitions);
 }
 
-// From an edit to R G B A: whether it can be mixed, how, and the picture.
+// From an edit to R G B A: whether and how it can be mixed, and the picture.
 void measure_relight(const Options& options, const BenchFrame& frame, const LightGroups& groups) {
   FrameSampling sampling;
   sampling.driver = options.frame.driver;
@@ -98,7 +98,7 @@ void measure_relight(const Options& options, const BenchFrame& frame, const Ligh
   std::vector<double> mixing, mixed, plain;
   Nobody nobody;
   const auto look = [&](const RenderJob& rendered) {
-    if (!rendered.picture()) return;  // it keeps none
+    if (!rendered.picture()) return;  // the driver keeps no picture
     fmt::print("{} light groups, film {:.1f} MiB\n", groups.size(),
                double(rendered.film_bytes()) / 1048576);
     for (int i = 0; i < 10 * options.repetitions; ++i) {

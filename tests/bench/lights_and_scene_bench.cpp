@@ -1,4 +1,4 @@
-// Lights by their number, the environment, and what is made of a hit.
+// Benchmarks of lights by number, of the environment, and of hits.
 #include <memory>
 #include <string>
 #include <vector>
@@ -87,7 +87,7 @@ void add_lights() {
   }
 }
 
-// Rays at any time that all hit a sphere of radius 1 around the origin, or nearly there.
+// Rays at any time that all hit a sphere of radius 1 around the origin, or almost.
 auto rays_at_the_ball(bool random) {
   return inputs([random](uint32_t i) {
     const Vec3f at = square_to_sphere(random ? random_point(50, i)
@@ -122,9 +122,8 @@ void add_surface(const std::string& name, const std::shared_ptr<const Scene>& sc
   }
 }
 
-// A sphere of 80,000 triangles seen from outside: at rest, with all that a mapped surface has, as
-// an instance, and in motion of three steps: as a whole, as it turns meanwhile, and by its
-// vertices.
+// A sphere of 80,000 triangles seen from outside: at rest, with all attributes of a mapped surface,
+// as an instance, and in motion with three steps (translating, rotating, deforming).
 void add_surfaces() {
   enum class Kind { kFlat, kSmooth, kInstanced, kMoving, kTurning, kDeforming };
   const std::pair<Kind, const char*> kinds[] = {

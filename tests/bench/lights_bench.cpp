@@ -1,4 +1,4 @@
-// What light sampling costs, in nanoseconds; not a test. Build: ninja lights_bench.
+// The cost of light sampling in nanoseconds; not a test. Build: ninja lights_bench.
 #include <chrono>
 #include <cstdio>
 #include <cstring>
@@ -22,7 +22,7 @@ using Clock = std::chrono::steady_clock;
 constexpr int kCalls = 1 << 17;
 float sink = 0;  // keeps results alive
 
-// Least time of several runs of body(i) over i in [0, kCalls).
+// Minimum time over several runs of body(i) over i in [0, kCalls).
 template <class Body>
 double nanoseconds(const Body& body) {
   double best = 1e30;

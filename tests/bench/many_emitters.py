@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""many_emitters.py EMBERLINE [COUNT...]: what it takes to set up so many small emissive triangles.
+"""many_emitters.py EMBERLINE [COUNT...]: measures the setup of COUNT small emissive triangles.
 
-Beside one far and large one, along a wall; in a box at random; all in one place; over one another.
-Processor seconds of the whole command, which renders 16x16 pixels once.
+They lie along a wall next to one large distant emitter, at random in a box, all in one place, or stacked.
+Prints the processor seconds of the whole command, which renders 16x16 pixels once.
 """
 import array
 import json

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""What motion costs a whole frame: a scene at rest, with all that does not shine moving, and with its vertices moving.
+"""Measures the cost of motion in a whole frame: a scene at rest, with all non-emissive meshes moving, and deforming.
 
     motion_cost.py [--emberline BINARY] [--scene scenes/teapot.glb] [--rounds 5] [--size 320x180] [--spp 16]
 
-The versions are rendered in turn, on one thread, and their processor time is compared with their neighbours' of the
-same round. To move, every mesh goes 1 cm to the side, or to the side and turns by 5 degrees; to deform, it grows by
-4 mm along its normals. All is in the picture at every time. Prints a table: medians, extremes in brackets.
+The versions are rendered alternately on one thread, and their processor times compared within each round. A mesh
+moves 1 cm sideways, or sideways while turning by 5 degrees; to deform, it grows by 4 mm along its normals. Everything
+stays in the picture at all times. Prints a table (RESULTS.md) of medians with extremes in brackets.
 """
 
 import argparse
@@ -62,7 +62,7 @@ class Version:
         motion["samplers"].append({"input": self.seconds, "output": self.floats(values, kind)})
 
     def surfaces(self):
-        """Numbers of nodes whose mesh does not shine."""
+        """Indices of nodes whose mesh is not emissive."""
         for i, node in enumerate(self.document["nodes"]):
             primitives = self.document["meshes"][node["mesh"]]["primitives"] if "mesh" in node else []
             materials = [self.document["materials"][p["material"]] for p in primitives]

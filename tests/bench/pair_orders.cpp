@@ -1,12 +1,12 @@
-// Searches the orders of samplers/owen_sobol.h and prints their first columns, best first found:
+// Searches the orders of samplers/owen_sobol.h and prints their first columns, the best found so
+// far first:
 //
 //     build/release/bin/pair_orders [COLUMNS]
 //
-// Wanted are orders in which pairs of dimensions, and single numbers of two pairs, are even
-// together at every power of two (tests/support/pair_coupling.h), those most that are multiplied
-// most. With few samples there are more numbers than ways to halve them: some copy each other's
-// first digit, and may where the weight is least. Column after column, the best of many are kept.
-// Minutes.
+// A good order makes pairs of dimensions, and single numbers of two pairs, jointly uniform at every
+// power of two (tests/support/pair_coupling.h), weighted by how often they are multiplied. With few
+// samples there are more numbers than ways to halve them, so some copy each other's first digit,
+// preferably where the weight is least. The search is a beam over columns and takes minutes.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -24,12 +24,12 @@ namespace {
 using namespace test;
 
 constexpr int kColumns = owen_sobol::kSearchedColumns;
-constexpr int kOrders = owen_sobol::kOrders - 1;  // the pixel's is 0, as it is
+constexpr int kOrders = owen_sobol::kOrders - 1;  // the pixel's is always 0
 
 enum { kPixel, kFirst, kSecond, kChoice, kLens, kTime };
-enum Part { kBoth, kX, kY };  // of a pair; time has an x alone
+enum Part { kBoth, kX, kY };  // of a pair; time has only x
 
-// Of two pairs, and what it costs for each of their numbers to copy one of the other's.
+// Weight of two pairs, and the cost if a number of one copies a number of the other.
 struct Weight {
   int a, b;
   double pairs, copies;
@@ -91,7 +91,7 @@ class Search {
   std::mt19937 random_{1};
 };
 
-// The points [2^(m-1), 2^m), each one column from the one before (Gray code).
+// Adds the points [2^(m-1), 2^m), each one column away from the one before (Gray code).
 void Search::add_points(Orders& o, int m) const {
   const uint32_t first = 1u << (m - 1);
   std::array<uint32_t, kOrders + 1> index{first};
@@ -120,7 +120,7 @@ double Search::extended_cost(const Orders& before, Orders& o, int m) const {
   return o.cost = before.cost + cost * (m < 3 ? 0.3 : m > 8 ? 0.7 : 1.0);
 }
 
-// One column after the other, while that helps.
+// Improves one column after another until nothing helps.
 void Search::improve(const Orders& before, Orders& o, int m) const {
   const uint32_t first = 1u << (m - 1);
   for (bool better = true; better;) {

@@ -1,4 +1,4 @@
-"""Two programs timed in turn, for the scripts that say what something costs."""
+"""Times two programs alternately, for scripts that measure the cost of a feature."""
 import math
 import random
 import statistics
@@ -6,9 +6,9 @@ import sys
 
 
 def cost_of(pairs, seconds):
-    """`seconds(which)` times a run with it (True) or without (False); each pair begins with either.
-    Returns the median without it, the mean logarithm of the ratio with : without and its standard
-    error."""
+    """`seconds(which)` times a run with the feature (True) or without (False); the order within a pair
+    is random. Returns the median without it, and the mean logarithm of the ratio with : without with
+    its standard error."""
     ratios, times = [], []
     for i in range(pairs):
         order = [True, False]
@@ -20,7 +20,7 @@ def cost_of(pairs, seconds):
 
 
 def finish(lines, output, complaint):
-    """Prints the table, writes it to `output` if that is given, and ends with `complaint` if there is one."""
+    """Prints the table, writes it to `output` if given, and exits with `complaint` if there is one."""
     text = "\n".join(lines) + "\n"
     print(text)
     if output:

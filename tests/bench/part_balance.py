@@ -1,18 +1,18 @@
 #!/usr/bin/env python3
-"""How evenly the parts of a frame are loaded: the slowest part over the mean, for three ways to cut.
+"""Measures how evenly the parts of a frame are loaded: the slowest part over the mean, for three ways to split.
 
     tests/bench/part_balance.py build/release/bin/emberline scenes/teapot.glb [--assets DIR SCENE...]
         [--parts 4,16,64] [--size 640x360] [--spp 8] [--bucket-size 64,32] [--check]
 
-SCENE is a glTF file, or one below DIR, where DIR/views.json says how it is looked at (README.md, "The race").
-A frame is rendered on one thread with the seconds of each pixel (--aov time). These are wall time, so other work
-on the machine adds a time slice here and there; of --repeat renders the least of each pixel counts, since
-its samples are the same each time, in any order of the buckets. The sums by bucket are then cut:
-"interleaved" is what `render --part K/N` does (every N-th bucket of Hilbert's order), "blocks" are
-consecutive buckets of the same order, "rows" consecutive rows of pixels, as --crop would cut.
+SCENE is a glTF file, or one below DIR, where DIR/views.json has its view (README.md, "The race").
+Renders a frame on one thread with the seconds of each pixel (--aov time). This is wall time, which includes time
+slices of other work; so each pixel's minimum over --repeat renders counts, since its samples are the same in
+every bucket order. The sums by bucket are then split: "interleaved" as in `render --part K/N` (every N-th bucket
+in Hilbert order), "blocks" of consecutive buckets in that order, and "rows" of consecutive pixel rows, as with
+--crop.
 
---check: that the order below is the program's: renders the parts of one small frame and reads the bucket
-numbers in their checkpoints.
+--check renders the parts of one small frame and checks that the bucket numbers in their checkpoints agree with
+the order below.
 """
 import argparse
 import array
@@ -31,16 +31,16 @@ from frame_bits import chunks  # noqa: E402
 from records import TILE, parsed_file  # noqa: E402
 
 TILE_SIDE = 64  # of the pictures that `heatmap` writes
-# Whoever touches memory first pays for it: 12 ms for 16 pixels of a frame of 1.6 s. In each of these orders
-# it is another pixel, and the samples are the same.
+# The first pixel that touches new memory is slower: 12 ms for 16 pixels of a frame of 1.6 s. Each order makes
+# this another pixel, with the same samples.
 ORDERS = ("hilbert", "random", "spiral")
 
-# glTF cannot name an environment: scenes/README.md says which of ours want one.
+# glTF cannot name an environment; scenes/README.md says which of our scenes need one.
 OWN_ENVIRONMENTS = {"roughness_spheres": "studio.hdr", "checker_plane": "dusk.hdr", "thin_wires": "dusk.hdr"}
 
 
 class Scene:
-    """A file, its view and light as options of `render`, and all the bytes that a node must read for it."""
+    """A file, its view and light as options of `render`, and the number of bytes that a node must read."""
 
     def __init__(self, name, assets):
         below = assets / name if assets else None
@@ -62,7 +62,7 @@ class Scene:
         self.bytes = sum(path.stat().st_size for path in [self.file, *self.files(), *filter(None, [environment])])
 
     def files(self):
-        """Those that a .gltf refers to."""
+        """Files that a .gltf refers to."""
         if self.file.suffix != ".gltf":
             return []
         gltf = json.loads(self.file.read_text())
@@ -76,11 +76,11 @@ def render(program, scene, *options):
 
 
 def unpacked(data, size):
-    """What OpenEXR's ZIP compression has made of `size` bytes: differences of bytes, the even ones first."""
+    """Decompresses OpenEXR's ZIP to `size` bytes: it stores byte differences, even bytes first."""
     if len(data) == size:
         return data
     sums = itertools.accumulate(zlib.decompress(data))
-    # Each byte is its difference to the one before, plus 128.
+    # Each byte is the difference to the previous one, plus 128.
     moved = bytes((s - 128 * i) & 255 for i, s in enumerate(sums))
     out, half = bytearray(size), (size + 1) // 2
     out[0::2], out[1::2] = moved[:half], moved[half:]
@@ -88,7 +88,7 @@ def unpacked(data, size):
 
 
 def one_channel(path, width, height):
-    """The values of an EXR file with one float channel and the tiles of `heatmap`."""
+    """Reads an EXR file with one float channel and the tiles of `heatmap`."""
     values = array.array("f", bytes(4 * width * height))
     for chunk in chunks(path.read_bytes()):
         column, row, _, _, size = struct.unpack_from("<5i", chunk)
@@ -102,7 +102,7 @@ def one_channel(path, width, height):
 
 
 def pixel_seconds(program, scene, size, spp, repeat, folder):
-    """Width, height and the seconds that each pixel takes at least; rows from the top."""
+    """Returns width, height and the minimum seconds of each pixel, rows from the top."""
     frame, numbers, least = folder / "frame.exr", folder / "time.exr", None
     width, height = map(int, size.split("x"))
     for i in range(repeat):
@@ -115,7 +115,7 @@ def pixel_seconds(program, scene, size, spp, repeat, folder):
 
 
 def hilbert_step(k, x, y):
-    """As renderer/drivers/bucket_schedule.cpp."""
+    """Same as in renderer/drivers/bucket_schedule.cpp."""
     step = 0
     for bit in reversed(range(k)):
         rx, ry = x >> bit & 1, y >> bit & 1
@@ -128,14 +128,14 @@ def hilbert_step(k, x, y):
 
 
 def bucket_order(width, height, size):
-    """The numbers (by rows) of the buckets in Hilbert's order, which is the program's own."""
+    """Row-major bucket numbers in Hilbert order, the program's default."""
     columns, rows = -(-width // size), -(-height // size)
     k = (max(columns, rows) - 1).bit_length()
     return sorted(range(columns * rows), key=lambda i: hilbert_step(k, i % columns, i // columns))
 
 
 def bucket_seconds(width, height, seconds, size):
-    """The sum over each bucket, in Hilbert's order."""
+    """The sum over each bucket, in Hilbert order."""
     columns = -(-width // size)
     sums = [0.0] * (columns * -(-height // size))
     for y in range(height):
@@ -158,7 +158,7 @@ def blocks(items, count):
 
 
 def check_order(program, scene, folder):
-    """That the program's own parts hold the buckets that we would give them."""
+    """Checks that the program's parts contain the expected buckets."""
     for width, height, size, count in ((200, 136, 16, 3), (100, 300, 32, 5)):
         expected = interleaved(bucket_order(width, height, size), count)
         for k in range(count):

@@ -1,4 +1,4 @@
-// What the part benchmarks share: inputs made once, and a figure per item.
+// Shared by the part benchmarks: precomputed inputs, and a figure per item.
 #pragma once
 
 #include <benchmark/benchmark.h>
@@ -12,7 +12,7 @@
 
 namespace emberline::bench {
 
-// Inputs are read in a circle, so that the predictor cannot learn them and they stay in cache.
+// Inputs are read cyclically: enough to defeat branch prediction, few enough to stay in cache.
 inline constexpr size_t kInputs = 4096;
 
 template <typename T>
@@ -29,7 +29,7 @@ inline Vec2f random_point(uint32_t stream, uint32_t i) {
   return {random_unit(2 * stream, i), random_unit(2 * stream + 1, i)};
 }
 
-// make(i) for i = 0, 1, ...
+// Inputs make(i) for i = 0, 1, ...
 template <typename Make>
 auto inputs(const Make& make) {
   Inputs<decltype(make(uint32_t{}))> made;
@@ -37,7 +37,7 @@ auto inputs(const Make& make) {
   return made;
 }
 
-// Times body(); `items` of what is asked about are done by one call, and "each" is shown per item.
+// Times body(). One call processes `items` items, and "each" is the time per item.
 template <typename Body>
 void add_benchmark(const std::string& name, const Body& body, double items = 1) {
   benchmark::RegisterBenchmark(name.c_str(), [body, items](benchmark::State& state) {
@@ -48,7 +48,7 @@ void add_benchmark(const std::string& name, const Body& body, double items = 1) 
   });
 }
 
-// One per file; parts_bench.cpp calls them.
+// Each is defined in one file and called by parts_bench.cpp.
 void add_sampling_benchmarks();
 void add_shading_benchmarks();
 void add_lights_and_scene_benchmarks();

@@ -1,4 +1,4 @@
-// The renderer's parts, one by one, in nanoseconds. README.md says how to run it.
+// Benchmarks of single parts of the renderer, in nanoseconds; see README.md.
 #include "bench/parts.h"
 
 int main(int argc, char** argv) {

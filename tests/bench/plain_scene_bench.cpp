@@ -48,7 +48,8 @@ test::RenderedImage frame(const Scene& scene, uint32_t spp) {
 
 }  // namespace
 
-// What is counted (callgrind --toggle-collect): known by this name, and called once.
+// The instructions of this function are counted (callgrind --toggle-collect), so its name is fixed
+// and it is called once.
 extern "C" [[gnu::noipa]] void emberline_measured_frame(const Scene& scene, uint32_t spp,
                                                         test::RenderedImage* image) {
   *image = frame(scene, spp);
@@ -56,7 +57,7 @@ extern "C" [[gnu::noipa]] void emberline_measured_frame(const Scene& scene, uint
 
 int run(uint32_t spp) {
   const auto scene = room().build();
-  frame(*scene, 1);  // tables that are made once
+  frame(*scene, 1);  // fills tables that are computed once
   const double start = process_cpu();
   test::RenderedImage image;
   emberline_measured_frame(*scene, spp, &image);

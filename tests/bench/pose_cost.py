@@ -1,8 +1,8 @@
-"""What the second frame of a range costs: load and build, beside the first one's.
+"""Compares load and build time of the second frame of a range with those of the first.
 
     pose_cost.py EMBERLINE [SCENE ...] [--side 700]
 
-Of a hill of 2 x SIDE^2 triangles under a box, and of scenes of one's own with all their animations.
+Uses a hill of 2 x SIDE^2 triangles under a box, and the given scenes with all their animations.
 """
 import argparse
 import array

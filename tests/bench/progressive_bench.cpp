@@ -1,11 +1,11 @@
-// How soon a progressive driver shows something, how soon it stops, and what it costs beside
-// `bucket`. Not a test; results/bisection.md has the figures.
+// Measures how soon a progressive driver shows a picture, how soon it stops, and its cost compared
+// with `bucket`. Not a test; RESULTS.md has the figures.
 //
 //   progressive_bench SCENE --driver NAME [--env FILE] [--look-from X,Y,Z --look-at X,Y,Z]
 //       [--size WxH] [--spp N] [--threads N] [--repetitions N]
 //
-// The two drivers are run in turn, again and again; ratios are those of neighbours, and medians are
-// shown with the extremes, so that other work on the machine falls on all alike.
+// The two drivers run alternately and ratios are within pairs, so that other load affects both
+// equally; medians are shown with the extremes.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -30,11 +30,11 @@ struct Options {
   uint32_t spp() const { return frame.spp.value_or(64); }
 };
 
-// Resolves the picture at some moments, as a window would, and takes the time of it.
+// Resolves and times the picture at several moments, as a window would.
 class Onlooker final : public RenderSink {
  public:
   explicit Onlooker(uint64_t pixels) : rgba_(4 * pixels) {
-    std::ranges::fill(rgba_, 1.0f);  // a window has its memory when it asks for a picture
+    std::ranges::fill(rgba_, 1.0f);  // touches the memory, as in a window
   }
   void tile_finished(const FilmTile& /*tile*/) override {}
   void picture_changed(const JobProgress& progress, const LivePicture& picture) override {
@@ -44,7 +44,7 @@ class Onlooker final : public RenderSink {
     resolve_s_[next_] = wall_clock() - before;
     resolve_cpu_s_[next_] = process_cpu() - cpu_before;
     shown_s_[next_] = wall_clock() - start_ - looked_s_;
-    looked_s_ += next_ == 0 ? 0.0 : resolve_s_[next_];  // the first belongs to what was asked
+    looked_s_ += next_ == 0 ? 0.0 : resolve_s_[next_];  // the first is part of the latency
     ++next_;
   }
   std::optional<uint64_t> picture_wanted_at() const override {
@@ -142,7 +142,7 @@ void measure_overhead(const Options& options, const BenchFrame& frame) {
     return run;
   };
   for (int i = 0; i < options.repetitions; ++i) {
-    // First one, then the other is first.
+    // The order alternates.
     const FrameRun before = i % 2 == 0 ? timed("bucket") : FrameRun{};
     const FrameRun driver = timed(options.frame.driver);
     const FrameRun bucket = i % 2 == 0 ? before : timed("bucket");

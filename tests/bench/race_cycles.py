@@ -3,16 +3,16 @@
 
     tests/bench/race_cycles.py --assets DIR [SCENE...] [-o race.md] [--chart race.svg]
 
-SCENE is a glTF file below DIR; without any, all below DIR/scenes. Those that Blender cannot read are
-named, not raced. DIR/views.json says how each is looked at and lit:
+SCENE is a glTF file below DIR; the default is all below DIR/scenes. Scenes that Blender cannot read
+are listed and skipped. DIR/views.json has each scene's view and environment:
     {"SCENE": {"look_from": [x, y, z], "look_at": [x, y, z], "fov_y": degrees, "env": "FILE below DIR"}}
 
-Speed: the two run in turn, a pair at a time; what is compared is the ratio of each pair, so that
-other work on the machine falls on both. Error: images of --error-spp samples with other seeds,
-each against its own renderer's reference of --reference-spp, kept in --cache. With --adaptive-spp
-both choose their own samples, too: Emberline that many on average, Cycles at most four times as many
-until its noise threshold of .01, its default; error x processor time is compared, as error falls as
-1 / time. Needs Blender (Debian: blender, python3-numpy).
+Speed: the two run alternately, and ratios are taken within pairs, so that other load affects both.
+Error: images of --error-spp samples with other seeds, each compared with a reference of --reference-spp
+by the same renderer, kept in --cache. With --adaptive-spp both also sample adaptively: Emberline with
+that many samples on average, Cycles with at most four times as many until its default noise threshold
+of .01; error x processor time is compared, since error falls as 1 / time. Needs Blender (Debian:
+blender, python3-numpy).
 """
 import argparse
 import hashlib
@@ -57,11 +57,11 @@ def parse_arguments():
 
 
 class Unreadable(Exception):
-    """Blender cannot read the scene, or not all of it."""
+    """Raised if Blender cannot read the scene, or only part of it."""
 
 
 class Renderer:
-    """One of the two: render(...) writes an EXR and returns its figures, all in seconds and bytes."""
+    """One of the two renderers: render(...) writes an EXR and returns its figures in seconds and bytes."""
 
     def __init__(self, options, view):
         self.o, self.view = options, view
@@ -72,7 +72,7 @@ class Renderer:
         return self.o.cache / f"{self.name.lower()}{suffix}"
 
     def reference(self, scene):
-        """Rendered once: the name holds what the picture depends on. A seed that no other run has."""
+        """Renders the reference once, with a seed of its own. Its name is a hash of all that it depends on."""
         o = self.o
         key = json.dumps([str(scene), self.view, o.error_size, o.reference_spp, o.bounces])
         path = self.file("-" + hashlib.sha256(key.encode()).hexdigest()[:12] + ".exr")
@@ -121,7 +121,7 @@ class Cycles(Renderer):
             "spp": 4 * spp if adaptive else spp, "adaptive": adaptive, "seed": seed, "bounces": self.o.bounces, "threads": self.o.threads, "output": str(output),
             "result": str(result), "log": str(self.file(".log"))}))
         result.unlink(missing_ok=True)
-        # Blender's Python looks for its library along PATH: a pyenv there would be taken for it.
+        # Blender's Python searches PATH for its library and would pick up a pyenv.
         plain = {**os.environ, "PATH": "/usr/local/bin:/usr/bin:/bin"}
         subprocess.run([shutil.which(self.o.blender) or self.o.blender, "-b", "--factory-startup", "-t", str(self.o.threads), "--python",
                         str(HERE / "cycles_scene.py"), "--", str(settings)],
@@ -131,7 +131,7 @@ class Cycles(Renderer):
             raise Unreadable(r["unreadable"])
         if r["unreadable_images"]:
             raise Unreadable("images: " + ", ".join(r["unreadable_images"]))
-        samples = width * height * spp  # not known of an adaptive frame
+        samples = width * height * spp  # unknown for an adaptive frame
         render_cpu_s = r["done_cpu_s"] - r["first_sample_cpu_s"]
         return {"render_cpu_s": render_cpu_s, "samples_per_cpu_s": samples / render_cpu_s,
                 "samples_per_s": samples / (r["done_s"] - r["first_sample_s"]),
@@ -156,7 +156,7 @@ def errors(options, renderer, scene, adaptive=False):
     return found
 
 
-# key, what it is called, unit's factor, digits, whether more is better
+# key, label, factor of the unit, digits, whether more is better
 ROWS = [
     ("samples_per_cpu_s", "million samples per processor second", 1e-6, 2, True),
     ("samples_per_s", "million samples per second", 1e-6, 2, True),
@@ -201,7 +201,7 @@ def table(options, name, runs, error_runs, adaptive_runs, loads):
 
 
 def ratios_of(runs, error_runs, adaptive_runs):
-    """Cycles over Emberline, so that above 1 is better for Emberline; of the errors their means' ratio."""
+    """Ratios of Cycles to Emberline (above 1 is better for Emberline); for errors the ratio of the means."""
     figures = {"speed": statistics.median(a["samples_per_cpu_s"] / b["samples_per_cpu_s"]
                                           for a, b in zip(runs["ours"], runs["theirs"]))}
     for key, suffix in (("relmse_trimmed", "_trimmed"), ("relmse", "")):
@@ -216,7 +216,7 @@ def ratios_of(runs, error_runs, adaptive_runs):
     return figures
 
 
-# key, heading, asked of each scene and of the median
+# key, heading, minimum for each scene and for the median
 SUMMARY = [
     ("speed", "samples per processor second", 2.5, 3),
     ("error_trimmed", "error of equal samples, worst 0.1 % out", 1, 1 / 0.7),
@@ -246,7 +246,7 @@ def summary(figures, unread):
 
 
 def chart(figures):
-    """A row for each scene, worst first; a dot for each ratio, along a logarithmic axis."""
+    """One row per scene, worst first, and one dot per ratio on a logarithmic axis."""
     dots = [("speed", "samples per processor second", COLORS[0]),
             ("time_trimmed", "processor time to equal error, worst 0.1 % of pixels out", COLORS[2]),
             ("time", "the same, all pixels", COLORS[1])]
@@ -306,7 +306,7 @@ def main():
         figures[name] = raced["ratios"] = ratios_of(*found)
         pages.append(table(options, name, *found, raced["load_average"]))
         print(pages[-1], file=sys.stderr if options.output else sys.stdout, flush=True)
-        if options.json:  # as it grows: the race of all scenes takes hours
+        if options.json:  # after each scene, since all of them take hours
             options.json.write_text(json.dumps(record, indent=2))
     if not figures:
         sys.exit("race_cycles.py: Blender can read none of them")

@@ -15,8 +15,7 @@
 #include "bench/clocks.h"
 #include "renderer/scene/embree_api.h"
 
-// The linker's names: what is called rtcIntersect1 elsewhere arrives at __wrap_, and __real_ is
-// Embree's.
+// Names defined by the linker: calls to rtcIntersect1 arrive at __wrap_, and __real_ is Embree's.
 extern "C" {
 #if EMBERLINE_EMBREE_MAJOR >= 4
 void __real_rtcIntersect1(RTCScene, RTCRayHit*, RTCIntersectArguments*);
@@ -30,18 +29,18 @@ void __real_rtcOccluded1(RTCScene, RTCIntersectContext*, RTCRay*);
 namespace emberline::bench {
 namespace {
 
-constexpr uint32_t kOcclusion = 0xfffffffeu;  // in place of a primitive: a question of any hit
+constexpr uint32_t kOcclusion = 0xfffffffeu;  // marks an occlusion ray, in place of a primitive
 
-// A ray as it was asked and what was found. Time, mask and flags are the same for all.
+// A ray and its result. Time, mask and flags are the same for all rays.
 struct Record {
   float origin[3], t_near;
   float direction[3], t_far;
   CoverageKey coverage_key;
   uint32_t kind_or_primitive;  // kOcclusion, or the triangle hit
   uint32_t geometry, instance;
-  float found;  // distance of the hit; occlusion: 1 if something was in the way
+  float found;  // distance of the hit; occlusion: 1 if blocked
 };
-// Memory is taken in blocks, so that recording copies nothing.
+// Blocks of memory, so that recording never copies.
 constexpr size_t kBlock = 1 << 16;
 using List = std::vector<std::unique_ptr<std::vector<Record>>>;
 
@@ -51,7 +50,7 @@ struct RayRecorder::Lists {
   std::mutex mutex;
   std::vector<std::unique_ptr<List>> lists;
   std::atomic<RTCScene> scene{nullptr};
-  std::atomic<bool> odd{false};  // a ray of another make than this recorder can play back
+  std::atomic<bool> odd{false};  // a ray that this recorder cannot replay
   uint64_t serial = 0;           // of this recorder; threads outlive it
 };
 
@@ -125,13 +124,13 @@ bool same_answer(const Record& a, const RTCRayHit& hit) {
 
 enum class Mode { kTrace, kSetUpOnly, kCompare };
 
-// Keeps the compiler from leaving out what nothing reads.
+// Keeps the compiler from removing unused results.
 template <typename T>
 void use(T& value) {
   asm volatile("" : : "r"(&value) : "memory");
 }
 
-// As embree::intersect and embree::occluded, without the detour through the recorder.
+// Like embree::intersect and embree::occluded, bypassing the recorder.
 void trace(RTCScene scene, embree::RayContext& context, RTCRayHit& hit) {
 #if EMBERLINE_EMBREE_MAJOR >= 4
   RTCIntersectArguments arguments;
@@ -250,7 +249,7 @@ uint64_t RayRecorder::differences() const {
 
 using emberline::bench::recording;
 
-// The renderer's calls. RayContext is what it passes as context (renderer/scene/embree_api.h).
+// The renderer's calls. Their context is a RayContext (renderer/scene/embree_api.h).
 extern "C" {
 #if EMBERLINE_EMBREE_MAJOR >= 4
 void __wrap_rtcIntersect1(RTCScene scene, RTCRayHit* hit, RTCIntersectArguments* context) {

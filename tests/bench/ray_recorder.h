@@ -1,9 +1,9 @@
-// Embree's own time for a frame: records every ray that the renderer hands to Embree, in order and
-// per thread, and traces the same rays again with nothing around them.
+// Measures Embree's own time for a frame: records every ray that the renderer passes to Embree, in
+// order and per thread, and traces the same rays again in a bare loop.
 //
-// The linker puts the recorder between renderer and Embree (-Wl,--wrap, see CMakeLists.txt): not a
-// line of the renderer knows of it, and the program that people run is not touched. In the
-// benchmarks of frames it costs one predicted branch per ray while it does not record.
+// The linker puts the recorder between renderer and Embree (-Wl,--wrap, see CMakeLists.txt), so
+// neither the renderer's sources nor the released program are affected. In the whole-frame
+// benchmarks it costs one predicted branch per ray while it does not record.
 #pragma once
 
 #include <cstdint>
@@ -23,19 +23,18 @@ class RayRecorder {
   RayRecorder(const RayRecorder&) = delete;
   RayRecorder& operator=(const RayRecorder&) = delete;
 
-  void stop();  // once the frame is done
+  void stop();  // after the frame
 
   uint64_t rays() const;
-  int threads() const;  // that brought any
+  int threads() const;  // that recorded any rays
   static uint64_t bytes_per_ray();
 
-  // Traces every list again on a thread of its own, in its order, with the arguments, the filters
-  // and the floating-point mode of the renderer, all lists at once.
+  // Traces all lists again at once, each in order on its own thread, with the renderer's arguments,
+  // filters and floating-point mode.
   ReplayRun replay() const;
-  // The same without the call into Embree: reading the list and setting up the ray. To be
-  // subtracted.
+  // The same without the calls into Embree (reading the list, setting up rays), to be subtracted.
   ReplayRun replay_without_embree() const;
-  // Traces once more and compares: how many rays find something else than they did in the frame.
+  // Traces once more and returns how many rays give another result than in the frame.
   uint64_t differences() const;
 
   struct Lists;

@@ -1,5 +1,5 @@
-// The refinement tree: a sample's share of growing it, and its pictures. On one thread, at 1280 x
-// 720, of a picture with edges everywhere and flat parts between them.
+// The refinement tree: the cost of growing it per sample, and its pictures. One thread, 1280 x 720,
+// a picture with edges everywhere and flat areas between them.
 #include <tbb/task_arena.h>
 
 #include <memory>
@@ -14,7 +14,7 @@ namespace {
 
 constexpr Rect kWindow = {0, 0, 1280, 720};
 
-// Tiles of 80 x 80 pixels with a disc in each: a fifth of the leaves lie on edges in the end.
+// Tiles of 80 x 80 pixels with a disc in each: a fifth of the final leaves lie on edges.
 Rgb disc_picture(int x, int y) {
   const int dx = x % 80 - 40, dy = y % 80 - 40;
   return Rgb(dx * dx + dy * dy < 900 ? 0.8f : 0.1f + 1e-4f * float(x));
@@ -37,7 +37,7 @@ void on_one_thread(const auto& body) { tbb::task_arena(1).execute(body); }
 
 void add_refinement_benchmarks() {
   const auto pixels = size_t(kWindow.area());
-  for (const size_t part : {16, 4, 1}) {  // of the pixels are sampled
+  for (const size_t part : {16, 4, 1}) {  // samples one pixel in `part`
     const std::string at = "/1_of_" + std::to_string(part);
     const size_t samples = pixels / part;
     add_benchmark(

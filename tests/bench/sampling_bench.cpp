@@ -1,5 +1,4 @@
-// What every sample starts with: its numbers, its place in the pixel, its camera ray; and what it
-// ends with: the film.
+// The start of every sample (random numbers, pixel position, camera ray) and its end (the film).
 #include <memory>
 #include <string>
 #include <vector>
@@ -15,7 +14,7 @@
 namespace emberline::bench {
 namespace {
 
-// A batch of 16 samples with all four pairs of each of `slots` slots from `first_slot` on.
+// A batch of 16 samples, with all four pairs of `slots` slots starting at `first_slot`.
 struct SampleNumbers {
   std::shared_ptr<const Sampler> sampler;
   uint32_t first_slot, slots;
@@ -46,7 +45,7 @@ void add_samplers() {
     const double points = kSampleLanes * kSlotDimensions / 2;
     const std::string name = "sampler/" + std::string(entry.name);
     add_benchmark(name + "/2d_point", SampleNumbers(sampler, 0, 4), 4 * points);
-    // Slots are kept for a whole batch up to the eighth; beyond, each sample fills its own.
+    // The first eight slots are filled for a whole batch; later ones sample by sample.
     add_benchmark(name + "/2d_point_of_a_long_path", SampleNumbers(sampler, 9, 1), points);
   }
 }
@@ -77,7 +76,7 @@ void add_cameras() {
   }
 }
 
-// A bucket of 64 x 64 pixels, 16 samples each in order, as a worker adds them.
+// A bucket of 64 x 64 pixels, with 16 samples each in order, as a worker adds them.
 void add_films() {
   for (const char* aovs : {"", "variance,albedo,N,Z,id"}) {
     auto tile = std::make_shared<FilmTile>(AovSet::parse(aovs));

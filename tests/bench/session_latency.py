@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""How soon `emberline session` shows a scene of 100,352 triangles, and a change of camera or material:
+"""Measures how soon `emberline session` shows a scene of 100,352 triangles, and a change of camera or material:
 
     session_latency.py EMBERLINE [SIZE]
 
-Times are a host's: from the command's line to the picture event, median and range of the repetitions."""
+Times are measured by the host, from the command line to the picture event: median and range."""
 import json, math, os, struct, subprocess, sys, tempfile, time  # noqa: E401
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../renderer/session"))
@@ -13,7 +13,7 @@ SIDE = 224  # quads
 
 
 def hills(path):
-    """A height field of 2 * SIDE^2 triangles under the white sky that a scene without light gets."""
+    """Writes a height field of 2 * SIDE^2 triangles, without lights and so under the default white sky."""
     points, normals, triangles = bytearray(), bytearray(), bytearray()
     for z in range(SIDE + 1):
         for x in range(SIDE + 1):

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""One chart of a study's page as an SVG file of its own, on white: for a README.
+"""Extracts one chart of a study's page as a separate SVG file on white, for a README.
 
     tests/bench/study_chart.py study/study.html "relmse against time" scenes/gallery/denoised_time.svg --title "..."
 """

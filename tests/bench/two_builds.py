@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Processor time of rendering with one build of the command against another.
+"""Compares the processor time of rendering with two builds of the command.
 
     tests/bench/two_builds.py NEW OLD --assets DIR SCENE... [--spp N] [--pairs N] [-o TABLE.md]
 
-SCENE and DIR/views.json as in race_cycles.py. The two render in turn, starting with either; the mean
-ratio of neighbours is given with its standard error, and the geometric mean over all scenes.
+SCENE and DIR/views.json as in race_cycles.py. The two render alternately in either order. Prints the mean
+ratio within pairs with its standard error, and the geometric mean over all scenes.
 """
 import argparse
 import json

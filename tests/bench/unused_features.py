@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""What a feature costs a scene that does not use it: less than 1 %, or this exits with 1.
+"""Measures the cost of a feature in a scene that does not use it; exits with 1 if it is 1 % or more.
 
     tests/bench/unused_features.py WITH WITHOUT [--build build/unused] [--repetitions N] [-o TABLE.md]
 
-WITH and WITHOUT are checkouts, after the feature and before it; plain_scene_bench is built from each.
-Counts the instructions of one frame under Valgrind (they do not depend on what else the machine does),
-and times both in turn. The limit holds for the instructions; the times are for the record. Both are
-compiled for x86-64-v3, since Valgrind 3.19 knows no AVX-512, and without link-time optimisation, which
-inlines otherwise in a smaller program: --cmake=-DEMBERLINE_LTO=ON shows both effects.
+WITH and WITHOUT are checkouts after and before the feature; plain_scene_bench is built from each.
+Counts the instructions of one frame under Valgrind, which do not depend on machine load, and times
+both alternately. The limit applies to the instructions; times are only reported. Both are compiled
+for x86-64-v3, since Valgrind 3.19 does not support AVX-512, and without link-time optimisation, whose
+inlining depends on the program's size: --cmake=-DEMBERLINE_LTO=ON shows both effects.
 """
 import argparse
 import json
@@ -20,7 +20,7 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 LIMIT = 0.01
-COUNTED_SPP = 16  # a batch of the sampler; under Valgrind a frame takes some 50 times as long
+COUNTED_SPP = 16  # one batch of the sampler; a frame takes about 50 times as long under Valgrind
 
 
 def run(*command):
@@ -36,7 +36,7 @@ def build(checkout, tree, extra):
 
 
 def count(program):
-    """Instructions of the frame, and its figures."""
+    """Returns the instructions of the frame, and its figures."""
     with tempfile.TemporaryDirectory() as folder:
         done = run("valgrind", "--tool=callgrind", f"--callgrind-out-file={folder}/out",
                    "--toggle-collect=emberline_measured_frame", program, COUNTED_SPP)

@@ -1,6 +1,6 @@
-// How fast a session behind a window is: from an edit to its first complete picture, while dragging
-// too; from a change of exposure to the picture that shows it; what the owner's thread waits for;
-// and how much of a driver's pace is left. Not a test; results/ has the figures.
+// Measures a session behind a window: latency from an edit to its first complete picture, also
+// while dragging, and from a change of exposure; waits of the owner's thread; and the driver's
+// remaining speed. Not a test; RESULTS.md has the figures.
 //
 //   view_bench SCENE [--env FILE] [--look-from X,Y,Z --look-at X,Y,Z] [--size WxH] [--edits N]
 //       [--driver NAME] [--idle SECONDS] [--repetitions N]
@@ -79,7 +79,7 @@ std::vector<EditKind> edit_kinds(const ListedScene& scene) {
   return kinds;
 }
 
-// Edits of a scene that stands still, at moments that a frame's stages do not know.
+// Single edits at moments independent of the frame's progress.
 void measure_edits(const Options& options, SessionOwner& owner) {
   RenderSession& session = owner.session;
   std::vector<double> all, all_waits, all_coverage;
@@ -105,7 +105,7 @@ void measure_edits(const Options& options, SessionOwner& owner) {
   line("  set_edits(), on the owner's thread", all_waits);
 }
 
-// As a mouse drags: sixty edits a second.
+// Sixty edits per second, like a mouse drag.
 void measure_drag(const Options& options, SessionOwner& owner) {
   RenderSession& session = owner.session;
   const auto scene = session.scene();
@@ -166,8 +166,8 @@ void measure_display(const Options& options, SessionOwner& owner) {
   line("  set_settings(), on the owner's thread", waits);
 }
 
-// With light groups, while the frame is still being rendered: a light that is turned up and down
-// thirty times a second; and one that is touched now and then, which nothing was waiting for.
+// Changes a light's intensity during a frame with light groups: first thirty times per second, then
+// occasionally, with no picture pending.
 void measure_lights(const Options& options) {
   ViewSettings settings;
   settings.render = options.frame;
@@ -204,7 +204,7 @@ void measure_lights(const Options& options) {
   fmt::print("  of them rendered anew: {}\n", anew);
 }
 
-// How late a thread that sleeps gets its turn while the others render.
+// How late a sleeping thread wakes up while the others render.
 void measure_wakes(const Options& /*options*/, SessionOwner& /*owner*/) {
   std::vector<double> late;
   for (int i = 0; i < 400; ++i) {
@@ -219,8 +219,7 @@ class Nobody final : public RenderSink {
   void tile_finished(const FilmTile& /*tile*/) override {}
 };
 
-// The samples of `idle_s` seconds of a session without an edit, against those of the driver alone
-// in as many, in turn.
+// Alternates `idle_s` seconds of an idle session with the driver alone and compares sample counts.
 void measure_pace(const Options& options, const std::string& driver) {
   RenderOptions frame = options.frame;
   frame.driver = driver;
@@ -261,8 +260,7 @@ void measure_pace(const Options& options, const std::string& driver) {
   line("pace of " + driver + " against the driver alone", ratios, "%", 100);
 }
 
-// How much longer a whole frame of buckets takes in a session, first picture included, than the
-// driver alone.
+// How much longer a bucket frame takes in a session, first picture included, than alone.
 void measure_buckets(const Options& options) {
   RenderOptions frame = options.frame;
   frame.driver = "bucket";

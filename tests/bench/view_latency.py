@@ -1,9 +1,9 @@
-"""From an edit to its first picture on the screen, through the real window on a virtual display; and what the window
-costs a render that nobody touches.
+"""Measures the latency from an edit to its first picture on the screen, with the real window on a virtual display,
+and the cost of the window for an idle render.
 
-    python3 tests/bench/view_latency.py build/release/bin/emberline SCENE [further words for `emberline view`]
+    python3 tests/bench/view_latency.py build/release/bin/emberline SCENE [more arguments for `emberline view`]
 
-Needs xvfb. Software OpenGL draws with the render's own cores, which a graphics card would leave alone.
+Needs xvfb. Software OpenGL competes for the render's cores, unlike a graphics card.
 """
 import argparse
 import json
@@ -29,7 +29,7 @@ def measure(binary, words, size):
 
 
 def render_pace(binary, words, driver, seconds):
-    """Samples a second of `render` with the same driver and no window."""
+    """Samples per second of `render` with the same driver, without a window."""
     with tempfile.TemporaryDirectory() as folder:
         report = pathlib.Path(folder) / "r.json"
         subprocess.run([binary, "render", *words, "--driver", driver, "--spp", "4096", "--time-limit", str(seconds), "-q",

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""What `--display tev://...` costs a render: less than 2 %, or this exits with 1.
+"""Measures the cost of `--display tev://...` for a render; exits with 1 if it is 2 % or more.
 
     tests/bench/viewer_cost.py [--emberline PROGRAM] [--pairs N] [--only WORD] [-o TABLE.md]
 
-Renders with and without a viewer in turn, starting with either; the viewer is another process that
-reads and forgets. On one thread, so that the processor time of the render holds all of its costs: the
-pauses of progressive drivers, during which no other thread would work either, the sending thread, and
-the system's part in it. Says the mean ratio of neighbours with its standard error; the limit holds for
-the mean less two of them, so that a shared machine's noise alone fails it once in 40 runs at most.
+Renders with and without a viewer alternately, in either order; the viewer is another process that
+discards its input. On one thread, the render's processor time includes all costs: the pauses of
+progressive drivers, which would stall other threads, too, the sending thread, and system time. Prints
+the mean ratio within pairs with its standard error. The limit applies to the mean minus two standard
+errors, so noise alone fails it at most once in 40 runs.
 """
 import argparse
 import json

@@ -1,5 +1,5 @@
-// Adaptive frames with real decisions: the same for any threads and any time they are made, true to
-// their counts, and complete whenever they are stopped.
+// Adaptive frames that make real decisions: they are the same for any thread count and on every
+// run, their sample counts are true, and they are complete whenever they are stopped.
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
@@ -95,8 +95,8 @@ TEST_P(AdaptiveFrame, CountsAddUp) {
   EXPECT_NEAR(double(image.counters.samples) / double(image.crop.area()), 40.0, 0.4);
 }
 
-// A pixel's samples are the first so many of its sequence, whatever rounds they came in: their
-// replays, added in index order to each stream, are the pixel to the last bit.
+// A pixel's samples are the first of its sequence, whichever rounds they came in. Replaying that
+// many, in index order per stream, gives the pixel bit for bit.
 TEST_P(AdaptiveFrame, ReplayedFromTheSamplesChannel) {
   const RenderSettings s = settings();
   const RenderedImage image = render(*scene_, busy_view(), s);
@@ -121,9 +121,8 @@ TEST_P(AdaptiveFrame, ReplayedFromTheSamplesChannel) {
   }
 }
 
-// A crop sees neither what is beyond its edge, which estimators pool, nor the whole frame's budget:
-// its counts may be others. What it renders are the same samples: where a count agrees, so do the
-// bits.
+// A crop cannot see the pixels beyond its edge, which estimators pool, nor the whole frame's
+// budget, so its counts may differ. Where a count agrees, the bits agree.
 TEST_P(AdaptiveFrame, ACropsSamplesAreTheFramesOwn) {
   RenderSettings s = settings();
   const RenderedImage whole = render(*scene_, busy_view(), s);
@@ -140,9 +139,8 @@ TEST_P(AdaptiveFrame, ACropsSamplesAreTheFramesOwn) {
   EXPECT_GT(agreeing, 20);
 }
 
-// With one stream, and whatever was decided, each pixel is that of the uniform frame of as many
-// samples.
-// 8, 12, 16, 24, ...
+// With one stream each pixel equals that of the uniform frame with the same sample count, whatever
+// was decided. The counts go 8, 12, 16, 24, ...
 uint32_t next_step(uint32_t count) {
   return std::has_single_bit(count) ? count / 2 * 3 : count / 3 * 4;
 }
@@ -170,7 +168,7 @@ TEST(NestedFrame, EachPixelIsTheUniformFramesOfItsCount) {
   EXPECT_EQ(compared, size_t(s.width) * size_t(s.height)) << "counts are steps";
 }
 
-// That it is looked at by halves changes nothing of the picture.
+// The variance channel makes the film keep sample halves, which must not change the picture.
 TEST(NestedFrame, ThePictureIsTheSameWithItsVariance) {
   const auto scene = busy_scene();
   RenderSettings s = settings_for(find_estimator("nested"));
@@ -236,7 +234,7 @@ TEST_P(AdaptiveFrame, StoppedAtAnyMomentThePictureIsCompleteAndTheCountsTrue) {
           for (size_t c = kVariance; c < kVariance + 3; ++c) {
             ASSERT_TRUE(std::isfinite(p[c]) && p[c] >= 0.0f) << p[c] << " of " << count;
           }
-          // The frame is lit everywhere, and what has no sample shows its neighbours'.
+          // The frame is lit everywhere, and a pixel without samples shows its neighbours.
           if (image.counters.samples >= uint64_t(image.crop.area())) {
             ASSERT_GT(p[3], 0.0f) << x << "," << y;
           }
@@ -259,7 +257,7 @@ TEST_P(AdaptiveFrame, StoppedBeforeTheFirstSample) {
   EXPECT_EQ(image.counters.samples, sum_of_counts(image));
 }
 
-// One sample in 8192 is NaN, decided by its own numbers.
+// One sample in 8192 is NaN, chosen by its own random number.
 class SometimesNan final : public Integrator {
  public:
   void estimate(const SampleBatch& /*batch*/, PixelSamples& samples,
@@ -277,8 +275,8 @@ class Nobody final : public RenderSink {
   void tile_finished(const FilmTile& /*tile*/) override {}
 };
 
-// Law 4 with --unbiased, whose rounds draw their samples from seeds of their own: what is reported
-// of a sample that was not finite is enough to compute it again.
+// Law 4 with --unbiased, whose rounds use seeds of their own: the report on a non-finite sample is
+// enough to compute it again.
 TEST(AdaptiveUnbiased, ALaterRoundsNanIsReplayedFromItsSeed) {
   const auto scene = busy_scene();
   RenderSettings s = settings_for(find_estimator(kDefaultEstimator));
@@ -305,7 +303,7 @@ TEST(AdaptiveUnbiased, ALaterRoundsNanIsReplayedFromItsSeed) {
   EXPECT_GT(of_later_rounds, 0u);
 }
 
-// Each bucket decides from its own pixels: who renders it, and when, changes nothing.
+// Each bucket decides from its own pixels, so thread and order change nothing.
 TEST(BucketUnderAThreshold, AnyThreadsAndOrder) {
   const auto scene = busy_scene();
   for (const char* estimator : {"two-stream", "kajiya"}) {
@@ -323,7 +321,7 @@ TEST(BucketUnderAThreshold, AnyThreadsAndOrder) {
       s.threads = 3;
       const RenderedImage image = render(*scene, busy_view(), s);
       expect_same_bits(image, reference, std::string(order.name) + ", " + estimator);
-      // The buckets' errors are added in the order in which they come.
+      // The buckets' errors are added in order of arrival, so the sum may differ in rounding.
       ASSERT_TRUE(image.error_estimate && reference.error_estimate);
       EXPECT_NEAR(*image.error_estimate, *reference.error_estimate,
                   1e-12 * *reference.error_estimate);

@@ -1,4 +1,4 @@
-// The display of an unfinished frame, on films filled by hand, against a slow nearest search.
+// The display of an unfinished frame, filled by hand and compared with a slow nearest search.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -19,7 +19,7 @@ PartShape shape_of(BisectionAxis axis) {
                                            : PartShape::kSquare;
 }
 
-// A frame whose first pass has come to some part, with a value of its own in every sampled pixel.
+// A frame whose first pass is partly done, with a distinct value in every sampled pixel.
 class Unfinished {
  public:
   using Value = float (*)(int x, int y);
@@ -34,7 +34,7 @@ class Unfinished {
     film_.reset(crop);
   }
 
-  // The first `parts` parts; the last `partial` of those only every other pixel.
+  // Samples the first `parts` parts; the last `partial` of those get only every other pixel.
   void sample(size_t parts, size_t partial = 0) {
     std::vector<PixelWork> list;
     for (size_t part = 0; part < parts; ++part) {
@@ -75,7 +75,7 @@ float number(int x, int y) { return float(1 + x + 1000 * y); }
 const Rect kPictureWindows[] = {{0, 0, 37, 29}, {5, 9, 118, 40}, {0, 0, 1, 97},
                                 {3, 5, 98, 6},  {0, 0, 1, 1},    {2, 2, 130, 66}};
 
-// Along one axis: the nearest sampled pixel of the same column (or row), the lower of two.
+// Along one axis a pixel shows the nearest sampled pixel of its column (or row); of two, the lower.
 TEST(BisectionPicture, LinesShowTheNearest) {
   for (const bool rows : {true, false}) {
     for (const Rect& crop : kPictureWindows) {
@@ -84,7 +84,7 @@ TEST(BisectionPicture, LinesShowTheNearest) {
       for (size_t done = 1; done <= parts; done += 1 + done / 3) {
         Unfinished frame(crop, axis, Reconstruction::kDuplicate, number);
         frame.sample(done);
-        // Within the first line there is no whole line to be near to.
+        // Within the first line no complete line exists yet.
         if (done < frame.pass_.first_part(1)) continue;
         const std::vector<float> rgba = frame.resolve();
         const int size = rows ? crop.height() : crop.width();
@@ -108,7 +108,7 @@ TEST(BisectionPicture, LinesShowTheNearest) {
   }
 }
 
-// After a complete step: nearest column times nearest row.
+// After a complete step a pixel shows the nearest sampled column crossed with the nearest row.
 TEST(BisectionPicture, ALatticeShowsTheNearestColumnAndRow) {
   const auto nearest = [](const std::vector<int>& lines, int at) {
     int best = lines.front();
@@ -134,8 +134,8 @@ TEST(BisectionPicture, ALatticeShowsTheNearestColumnAndRow) {
   }
 }
 
-// Wherever it stands or was stopped: every pixel has the value of one that has samples, its own if
-// it has some, and none is farther from it than the last complete step left it.
+// Wherever the frame is stopped, each pixel shows the value of a sampled pixel (its own if it has
+// samples), which is no farther away than after the last complete step.
 TEST(BisectionPicture, IsCompleteAtEveryMoment) {
   for (const NamedValue<BisectionAxis>& axis : bisection_axis_table()) {
     for (const Rect& crop : kPictureWindows) {
@@ -144,7 +144,7 @@ TEST(BisectionPicture, IsCompleteAtEveryMoment) {
       for (size_t done = 1; done <= parts; done += 1 + done / 4) {
         for (const size_t partial : {size_t(0), size_t(1), done / 2, done}) {
           Unfinished frame(crop, axis.value, Reconstruction::kDuplicate, number);
-          // A round, and so what may be partial, lies within a step.
+          // A round lies within one step, and so do its partial parts.
           if (frame.pass_.step_of(done - 1) !=
               frame.pass_.step_of(std::min(done - partial, done - 1))) {
             continue;
@@ -194,8 +194,7 @@ TEST(BisectionPicture, LinearBlendsAreExactForARamp) {
   }
 }
 
-// In the middle of a step, too, a sampled pixel shows itself and the others stay within the range
-// of what there is.
+// In the middle of a step a sampled pixel shows itself; the others stay within the samples' range.
 TEST(BisectionPicture, LinearIsCompleteAtEveryMoment) {
   for (const NamedValue<BisectionAxis>& axis : bisection_axis_table()) {
     const Rect crop{5, 9, 118, 40};

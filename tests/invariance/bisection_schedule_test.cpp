@@ -20,7 +20,7 @@ struct Line {
   size_t level;
 };
 
-// The paper's words as they stand, one interval after the other.
+// The paper's algorithm taken literally, one interval after the other.
 std::vector<Line> naive_order(int size) {
   struct Interval {
     int begin, end;
@@ -60,7 +60,7 @@ TEST(BisectionOrder, IsThePapers) {
   }
 }
 
-// What the display relies on: the nearest line of a level not yet reached never hides a nearer one.
+// The display relies on this: the nearest line of a level not yet reached never hides a nearer one.
 TEST(BisectionOrder, OneNewLineAtMostBetweenTwoOld) {
   for (const int size : {2, 7, 29, 720, 1280, 1009}) {
     std::set<int> old;
@@ -78,7 +78,7 @@ TEST(BisectionOrder, OneNewLineAtMostBetweenTwoOld) {
 
 class BisectionScheduleOf : public testing::TestWithParam<BisectionAxis> {
  protected:
-  // check(pass, pixels of the crop) for the passes of 300 samples over each crop.
+  // Calls check(pass, pixels of the crop) for the passes of 300 samples over each crop.
   template <typename Check>
   void for_each_pass(const Check& check) const {
     for (const Rect& crop : kWindows) {
@@ -128,7 +128,7 @@ TEST_P(BisectionScheduleOf, StepsCoverEveryPixelOnce) {
 
 struct Cut {
   PartShape shape;
-  bool cells;  // of the size of a part
+  bool cells;  // cells are as large as a part
   uint64_t part_pixels;
 };
 constexpr Cut kCuts[] = {{PartShape::kRow, false, 1},    {PartShape::kRow, false, 16},
@@ -208,7 +208,7 @@ TEST(BisectionSteps, BothAxesInTurn) {
   EXPECT_TRUE(is(steps[2].complete, {0, 1, 2, 3}, {1}));
 }
 
-// A later pass halves the grid of its parts, so that a part is one cell: neighbours in the frame.
+// A later pass bisects a grid of cells, one per part, so that a part's pixels are neighbours.
 TEST(BisectionSteps, CellsStayTogether) {
   const Rect crop{0, 0, 70, 45};
   const BisectionCell cell = square_cell(128);
@@ -221,7 +221,7 @@ TEST(BisectionSteps, CellsStayTogether) {
     for (size_t part = 0; part < pass.parts(); ++part) {
       list.clear();
       pass.expand(part, list);
-      // Not so for the cut off cells of the last row, which are drawn together.
+      // The partial cells of the last row are drawn together.
       if (list.front().y >= 40) continue;
       for (const PixelWork& work : list) {
         EXPECT_EQ(work.x / cell.width, list.front().x / cell.width) << axis.name;
@@ -231,7 +231,7 @@ TEST(BisectionSteps, CellsStayTogether) {
   }
 }
 
-// No gap along one axis is more than about twice the other's, so that early samples are spread.
+// Gaps along one axis are at most about twice those along the other, to spread early samples.
 TEST(BisectionSteps, BothAxesKeepTheirGapsAlike) {
   const auto longest_gap = [](const std::vector<int>& lines, int size) {
     int before = -1, gap = 0;

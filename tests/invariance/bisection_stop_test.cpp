@@ -1,4 +1,4 @@
-// A bisection frame stopped at any moment: soon, with a complete picture and true counts.
+// A bisection frame stopped at any moment ends soon, with a complete picture and true counts.
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
@@ -31,7 +31,7 @@ std::unique_ptr<Scene> bright_scene() {
 
 class BisectionStop : public testing::Test {
  protected:
-  // Renders until `samples` are done; the image as it is delivered.
+  // Renders until `samples` are done and returns the image as delivered.
   RenderedImage stop_after(uint64_t samples, BisectionAxis axis, int threads, uint32_t spp,
                            JobProgress* progress = nullptr) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
@@ -90,7 +90,7 @@ TEST_F(BisectionStop, AtAnyMomentThePictureIsCompleteAndTheCountsTrue) {
                                    : count == kSpp ? PixelStop::kBudget
                                                    : PixelStop::kTimeLimit;
             ASSERT_EQ(p[5], float(stop)) << x << "," << y << " with " << count << " samples";
-            // What is finished is the whole frame's own.
+            // A finished pixel equals that of the whole frame.
             if (count == kSpp) {
               ASSERT_EQ(p[0], whole.pixel(x, y)[0]);
             }
@@ -140,8 +140,8 @@ class StopsInBatch final : public Integrator {
   mutable std::stop_source stop_;
 };
 
-// In the last pass every batch may be the one after which the least count changes, and the very
-// last leaves nothing undone.
+// In the last pass the least count may change after any batch, and a stop in the very last batch
+// leaves nothing undone.
 TEST_F(BisectionStop, WithinTheLastPass) {
   constexpr uint32_t kSpp = 64;  // the last pass has two batches for each pixel
   RenderSettings settings;
@@ -153,7 +153,7 @@ TEST_F(BisectionStop, WithinTheLastPass) {
   const Camera camera(perspective({0, 2, 2}, {0, 0, 0}, 40), 9, 7, scene_->origin(),
                       scene_->scale());
   int all = 1 << 30;
-  for (int left = -1; left < 130; ++left) {  // the first time through counts the batches
+  for (int left = -1; left < 130; ++left) {  // the first run counts the batches
     auto stops = std::make_unique<StopsInBatch>(*path, left < 0 ? all : all - left);
     const StopsInBatch& integrator = *stops;
     plan.integrator = std::move(stops);
@@ -180,7 +180,7 @@ TEST_F(BisectionStop, WithinTheLastPass) {
   }
 }
 
-// Paths of hundreds of bounces: a round of them takes a second.
+// Paths have hundreds of bounces: a round takes a second.
 TEST_F(BisectionStop, IsSoonInAHeavyScene) {
   SceneBuilderForTests b;
   b.place(b.add_mesh(
@@ -199,7 +199,7 @@ TEST_F(BisectionStop, IsSoonInAHeavyScene) {
   class Nobody final : public RenderSink {
     void tile_finished(const FilmTile&) override {}
   } nobody;
-  // Processor seconds of all threads. The least of a few: others use the processor's caches.
+  // CPU seconds of all threads; the minimum of several runs, since others disturb the caches.
   double least = 1e9;
   for (const double work : {0.04, 0.1, 0.18, 0.28, 0.4}) {
     std::stop_source stop;

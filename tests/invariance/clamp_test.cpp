@@ -1,6 +1,6 @@
-// --clamp-indirect: what it takes and what it leaves add up to the picture without it, driver by
-// driver and light group by light group; light that is seen, and light that falls on what is seen,
-// it leaves alone.
+// --clamp-indirect: the clamped picture and the removed light add up to the unclamped picture, for
+// every driver and light group. Directly visible light and direct illumination of visible surfaces
+// are not clamped.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -32,7 +32,7 @@ RenderSettings settings(std::optional<float> limit, int max_depth = 6) {
 
 CameraDescription view() { return perspective({0.4, 2.0, 5.0}, {0, 0.5, 0}, 40); }
 
-// Lamps under glass, before a mirror, over a floor that all of it shines on.
+// Lamps under glass, in front of a mirror, and above a floor that everything shines on.
 SceneBuilderForTests sparkling() {
   SceneBuilderForTests b;
   b.add_floor(4, 0, b.add_material(lambert(Rgb(0.8f, 0.5f, 0.3f))));
@@ -76,7 +76,7 @@ TEST(ClampIndirect, WhatIsTakenAndWhatIsLeftAreThePicture) {
     }
   }
   EXPECT_GT(max_component(taken), 1.0f);
-  // What is counted is what the layer shows, and the groups' shares add up to it.
+  // The counter equals the mean of the layer, and the groups' shares add up to it.
   const ClampedLight& counted = with.counters.clamped;
   Rgb of_groups(0.0f);
   ASSERT_EQ(counted.groups(), size_t(lit.groups.size()));
@@ -111,7 +111,7 @@ TEST(ClampIndirect, EveryDriverAndThreadCountTakesTheSame) {
   }
 }
 
-// What a state has is of the same limit and groups, or it is damaged.
+// A saved state with another limit or number of groups is rejected as damaged.
 TEST(ClampIndirect, LoadsWhatIsOfTheSameFrame) {
   const auto saved = [](const ClampedLight& light) {
     std::vector<std::byte> bytes;
@@ -138,7 +138,7 @@ TEST(ClampIndirect, LoadsWhatIsOfTheSameFrame) {
   }
 }
 
-// Nothing reaches a limit that is high enough, and the bits are those of a frame without one.
+// With a limit that nothing reaches, the bits equal those of a frame without a limit.
 TEST(ClampIndirect, WhatIsBelowTheLimitKeepsItsBits) {
   for (const auto& scene : {busy_scene(), sparkling().build()}) {
     const RenderedImage without = render(*scene, view(), settings({}));
@@ -153,7 +153,7 @@ TEST(ClampIndirect, WhatIsBelowTheLimitKeepsItsBits) {
   }
 }
 
-// One surface scatters; panes that are looked through, mirrors and glass do not count.
+// Only one surface scatters here; clear panes, mirrors and glass do not count as bounces.
 TEST(ClampIndirect, SeenAndDirectLightIsLeft) {
   const auto expect_left = [](const Scene& scene, int max_depth, const char* what) {
     const RenderedImage without = render(scene, view(), settings({}, max_depth));
@@ -188,7 +188,7 @@ TEST(ClampIndirect, SeenAndDirectLightIsLeft) {
   expect_left(*behind.build(), 1, "a lamp over a pane");
 }
 
-// In every sample: of two contributions at most for each vertex behind the first.
+// Holds for every sample: each vertex after the first adds at most two contributions.
 TEST(ClampIndirect, NoSampleGetsMoreThanTheLimitAllows) {
   SceneBuilderForTests b;
   b.add_floor(4, 0, b.add_material(lambert(Rgb(0.8f, 0.5f, 0.3f))));

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Checks that a commit, or a range of commits, changes comments alone: with comments stripped, each file stays the same.
+"""Checks that a commit or a range of commits changes only comments: with comments stripped, each file stays the same.
 
     comments_only.py COMMIT          COMMIT against its parent
     comments_only.py BASE..HEAD      HEAD against BASE
 
-C++, Python, CMake, shell and YAML are stripped of comments, and white space counts as one blank; Python's docstrings are
-comments, too. Markdown is not compared. Exits with 1 and names the files that differ otherwise.
+Strips comments from C++, Python (docstrings included), CMake, shell and YAML, and treats any white space as one blank.
+Ignores Markdown. Names the other files that differ and exits with 1.
 """
 import ast
 import io

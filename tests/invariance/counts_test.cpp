@@ -1,6 +1,5 @@
-// The counters are exact: what the renderer says it traced is what arrives at Embree, counted there
-// by other means; but for camera rays that are known to meet nothing. The linker puts the functions
-// below between the two (-Wl,--wrap).
+// The ray counters are exact: they equal the calls that arrive at Embree, except for camera rays
+// that are known to hit nothing. The linker puts the functions below in between (-Wl,--wrap).
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -62,8 +61,8 @@ RenderSettings settings_of(const std::string& driver) {
   s.height = 29;
   s.crop = {2, 1, 35, 28};
   s.spp = 20;
-  s.find_empty_pixels = false;  // or fewer arrive than are counted: see below
-  s.environment_sampling = EnvironmentSampling::kByLight;  // a survey's rays are no sample's
+  s.find_empty_pixels = false;  // it saves camera rays, which are counted all the same: see below
+  s.environment_sampling = EnvironmentSampling::kByLight;  // a survey's rays belong to no sample
   s.adaptive.budget = 20;
   if (driver == "adaptive") s.streams = StreamCount::kTwo;
   return s;
@@ -97,7 +96,7 @@ TEST_P(Counts, RaysAreThoseThatEmbreeIsAsked) {
   EXPECT_EQ(image.counters.samples, sum_of_samples(image));
 }
 
-// Panes between a lamp and what it lights are looked through with rays that find what they hit.
+// Shadow rays through panes are traced as intersections, since they need the hit.
 TEST_P(Counts, ThroughPanesToo) {
   SceneBuilderForTests b;
   b.add_floor(4, 0, b.add_material(lambert(Rgb(0.5f))));
@@ -111,8 +110,8 @@ TEST_P(Counts, ThroughPanesToo) {
   EXPECT_EQ(rays.total(), intersections + occlusions);
 }
 
-// Other intensities and colours of lights take no ray: neither to know nor to show them. Nor does
-// it take one more to keep the lights apart.
+// Relighting by intensity and colour takes no ray, neither to test whether it is possible nor to
+// show it. Keeping the lights apart takes none either.
 TEST_P(Counts, OtherLightsTakeNoRays) {
   const GroupedScene lit(edited_scene());
   const RenderSettings s = settings_of(GetParam());
@@ -122,7 +121,7 @@ TEST_P(Counts, OtherLightsTakeNoRays) {
   intersections = occlusions = 0;
   render(lit.scene.scene(), busy_view(), s, &lit.groups, [&](const LivePicture* picture) {
     EXPECT_EQ(intersections + occlusions, asked);
-    if (!picture) return;  // nothing is kept
+    if (!picture) return;  // no sums by light group
     std::vector<float> rgba(4 * size_t(s.crop.area()));
     SceneEdits edits;
     for (int i = 0; i < 20; ++i) {
@@ -136,7 +135,7 @@ TEST_P(Counts, OtherLightsTakeNoRays) {
   EXPECT_EQ(intersections + occlusions, asked);
 }
 
-// An integrator that traces one ray a sample counts the samples.
+// An integrator that traces one ray per sample counts its samples.
 TEST_P(Counts, SamplesAreThoseThatWereTraced) {
   const auto scene = busy_scene();
   RenderSettings s = settings_of(GetParam());
@@ -147,7 +146,7 @@ TEST_P(Counts, SamplesAreThoseThatWereTraced) {
   EXPECT_EQ(occlusions, 0u);
 }
 
-// A camera ray of a pixel that no surface comes near counts, and never arrives: each whole batch of
+// A camera ray of a pixel that no surface comes near is counted but not traced. Each whole batch of
 // such a pixel saves its rays, and nothing else changes.
 TEST(EmptyPixelCounts, TheirCameraRaysAreSavedAlone) {
   const auto scene = busy_scene();
@@ -177,8 +176,8 @@ class Nobody final : public RenderSink {
   void tile_finished(const FilmTile& /*tile*/) override {}
 };
 
-// What a pixel costs decides what it gets (law 2), so it must not depend on what else is traced
-// with it: samples of 16 pixels that share a batch cost what each costs alone.
+// A pixel's cost decides how many samples it gets (law 2), so it must not depend on its batch:
+// samples of 16 pixels that share a batch cost the same as each alone.
 TEST(PixelCosts, AreThoseOfThePixelAlone) {
   const auto scene = busy_scene();
   const RenderSettings s = settings_of("adaptive");

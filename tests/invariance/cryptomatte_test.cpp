@@ -1,5 +1,4 @@
-// Cryptomatte: ids as the specification has them, and coverages that add up to alpha with the same
-// bits whatever the schedule.
+// Cryptomatte: ids follow the specification, coverages sum to alpha, and schedules change no bit.
 #include <gtest/gtest.h>
 
 #include <tbb/global_control.h>
@@ -30,7 +29,7 @@ using Rank = CryptomatteSums::Rank;
 constexpr CryptomatteKind kAll[] = {CryptomatteKind::kObject, CryptomatteKind::kMaterial,
                                     CryptomatteKind::kAsset};
 
-// Values that others have published for MurmurHash3_x86_32.
+// Published test values of MurmurHash3_x86_32.
 TEST(Murmur3, HasTheKnownAnswers) {
   EXPECT_EQ(murmur3_32(""), 0u);
   EXPECT_EQ(murmur3_32("", 1), 0x514e28b7u);
@@ -47,7 +46,7 @@ TEST(Murmur3, HasTheKnownAnswers) {
   EXPECT_EQ(murmur3_32("The quick brown fox jumps over the lazy dog"), 0x2e4ff723u);
 }
 
-// Of 100,000 names some hundreds have an exponent of 0 or 255.
+// Of 100,000 names several hundred hashes have an exponent of 0 or 255.
 TEST(CryptomatteId, IsAlwaysANormalFloat) {
   int flipped = 0;
   for (int i = 0; i < 100000; ++i) {
@@ -77,7 +76,7 @@ std::vector<std::string> names_of(const CryptomatteNames& names) {
   return list;
 }
 
-// A node of four with a mesh of two primitives, below a root; two of one name.
+// Six nodes: two chairs and three legs share their names, and one leg has a mesh of two primitives.
 TEST(CryptomatteIds, TellNodesOfOneNameApart) {
   SceneBuilderForTests b;
   b.add_material({});
@@ -91,7 +90,7 @@ TEST(CryptomatteIds, TellNodesOfOneNameApart) {
   };
   b.description.nodes = {{"chair", 0, false}, {"leg", 0, true},   {"leg", 0, true},
                          {"leg", 3, true},    {"chair", 4, true}, {"lamp", 5, false}};
-  // The first leg is hidden: the others are called what they are called when it is seen.
+  // The first leg has no geometry. The others keep the names that they have when it is visible.
   quad(0)->node = 2;
   quad(1)->node = 2;
   quad(2)->node = 3;
@@ -112,7 +111,7 @@ TEST(CryptomatteIds, TellNodesOfOneNameApart) {
   EXPECT_EQ(ids.of_hit(0)[2], cryptomatte_id("environment"));
 }
 
-// A later node of an earlier one's name takes none that another node has.
+// A renamed duplicate does not take a name that another node has.
 TEST(CryptomatteIds, LeaveAloneWhatHasANameOfItsOwn) {
   SceneBuilderForTests b;
   b.add_quad({0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, -1);
@@ -129,8 +128,7 @@ TEST(CryptomatteIds, LeaveAloneWhatHasANameOfItsOwn) {
   EXPECT_EQ(ids.of_hit(3)[0], cryptomatte_id("twin_2"));
 }
 
-// Of so many names some have equal hashes; a thing called as another one would be is not it,
-// either.
+// Among this many names some hashes collide; such names must get different ids all the same.
 TEST(CryptomatteIds, DifferWhereHashesDoNot) {
   constexpr int kObjects = 200000;
   SceneBuilderForTests b;
@@ -152,7 +150,7 @@ TEST(CryptomatteIds, DifferWhereHashesDoNot) {
   EXPECT_EQ(found.size(), size_t(kObjects) + 1);
 }
 
-// A list of one pixel, of `levels`.
+// The Cryptomatte list of one pixel with `levels` entries.
 struct List {
   explicit List(size_t levels) : ids(levels), weights(levels + 1) {}
   CryptomatteSums sums() {
@@ -178,7 +176,7 @@ TEST(CryptomatteSums, DropTheLeastAndCountIt) {
   float dropped = 0;
   std::vector<Rank> ranks =
       ranks_of(sums_of({{5, 1}, {6, 1}, {5, 1}, {7, 1}, {7, 1}, {8, 1}}, 2), 8, &dropped);
-  // 7 takes the place of 6, then 8 that of 7: the later of equals gives way.
+  // 7 replaces 6, then 8 replaces 7: of equal weights the later entry is dropped.
   EXPECT_EQ(ranks[0].id, 5u);
   EXPECT_FLOAT_EQ(ranks[0].coverage, 2.0f / 8);
   EXPECT_EQ(ranks[1].id, 8u);
@@ -191,7 +189,7 @@ TEST(CryptomatteSums, DropTheLeastAndCountIt) {
   EXPECT_EQ(dropped, 0.0f);
 }
 
-// What a filter with negative lobes leaves outside [0, 1] the picture does not have, either.
+// Coverages stay within [0, 1] with a filter that has negative lobes.
 TEST(CryptomatteSums, StayCoveragesWithNegativeLobes) {
   float dropped = 0;
   std::vector<Rank> ranks = ranks_of(sums_of({{5, 1.5f}, {6, -0.5f}, {5, 1.5f}}, 2), 2, &dropped);
@@ -219,13 +217,13 @@ TEST(CryptomatteSums, AreNotLoadedWithWhatIsNoId) {
 
 // ---- pictures
 
-// Of each pixel what it shows: alpha, then for each kind ranks and what was dropped.
+// Per pixel: alpha, then for each kind the dropped coverage and the ranks.
 struct Mattes {
   Rect crop;
   std::vector<float> alpha;
   std::vector<std::vector<uint32_t>> ids;
   std::vector<std::vector<float>> coverages;
-  uint64_t dropping = 0;  // lists
+  uint64_t dropping = 0;  // lists that dropped coverage
 
   explicit Mattes(const Rect& rect)
       : crop(rect),
@@ -263,7 +261,7 @@ class MatteSink final : public RenderSink {
   std::mutex mutex_;
 };
 
-// Thin strips, several in a pixel, of which some move; a veil before them; a ball out of focus.
+// Thin strips, several per pixel and some moving, behind a veil, with a ball out of focus.
 struct MatteScene {
   std::unique_ptr<Scene> scene;
   CryptomatteIds ids;
@@ -361,12 +359,12 @@ TEST(Cryptomatte, AddsUpToAlpha) {
     }
   }
   RenderSettings s = matte_settings();
-  s.sampler = "poisson_disk";  // which weighs its points
+  s.sampler = "poisson_disk";  // it weights its samples
   expect_sums(mattes(scene, s));
 }
 
-// The reference: of enough levels nothing is dropped, and box-filtered coverages are whole numbers
-// of samples.
+// The reference: with enough levels nothing is dropped, and box-filtered coverages are whole
+// numbers of samples.
 TEST(Cryptomatte, CountsSamples) {
   const MatteScene scene = matte_scene();
   RenderSettings s = matte_settings();
@@ -413,11 +411,11 @@ TEST(Cryptomatte, HasTheSameBitsWhateverTheSchedule) {
   expect_equal(mattes(scene, s), "crop");
 }
 
-// A sample range: the film of one half of the samples, and the other added to it.
+// Two sample ranges: the film of one half of the samples is added to that of the other.
 TEST(Cryptomatte, OfTwoRangesIsThatOfTheWhole) {
   const MatteScene scene = matte_scene();
   RenderSettings s = matte_settings();
-  s.cryptomatte_levels = 32;  // nothing is dropped, so nothing depends on the order
+  s.cryptomatte_levels = 32;  // nothing is dropped, so the order does not matter
   const Camera camera(matte_view(), s.width, s.height, scene.scene->origin(), scene.scene->scale());
   const auto film = [&](uint32_t first, uint32_t end) {
     RenderSettings range = s;
@@ -453,7 +451,7 @@ TEST(Cryptomatte, OfTwoRangesIsThatOfTheWhole) {
   }
 }
 
-// Of a scene that does not ask, a pixel of film holds what it did.
+// A frame without Cryptomatte needs no film memory for it.
 TEST(Cryptomatte, CostsNothingUnlessAskedFor) {
   EXPECT_EQ(film_bytes_per_pixel({}, {}), sizeof(PixelSums) + 4 * sizeof(float));
   FilmExtras extras;

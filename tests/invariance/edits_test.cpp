@@ -1,5 +1,4 @@
-// An edited scene renders what one built with the same edits does, to the bit, and none of its BVHs
-// is built again for it.
+// An edited scene renders the bits of one built with the same edits, without rebuilding any BVH.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -63,9 +62,9 @@ const NamedEdit kEdits[] = {
      }},
     {"roughness", [](SceneEdits& e) { material(e, kFloorMaterial).roughness = 0.9f; }},
     {"metallic", [](SceneEdits& e) { material(e, kShellMaterial).metallic = 1.0f; }},
-    // Brings tangents and texture coordinates into use that nothing read.
+    // Needs tangents and texture coordinates that nothing used before.
     {"normal_map_on", [](SceneEdits& e) { material(e, kFloorMaterial).normal_scale = 1.0f; }},
-    // Makes a lamp of triangles that were none, with a texture that was not read.
+    // Makes triangles emissive that were not, with a texture that nothing used before.
     {"emission_on",
      [](SceneEdits& e) {
        material(e, kNeonMaterial).emission = {4, 2, 8};
@@ -76,19 +75,19 @@ const NamedEdit kEdits[] = {
        material(e, kNeonMaterial).emission = {4, 2, 8};
        light(e, EditedLight::kMaterial, kNeonMaterial).intensity = 0.5f;
      }},
-    // The other surface becomes the lamp: what lies in what is asked anew.
+    // Another surface becomes the emitter, so flush emitters are searched for again.
     {"emitters_change_places",
      [](SceneEdits& e) {
        material(e, kLampMaterial).emission = Rgb(0.0f);
        material(e, kPanelMaterial).emission = Rgb(1.0f);
      }},
-    // As many emitters as before, in no other surface.
+    // The number of emitters stays the same, but none lies flush in another surface.
     {"emitters_leave_the_panel",
      [](SceneEdits& e) {
        material(e, kLampMaterial).emission = Rgb(0.0f);
        material(e, kNeonMaterial).emission = {4, 2, 8};
      }},
-    // Back faces are seen through a clear surface, and only through one.
+    // Back faces are visible through transmissive surfaces only.
     {"transmission_on", [](SceneEdits& e) { material(e, kShellMaterial).transmission = 0.8f; }},
     {"transmission_off", [](SceneEdits& e) { material(e, kGlassMaterial).transmission = 0.0f; }},
     {"diffuse_transmission_on",
@@ -110,7 +109,7 @@ const NamedEdit kEdits[] = {
        material(e, kShellMaterial).sheen_color = {0.5f, 0.2f, 0.1f};
        material(e, kFloorMaterial).iridescence = 1.0f;
      }},
-    // Brings tangents into use that nothing read.
+    // Needs tangents that nothing used before.
     {"anisotropy_on", [](SceneEdits& e) { material(e, kFloorMaterial).anisotropy = 0.7f; }},
     {"veil",
      [](SceneEdits& e) {
@@ -166,7 +165,7 @@ std::unique_ptr<Scene> built(const SceneEdits& edits) {
   return build_scene(std::move(description), {});
 }
 
-// The features but the BVH's, whose size is another with a filter on every single-sided mesh.
+// Scene features without the BVH's, whose size changes when every single-sided mesh has a filter.
 std::vector<std::string> features(const Scene& scene) {
   std::vector<std::string> list = scene.features();
   list.pop_back();
@@ -220,7 +219,7 @@ TEST(EditsTest, AnEditableSceneRendersWhatAnyOtherDoes) {
   }
 }
 
-// Hundreds of edits on top of one another leave no trace but the last. std::mt19937 of seed 1.
+// Hundreds of edits in a row: only the last one counts. std::mt19937 with seed 1.
 TEST(EditsTest, AStormOfEdits) {
   EditableScene scene(varied_scene());
   const uint32_t builds = scene.scene().bvh_builds();
@@ -238,7 +237,7 @@ TEST(EditsTest, AStormOfEdits) {
   EXPECT_EQ(scene.scene().bvh_builds(), builds);
 }
 
-// The camera is no part of the scene: nothing of it is touched.
+// A camera edit does not touch the scene.
 TEST(EditsTest, ACameraEditLeavesTheScene) {
   EditableScene scene(varied_scene());
   const LightSampler* lights = &scene.scene().lights();
@@ -250,7 +249,7 @@ TEST(EditsTest, ACameraEditLeavesTheScene) {
   EXPECT_EQ(&scene.scene().material_of(0), material);
 }
 
-// A lamp that is turned off leaves the dark behind, not the white sky of scenes without light.
+// Turning off the only lamp leaves darkness, not the white sky of scenes without light.
 TEST(EditsTest, TheLastLightTurnedOffIsDarkness) {
   SceneDescription lamp = varied_scene();
   lamp.environment.reset();
@@ -267,7 +266,7 @@ TEST(EditsTest, TheLastLightTurnedOffIsDarkness) {
   expect_same_bits(picture(*build_scene(lamp, {}), 2), picture(scene.scene(), 2), "built dark");
 }
 
-// The sky that such a scene is given is there to be edited, and the default material as well.
+// The default sky and the default material can be edited.
 TEST(EditsTest, WhatTheFileLeavesToItsReaderIsEditable) {
   SceneBuilderForTests b;
   b.add_floor(3, 0, -1);
@@ -287,7 +286,7 @@ TEST(EditsTest, WhatTheFileLeavesToItsReaderIsEditable) {
   EXPECT_TRUE(differ(edited, white));
 }
 
-// A refused edit changes nothing.
+// A rejected edit changes nothing.
 TEST(EditsTest, ARefusedEditLeavesTheSceneAsItWas) {
   EditableScene scene(varied_scene());
   const SceneEdits before = made(kEdits[0]);

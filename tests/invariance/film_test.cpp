@@ -1,4 +1,4 @@
-// What the film promises: exact sums, honest counts, no NaN.
+// Guarantees of the film: exact sums, honest counts, no NaN.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -21,7 +21,7 @@ namespace {
 
 SampleValue grey(float v) { return {Rgb(v), 1.0f, {}, {}}; }
 
-// Case 31: a float sum of .1 is off by a third after 2^25 samples.
+// A float sum of .1 is off by a third after 2^25 samples.
 TEST(Film, LongAccumulation) {
   FilmTile tile{AovSet{}};
   tile.reset({0, 0, 1, 1});
@@ -30,7 +30,7 @@ TEST(Film, LongAccumulation) {
   EXPECT_EQ(tile.sample_count(0, 0), 1u << 25);
 }
 
-// Law 4: counted, located by the caller, never in the mean.
+// Law 4: non-finite samples are counted, located by the caller, and never part of the mean.
 TEST(Film, NonFiniteSamples) {
   FilmTile tile(AovSet::parse("variance,non_finite"));
   tile.reset({2, 3, 4, 5});
@@ -46,7 +46,7 @@ TEST(Film, NonFiniteSamples) {
   std::vector<float> out;
   tile.resolve(out);
   for (const float v : out) EXPECT_TRUE(std::isfinite(v));
-  // The last of nine channels: of the pixels (2,3), (3,3), (2,4), (3,4).
+  // The last of nine channels, in pixels (2,3), (3,3), (2,4), (3,4).
   ASSERT_EQ(out.size(), 4u * 9);
   EXPECT_EQ(out[3 * 9 + 8], 2.0f);
   EXPECT_EQ(out[2 * 9 + 8], 0.0f);
@@ -85,8 +85,8 @@ TEST(Film, VarianceFromTwoStreams) {
   EXPECT_FLOAT_EQ(out[5], 4.0f);  // (2 - 6)^2 / 4
 }
 
-// What a driver tells of a pixel stands before what the film makes of its sums, over the count of
-// the moment; only of that pixel, and only until the film is cleared.
+// A variance set by the driver replaces the film's own for that pixel until the film is cleared. It
+// is divided by the current sample count.
 TEST(Film, VarianceAsTheDriverTellsIt) {
   FilmTile tile(AovSet::parse("variance"), {.sample_variance = true});
   tile.reset({0, 0, 2, 1});
@@ -112,7 +112,7 @@ TEST(Film, VarianceAsTheDriverTellsIt) {
   EXPECT_FALSE(tile.variance(1, 0).has_value());
 }
 
-// Law 3: only where the channel is asked for, and only by a driver that has something to tell.
+// Law 3: memory is used only if the channel is requested and the driver sets variances.
 TEST(Film, RoomForToldVariancesIsNoneWhereNoneIsTold) {
   const auto bytes = [](const char* aovs, bool told) {
     FilmTile tile(AovSet::parse(aovs), {.sample_variance = told});
@@ -124,7 +124,7 @@ TEST(Film, RoomForToldVariancesIsNoneWhereNoneIsTold) {
   EXPECT_EQ(bytes("variance", true) - bytes("variance", false), 16u * 1000);
 }
 
-// Law 4 in what is written, too: the square of a large radiance is no float.
+// Law 4 for the output: the square of a large radiance overflows float.
 TEST(Film, VarianceStaysFinite) {
   FilmTile tile(AovSet::parse("variance"));
   tile.reset({0, 0, 1, 1});
@@ -153,7 +153,7 @@ SampleValue moving(bool hit, float x, float y) {
   return value;
 }
 
-// A pixel's velocity is that of the surfaces in it; only where there are none the background's.
+// A pixel's velocity is that of its surfaces; the background counts only where there are none.
 TEST(Film, VelocityIsThatOfSurfaces) {
   const std::vector<SampleValue> samples = {moving(false, 8, 8), moving(true, 1, -2),
                                             moving(false, 8, 8), moving(true, 4, -6)};
@@ -187,8 +187,8 @@ TEST(Film, VelocityIsThatOfSurfaces) {
   }
 }
 
-// Law 4 of a film that comes from a file: any sums that are taken for sums are written as numbers.
-// Sums beyond float, which no sample has, beyond double when they are added, and next to 0.
+// Law 4 for a film loaded from a file: every state that is accepted resolves to finite values. The
+// sums tried are beyond float's range, beyond double's when added, or denormal.
 TEST(Film, SumsThatSomebodyElseWroteAreWrittenAsNumbers) {
   const AovSet aovs = AovSet::parse(
       "variance,albedo,N,Z,P,UV,velocity,clamped,direct,indirect,emission,transmission,reflection,"
@@ -255,7 +255,7 @@ TEST(Film, UnknownChannelListsTheValidOnes) {
   }
 }
 
-// A stop leaves a readable film with true counts, soon.
+// A stopped frame soon leaves a readable film with true counts.
 TEST(Film, StoppedFrameHasTrueCounts) {
   using namespace test;
   SceneBuilderForTests b;
@@ -266,7 +266,7 @@ TEST(Film, StoppedFrameHasTrueCounts) {
   const Camera camera(view, 64, 64, scene->origin(), scene->scale());
   RenderSettings settings;
   settings.width = settings.height = 64;
-  settings.spp = 1 << 23;  // of one empty pixel more than 30 ms
+  settings.spp = 1 << 23;  // more than 30 ms for one empty pixel
   const RenderPlan plan = plan_of(settings);
   const Frame frame = plan.frame(*scene, camera);
 

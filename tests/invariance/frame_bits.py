@@ -1,10 +1,10 @@
-"""Prints a hash of the pixels for every driver, sampler and estimator that a program knows, on eight
-scenes: for changes that must not change a bit. By hand, on one machine:
+"""Prints a hash of the pixels for every driver, sampler and estimator of a program, on eight scenes.
+Use it on one machine, by hand, for changes that must not change a bit:
 
   frame_bits.py BEFORE/bin/emberline > before.txt
   frame_bits.py AFTER/bin/emberline --against before.txt
 
-The file's header is left out, and the order of its tiles. Exit code 1: some frames differ."""
+The hash ignores the file's header and the order of its tiles. Exit code 1: some frames differ."""
 
 import argparse
 import hashlib
@@ -20,7 +20,7 @@ from concurrent.futures import ThreadPoolExecutor
 SCENES = ("checker_plane", "cornell_box", "glass_metal", "mis_plates", "moving_blade", "roughness_spheres",
           "shallow_focus", "thin_wires")
 FRAME = "--size 48x36 --spp 16 --threads 2 --quiet --aov variance,albedo,N,Z,id,stop".split()
-FURTHER = (  # settings beside those three
+FURTHER = (  # other settings than these three
     "--integrator direct", "--integrator ambient_occlusion", "--integrator normal", "--crop 5,3,31,29",
     "--seed 7", "--spp 21",
     "--transparent", "--max-depth 2", "--filter gaussian", "--bucket-size 7", "--bucket-order spiral",
@@ -52,7 +52,7 @@ def settings_of(program):
 
 
 def chunks(data):
-    """An EXR file's tiles as they are stored, sorted."""
+    """The stored tiles of an EXR file, sorted."""
     assert struct.unpack_from("<I", data)[0] == 20000630 and data[5] == 2, "not a tiled EXR of one part"
     at, header = 8, {}
     while data[at]:
@@ -82,7 +82,7 @@ def main():
             path = pathlib.Path(out) / f"{number}.exr"
             command = [arguments.program, "render", folder / f"{scene}.glb", "-o", path, *FRAME, *settings.split()]
             run = subprocess.run(command, capture_output=True, text=True)
-            if run.returncode:  # some samplers do not go with adaptive sampling
+            if run.returncode:  # some samplers do not support adaptive sampling
                 return f"{'exit ' + str(run.returncode):16}  {scene} {settings}"
             digest = hashlib.sha256(b"".join(chunks(path.read_bytes()))).hexdigest()
             path.unlink()

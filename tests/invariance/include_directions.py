@@ -1,10 +1,10 @@
-"""Fails when a folder includes one that the design does not let it see, or when a header includes what takes long to
+"""Fails when a folder includes one that the design does not allow, or when a header includes something slow to
 compile."""
 import pathlib
 import re
 import sys
 
-# Folder -> the folders right below it; what those may include it may include too.
+# Folder -> the folders directly below it. It may also include everything that those may include.
 BELOW = {
     "renderer/core": [],
     "renderer/description": ["renderer/core"],
@@ -35,16 +35,16 @@ def visible(folder):
 
 ALLOWED = {folder: visible(folder) for folder in BELOW}
 
-# Clients render through the engine. They include nothing of what it renders with: how a frame is made is its business.
+# Clients render through the engine and may not include the folders that it renders with.
 CLIENTS = ("renderer/api", "renderer/app", "renderer/session", "renderer/statistics/study", "renderer/window")
 INSIDE = ("integrators/", "renderer/drivers/", "renderer/film/")
 
 # Embree is named in one header; only the folder's own sources may include it.
 EMBREE = re.compile(r"#include\s*<embree")
 OURS = re.compile(r'#include\s*"([^"]+)"')
-# Of sources alone; a header declares what it names of them (io/json/value.h holds a JSON value).
+# Only sources may include these. A header forward-declares the types (io/json/value.h holds a JSON value).
 SOURCES_ONLY = re.compile(r"#include\s*[<\"](nlohmann/json\.hpp|(?:CLI|spdlog)/[^>\"]+)")
-# Header -> headers that it does not reach, also not by way of others.
+# Header -> headers that it may not include, directly or indirectly.
 BARRED = {
     "renderer/engine/frame_settings.h": ["io/exr/writer.h", "renderer/film/filter.h", "renderer/scene/embree_isa.h"],
     "integrators/integrator.h": ["renderer/film/film.h", "renderer/scene/scene.h"],
@@ -54,7 +54,7 @@ GENERATED = "renderer/core/version.h"
 
 
 def is_inside(folder, included):
-    """Python stands on what other programs have of Emberline, and on no more."""
+    """Whether the Python module includes more than the public C++ header."""
     ours = (folder + "/", "renderer/api/emberline.h")
     return folder == "renderer/api/python" and not included.startswith(ours)
 
@@ -64,7 +64,7 @@ def folder_of(path):
 
 
 def reached(root, header):
-    """All of our headers that this one includes, also by way of others."""
+    """All of our headers that this one includes, directly or indirectly."""
     found, left = set(), [header]
     while left:
         for included in OURS.findall((root / left.pop()).read_text(encoding="utf-8")):

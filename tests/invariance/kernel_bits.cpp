@@ -1,6 +1,5 @@
-// Prints what the numeric kernels of a frame make of the same random numbers, a hash of all bits
-// for each. Built twice, as the program is and with next to no optimisation: same_output.py
-// compares.
+// Prints a hash of all result bits for each numeric kernel, run on fixed random numbers. It is
+// built twice, as usual and without optimisation; same_output.py compares the two.
 #include <bit>
 #include <cstdint>
 #include <cstdio>
@@ -28,7 +27,7 @@ namespace {
 
 constexpr uint32_t kRounds = 20'000;
 
-// Numbers in [0, 1) that no compiler can know beforehand.
+// Random numbers in [0, 1) that the compiler cannot evaluate in advance.
 class Random {
  public:
   explicit Random(uint32_t stream) : stream_(hash32(stream)) {}

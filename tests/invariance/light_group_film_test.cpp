@@ -1,5 +1,4 @@
-// A film's sums of what each light gave: as long and as large as frames become, copied, counted,
-// and free of what is not finite.
+// The film's sums by light group: precise in long and large frames, copied, counted, and finite.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -24,7 +23,7 @@ FilmTile film_of(int groups, int width = 1) {
   return film;
 }
 
-// A sample of what the groups gave.
+// Adds a sample with the groups' contributions.
 void add(FilmTile& film, int x, float weight, const SampleValue& value,
          const LightGroupValues& values, int lane = 0) {
   film.add(x, 0, {.value = value, .filter_weight = weight, .lights = &values, .lane = lane});
@@ -70,11 +69,11 @@ TEST(LightGroupFilm, IsCopiedAndCounted) {
   to.copy_pixel(from, 2, 0);
   EXPECT_EQ(to.lights(1).mean(0), Rgb(1.5f, 2, 3));
   EXPECT_EQ(to.lights(0).mean(0), Rgb(0.0f));
-  // 24 bytes for each of two groups and the samples.
+  // 24 bytes for each of two groups and for the sample count.
   EXPECT_EQ(film_of(2, 1000).bytes() - film_of(-1, 1000).bytes(), 72000u + 4u);
 }
 
-// Law 4: a sample that is NaN or infinite is black in all groups, and counts.
+// Law 4: a NaN or infinite sample is black in all groups, and is counted.
 class Faulty final : public Integrator {
  public:
   void estimate(const SampleBatch& batch, PixelSamples&,

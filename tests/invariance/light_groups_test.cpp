@@ -1,8 +1,7 @@
-// Light groups: what each light gave adds up to the picture, whose bits do not change for it; it is
-// what the light gives alone; and mixing it is what rendering with edited lights would be.
+// Light groups: the groups add up to the picture, whose bits they do not change. Each equals the
+// picture lit by its light alone, and mixing them equals rendering with edited lights.
 //
-// Statistical tests have fixed seeds and repeat themselves exactly: --gtest_filter=NAME replays
-// one.
+// The statistical tests have fixed seeds, so --gtest_filter=NAME replays one exactly.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -60,7 +59,7 @@ TEST(LightGroups, UnlitMaterialsAreAmongAllOthers) {
   EXPECT_EQ(lit.groups.list().back().name, "others");
   EXPECT_FALSE(lit.groups.list().back().editable);
   EXPECT_EQ(lit.groups.of_material(kRed), 4u);
-  SceneEdits edits;  // of no effect on what is unlit
+  SceneEdits edits;  // no effect on unlit materials
   light(edits, EditedLight::kMaterial, kRed).intensity = 3.0f;
   const std::optional<LightMix> mix = lit.groups.mix(edits);
   ASSERT_TRUE(mix);
@@ -131,13 +130,13 @@ class Groups : public testing::TestWithParam<Case> {
   }
 };
 
-// Laws 2 and 3: whoever asks for groups gets the same picture, and the same groups from any driver.
+// Laws 2 and 3: light groups do not change the picture, and every driver gives the same groups.
 TEST_P(Groups, ChangeNoBitOfThePicture) {
   for (const char* integrator : {"path", "direct"}) {
     for (const char* filter : {"box", "mitchell"}) {
       for (const bool transparent : {false, true}) {
         RenderSettings s = settings();
-        s.spp = 20;  // a batch, and a part of one
+        s.spp = 20;  // one batch and part of another
         s.integrator = integrator;
         s.filter = filter;
         s.transparent = transparent;
@@ -156,7 +155,7 @@ TEST_P(Groups, ChangeNoBitOfThePicture) {
             const RenderedImage other = image(s);
             const std::string what = std::string(integrator) + ", " + filter + ", " + driver +
                                      ", " + std::to_string(threads) + " threads";
-            // Which knows its variance by halves.
+            // The adaptive driver estimates the variance from sample halves.
             const bool adaptive = s.driver == "adaptive";
             expect_same_bits(other, adaptive ? image_without(s) : expected, what);
             EXPECT_EQ(other.lights, first.lights) << what;
@@ -243,7 +242,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, Groups,
                                          Case{"glazed", glazed_scene, lit_view}),
                          [](const auto& test) { return std::string(test.param.name); });
 
-// Emissive textures, instances, coverage, a lamp flush in another surface.
+// Emissive textures, instances, coverage, and a lamp flush in another surface.
 TEST(LightGroups, OfASceneWithEverything) {
   SceneDescription scene = edited_scene();
   add_variants(scene);
@@ -265,12 +264,12 @@ TEST(LightGroups, OfASceneWithEverything) {
   }
 }
 
-// A variant's lamp is a light where the variant is worn, and nowhere else.
+// A material variant's lamp is a light only while that variant is selected.
 TEST(LightGroups, AreThoseOfTheVariantThatIsWorn) {
   SceneDescription scene = lit_scene();
   scene.variants = {{"lit"}};
   scene.variants_read = true;
-  scene.meshes[1].variant_materials = {{0, 3}};  // the red quad wears what was stored away
+  scene.meshes[1].variant_materials = {{0, 3}};  // the red quad gets the stored material
   SceneEdits lit;
   lit.variant = EditTarget{"", 0, ""};
   const GroupedScene worn(scene, lit);
@@ -284,9 +283,9 @@ TEST(LightGroups, AreThoseOfTheVariantThatIsWorn) {
   EXPECT_EQ(to_rgb(mix->data()[3]), Rgb(2.0f));
 }
 
-// A point light of intensity I at height h over a matt plane of albedo a, seen from above: at the
-// distance r from its foot the radiance is a / pi x I h / (h^2 + r^2)^(3/2). The other lamp's light
-// is in its own group. 2 lamps x 12: a false alarm in 600 seeds.
+// A point light of intensity I at height h over a matt plane of albedo a, seen from above: at
+// distance r from its foot the radiance is a / pi x I h / (h^2 + r^2)^(3/2). Each lamp has its own
+// group. 2 lamps x 12: a false alarm in 600 seeds.
 TEST(LightGroups, AreTheClosedFormOverAMattPlane) {
   SceneBuilderForTests b;
   b.add_floor(2, 0, b.add_material(lambert(Rgb(0.6f, 0.5f, 0.4f))));
@@ -300,7 +299,7 @@ TEST(LightGroups, AreTheClosedFormOverAMattPlane) {
   const RenderedImage frame =
       render(lit.scene.scene(), orthographic({0, 5, 0}, {0, 0, 1e-9}, 1.0), s, &lit.groups);
   ASSERT_EQ(frame.light_groups, 2);
-  // Which way the picture lies is the corner's to say.
+  // The camera's rays give each pixel's point on the plane.
   const Camera camera(orthographic({0, 5, 0}, {0, 0, 1e-9}, 1.0), s.width, s.height,
                       lit.scene.scene().origin(), lit.scene.scene().scale());
   for (int g = 0; g < 2; ++g) {
@@ -318,7 +317,7 @@ TEST(LightGroups, AreTheClosedFormOverAMattPlane) {
     for (const double z : deviations(light_of(frame, g), expected, s.width)) {
       EXPECT_LT(std::abs(z), 4.0) << "lamp " << g;
     }
-    // And that is not for want of precision: the noise itself is small.
+    // The test is sharp because the noise itself is small.
     for (size_t i = 0; i < expected.size(); i += 97) {
       EXPECT_NEAR(frame.light(i, g).y, expected[i].y, 0.3f * expected[i].y);
     }
@@ -375,7 +374,7 @@ TEST(LightGroups, WeightsAreRatios) {
   EXPECT_EQ(to_rgb(mix->data()[3]), Rgb(0.25f, 0.5f, 0.75f));
 }
 
-// Whatever is off comes back from a neutral baseline, and shows what was asked for until then.
+// A neutral baseline turns every light on, and the mix then shows the requested dimming.
 TEST(LightGroups, ANeutralBaselineGivesAllLightsBack) {
   SceneEdits dim;
   light(dim, EditedLight::kPunctual, 0).on = false;
@@ -400,8 +399,8 @@ TEST(LightGroups, ANeutralBaselineGivesAllLightsBack) {
   EXPECT_EQ(neutral_baseline({}), SceneEdits{});
 }
 
-// Looks at every picture of a frame under way: with all weights 1 it is the unmixed one, with all
-// weights 2 twice as bright, and as complete.
+// Checks every picture of a running frame: with all weights 1 it equals the unmixed picture, with
+// all weights 2 it is twice as bright, and it is equally complete.
 class Onlooker final : public RenderSink {
  public:
   Onlooker(int groups, const Rect& crop)

@@ -1,9 +1,8 @@
-// The figures under "memory" in report.json against what the process itself grows by.
+// Compares the figures under "memory" in report.json with the growth of the process.
 //
-// Each figure is to be true to 5 %. Every case makes the thing it asks about some 50 to 300 MB
-// large, so that what else may come and go meanwhile (the allocator's free lists, a thread's stack,
-// pages of libraries first touched: 1 MB or so after a small scene was built to warm up) is below
-// 2 %. Each TEST runs in a process of its own under ctest.
+// Each figure must be true to 5 %. Every case makes its subject 50 to 300 MB large, so that other
+// changes (the allocator's free lists, thread stacks, library pages touched for the first time:
+// about 1 MB after a warm-up) stay below 2 %. Under ctest each TEST runs in its own process.
 #include <gtest/gtest.h>
 
 #include <tbb/task_arena.h>
@@ -76,10 +75,10 @@ class Memory : public OutputFolder {
  protected:
   void SetUp() override {
     OutputFolder::SetUp();
-    // Large blocks go back to the kernel when they are freed. By default glibc raises the limit to
-    // the largest block it has seen freed, and keeps what lies below it, per thread.
+    // Returns large freed blocks to the kernel. By default glibc raises this threshold to the
+    // largest block freed so far and keeps smaller ones, per thread.
     mallopt(M_MMAP_THRESHOLD, 1 << 18);
-    // Threads, Embree and its tables are there before anything is measured.
+    // Starts the threads and Embree before anything is measured.
     SceneBuilderForTests b;
     b.place(b.add_mesh(sheet(64, b.add_material(lambert(Rgb(0.5f))), false)));
     b.set_environment(Rgb(1.0f));
@@ -88,7 +87,7 @@ class Memory : public OutputFolder {
     render(*b.build(), perspective({0, 2, 2}, {0, 0, 0}, 40), settings);
     before_ = ProcessMemory::now();
   }
-  // Bytes the process has grown by since.
+  // Bytes by which the process has grown since.
   double grown() const { return (ProcessMemory::now() - before_).resident; }
 
   static void expect_true(double figure, double measured, const char* what) {
@@ -101,7 +100,7 @@ class Memory : public OutputFolder {
 TEST_F(Memory, GeometryAndBvhOfTwoMillionTriangles) {
   SceneBuilderForTests b;
   MaterialDescription mapped = lambert(Rgb(0.5f));
-  mapped.normal_texture.image = 0;  // reads UV and tangents: what nobody reads is not kept
+  mapped.normal_texture.image = 0;  // uses UV and tangents, since unused attributes are not kept
   const int material = b.add_material(mapped);
   b.description.images = {image(1, 1, 3, TexelType::kUint8)};
   b.set_environment(Rgb(1.0f));
@@ -111,14 +110,14 @@ TEST_F(Memory, GeometryAndBvhOfTwoMillionTriangles) {
   const double built = grown();
   ASSERT_EQ(scene->triangle_count(), 2u << 20);
   const SceneMemory& memory = scene->memory();
-  // The arrays change hands, and only the BVH is new.
+  // The scene takes over the description's arrays; only the BVH is new.
   expect_true(double(memory.geometry_bytes), described, "geometry");
   expect_true(double(memory.bvh_bytes), built - described, "BVH");
   expect_true(double(memory.geometry_bytes + memory.bvh_bytes), built, "both");
 }
 
 // Emitters and their light BVH count as geometry. 700,000 is far from a power of two, where a
-// vector that had grown by doubling would hold half as much again.
+// vector grown by doubling would hold half as much again.
 TEST_F(Memory, Emitters) {
   SceneBuilderForTests b;
   b.place(b.add_mesh(sheet(592, b.add_material(emitter(Rgb(1.0f))), false)));
@@ -128,8 +127,8 @@ TEST_F(Memory, Emitters) {
   EXPECT_GT(memory.geometry_bytes, 2 * memory.bvh_bytes) << "the emitters are the larger part";
 }
 
-// Small pieces: Embree's objects for instances and meshes outweigh their BVHs, and its memory
-// monitor does not tell of them.
+// Small meshes: Embree's objects for instances and meshes outweigh their BVHs, and its memory
+// monitor does not report them.
 TEST_F(Memory, ManyInstances) {
   SceneBuilderForTests b;
   b.set_environment(Rgb(1.0f));
@@ -157,7 +156,7 @@ TEST_F(Memory, TexturesAndEnvironment) {
   MaterialDescription worn = lambert(Rgb(0.5f));
   worn.base_color_texture.image = 0;
   worn.normal_texture.image = 1;
-  worn.metallic_roughness_texture.image = 0;  // the same image again: held once
+  worn.metallic_roughness_texture.image = 0;  // the same image again: stored once
   MaterialDescription unworn = worn;
   unworn.base_color_texture.image = 2;
   const int material = b.add_material(worn);
@@ -168,16 +167,16 @@ TEST_F(Memory, TexturesAndEnvironment) {
   b.add_floor(1, 0, material);
   b.set_environment(image(4096, 2048, 3, TexelType::kHalf));
   const auto scene = build(b);
-  // Texels of the two images that are worn, of the environment, and its table of a word a texel at
-  // least; not those of the third.
+  // Texels of the two used images and the environment, and the environment's table of at least one
+  // word per texel; the third image is not loaded.
   const double least = 4096. * 4096 * 4 + 2048. * 2048 * 6 + 4096. * 2048 * (6 + 4);
   EXPECT_GE(double(scene->memory().texture_bytes), least);
   EXPECT_LT(double(scene->memory().texture_bytes), least + 4096. * 4096 * 4);
   expect_true(double(scene->memory().texture_bytes), grown(), "textures");
 }
 
-// Passes on to FrameOutputs and looks at the process each time a tile is in. One tile at a time,
-// so that no other is just being compressed: what that takes is not the film's.
+// Forwards to FrameOutputs and measures the process after each tile. The lock admits one tile at a
+// time, because buffers for compressing another do not belong to the film.
 class MeasuredOutputs final : public RenderSink {
  public:
   explicit MeasuredOutputs(FrameOutputs& outputs) : outputs_(outputs) {}
@@ -211,14 +210,14 @@ TEST_F(Memory, FilmOfLargeTilesAndAPicture) {
   frame_settings.filter = "box";
   const RenderPlan plan(frame_settings);
   const Frame frame = plan.frame(*scene, camera);
-  image_library();  // which is no part of a film
+  image_library();  // not part of a film
   const double before = ProcessMemory::now().resident;
   OutputSettings settings;
   settings.width = kWidth;
   settings.height = kHeight;
   settings.crop = crop;
   settings.tile_size = kTile;
-  settings.transparent = true;  // the PNG, 17 MB of it, is a twelfth of the whole
+  settings.transparent = true;  // makes the PNG 17 MB, a twelfth of the whole
   const StopRequest stop;
   FrameOutputs outputs({path("frame.exr"), path("frame.png")}, settings, stop);
   MeasuredOutputs sink(outputs);

@@ -1,11 +1,11 @@
-"""Fails when a file is opened elsewhere than in io/files/input_file.cpp (to read) or io/files/atomic_file.cpp (to
-write): what is checked there, is checked for every file."""
+"""Fails when code other than io/files/input_file.cpp (read) or io/files/atomic_file.cpp (write) opens a file. This way
+their checks apply to every file."""
 import pathlib
 import re
 import sys
 
 DOORS = {"io/files/input_file.cpp", "io/files/atomic_file.cpp"}
-# Ways to a file by its name: C++ streams, C, the system, and the libraries that we use.
+# Calls that open a file by name: C++ streams, C, the system, and the libraries that we use.
 OPENS = re.compile(
     r"\b(?:std::)?[io]?fstream\b"
     r"|\b(?:f|fd|fre|p)open(?:64)?\s*\("
@@ -15,14 +15,14 @@ OPENS = re.compile(
     r"|AddFontFromFileTTF\b|CreateFromFile\b|SaveIniSettingsToDisk\b"
     r"|\bstbi?_(?:load|write)|LoadASCIIFromFile\b|LoadBinaryFromFile\b"
 )
-# What may stand elsewhere, with the reason.
+# Exceptions, with the reason.
 ALLOWED = {
-    # A config of OpenColorIO names further files (LUTs), which only it can find. The config itself is
-    # looked at through InputFile first.
+    # An OpenColorIO config names further files (LUTs), which only OpenColorIO can find. InputFile checks
+    # the config itself first.
     "io/display/display.cpp": ["CreateFromFile"],
-    # For tinygltf's header, whose functions on files are not called.
+    # tinygltf's header needs it; its functions on files are not called.
     "io/gltf/document/tiny_gltf_build.cpp": ["fstream"],
-    # /dev/null for standard streams that are closed, before anything else is opened.
+    # Opens /dev/null for closed standard streams before any other file.
     "renderer/app/standard_output.cpp": ["::open("],
 }
 COMMENT = re.compile(r"//.*$")

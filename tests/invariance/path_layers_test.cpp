@@ -1,5 +1,5 @@
-// Layers by light path: they add up to the picture, whose bits do not change for them; they are the
-// same whoever renders; and light is in the layer that the guide says.
+// Layers by light path: they add up to the picture and do not change its bits, they are the same
+// for every schedule, and light is in the documented layer.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -67,7 +67,7 @@ void expect_sums(const RenderedImage& image, const std::string& what) {
   }
 }
 
-// The channels that both have, of the same bits.
+// Expects equal bits in the channels that both images have.
 void expect_same_channels(const RenderedImage& with, const RenderedImage& without,
                           const std::string& what) {
   for (size_t c = 0; c < without.channels.size(); ++c) {
@@ -99,7 +99,7 @@ std::unique_ptr<Scene> glazed() {
   b.description = glazed_scene();
   return b.build();
 }
-// Coat, sheen, a stretched highlight, leaves that light comes through.
+// Coat, sheen, an anisotropic highlight, and translucent leaves.
 std::unique_ptr<Scene> layered() {
   SceneBuilderForTests b;
   b.description = lit_scene();
@@ -128,7 +128,7 @@ TEST_P(PathLayersOf, AddUpAndChangeNoBit) {
     for (const bool transparent : {false, true}) {
       for (const bool clamped : {false, true}) {
         RenderSettings s = settings();
-        s.spp = 20;  // a batch, and a part of one
+        s.spp = 20;  // one batch and part of another
         s.filter = filter;
         s.transparent = transparent;
         if (clamped) s.clamp_indirect = 0.05f;
@@ -201,7 +201,7 @@ void expect_only(const RenderedImage& image, const std::string& layer, float val
   }
 }
 
-// Closed forms: a furnace gives what the surface returns of 1.
+// Closed forms: a white furnace shows the albedo.
 TEST(PathLayers, OfOneSurface) {
   expect_only(of_floor(lambert(Rgb(0.6f)), 1), "direct", 0.6f, 0.006f);
   expect_only(of_floor(lambert(Rgb(0.6f)), 8), "direct", 0.6f, 0.006f);
@@ -211,7 +211,7 @@ TEST(PathLayers, OfOneSurface) {
   MaterialDescription unlit = lambert(Rgb(0.3f));
   unlit.unlit = true;
   expect_only(of_floor(unlit, 8), "emission", 0.3f, 1e-5f);
-  // A pane of index 1.5 from straight above sends 0.04 back.
+  // A pane of index 1.5 reflects 0.04 at normal incidence.
   const RenderedImage pane = of_floor(glass(1.5f, 0.0f, false), 8);
   EXPECT_NEAR(mean_of(pane, "transmission").y + mean_of(pane, "reflection").y, 1.0f, 1e-4f);
   EXPECT_GT(mean_of(pane, "reflection").y, 0.02f);
@@ -228,8 +228,8 @@ TEST(PathLayers, OfNoSurfaceIsTheEnvironment) {
   expect_only(image, "environment", 0.5f, 1e-6f);
 }
 
-// A dielectric's highlight does not depend on the colour below it, and what is below it is in
-// proportion to that colour. Standard errors are about 0.001.
+// A dielectric's highlight does not depend on the base colour, and the diffuse part is proportional
+// to it. Standard errors are about 0.001.
 TEST(PathLayers, PartAHighlightFromTheColourBelow) {
   MaterialDescription white = lambert(Rgb(0.8f)), grey = lambert(Rgb(0.2f));
   white.specular = grey.specular = 1.0f;
@@ -240,8 +240,8 @@ TEST(PathLayers, PartAHighlightFromTheColourBelow) {
   EXPECT_NEAR(mean_of(a, "direct").y, 4 * mean_of(b, "direct").y, 0.01f);
 }
 
-// In a closed box that shines everywhere, by the number of reflections: 1 + a + a^2 ..., of which
-// the first is seen, the second direct, the rest indirect.
+// In a closed emissive box the radiance is 1 + a + a^2 ... by number of reflections: the first term
+// is emission, the second direct, the rest indirect.
 TEST(PathLayers, CountReflections) {
   SceneBuilderForTests b;
   MaterialDescription wall = lambert(Rgb(0.5f));
@@ -259,7 +259,7 @@ TEST(PathLayers, CountReflections) {
   EXPECT_EQ(mean_of(image, "reflection").y, 0.0f);
 }
 
-// Every picture of a frame under way: the layers are as complete as it is.
+// Checks every picture of a running frame: the layers are as complete as it is.
 class Onlooker final : public RenderSink {
  public:
   explicit Onlooker(const Rect& crop)
@@ -304,14 +304,14 @@ TEST(PathLayers, AddUpInIncompletePictures) {
   }
 }
 
-// What a film keeps: it is written and read back, copied, and added up.
+// Layers in the film: saved and loaded, copied, and added.
 TEST(PathLayers, OfAFilm) {
   const AovSet aovs = AovSet::parse("indirect,direct");
   const PathLayers layers(aovs);
   EXPECT_EQ(layers.place_of(PathLayer::kIndirect), 1u);
   LightGroupValues values(layers.size());
   values.add(0, layers.place_of(PathLayer::kIndirect), Rgb(2.0f), Rgb(1, 2, 3));
-  values.add(0, layers.place_of(PathLayer::kReflection), Rgb(1.0f), Rgb(9.0f));  // not wanted
+  values.add(0, layers.place_of(PathLayer::kReflection), Rgb(1.0f), Rgb(9.0f));  // not requested
   FilmTile film(aovs), other(aovs), read(aovs);
   for (FilmTile* tile : {&film, &other, &read}) tile->reset({0, 0, 2, 1});
   const SampleValue lit{Rgb(2, 4, 6), 1.0f, {}, {}}, black{Rgb(0.0f), 1.0f, {}, {}};
@@ -329,7 +329,7 @@ TEST(PathLayers, OfAFilm) {
   read.resolve(pixels);
   EXPECT_EQ(pixels, (std::vector<float>{1, 2, 3, 1, 2, 0, 0, 0, 1, 2, 3,  //
                                         0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}));
-  // 24 bytes for each of them and the samples.
+  // 24 bytes for each layer and for the sample count.
   FilmTile without{AovSet()};
   without.reset({0, 0, 2, 1});
   EXPECT_EQ(film.bytes(), without.bytes() + 2 * 72 + 4);

@@ -1,5 +1,5 @@
-// A scene that is posed for another time renders the bits of one that is loaded and built at that
-// time, whatever poses and edits came before; and keeps what does not move.
+// A scene posed for another time renders the same bits as one loaded and built at that time,
+// whatever poses and edits came before, and keeps everything that does not move.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -68,7 +68,7 @@ class Repose : public testing::TestWithParam<const char*> {
   const std::string file_;
 };
 
-// An open scene, as a session has one.
+// An open scene, as a session has it.
 class PosedScene {
  public:
   explicit PosedScene(const FrameSettings& s, LoadProgress& progress = LoadProgress::unwatched())
@@ -102,7 +102,7 @@ class PosedScene {
 
 TEST_P(Repose, GivesTheBitsOfAFreshLoad) {
   const std::string animation = GetParam();
-  // A box appears at 0.5 s, and goes at 1.5 s: also while the shutter is open.
+  // A box appears at 0.5 s and disappears at 1.5 s, also while the shutter is open.
   const When times[] = {{0.0}, {0.7},        {1.6},       {0.7, true}, {0.45, true}, {1.0},
                         {0.2}, {1.45, true}, {1.3, true}, {0.4, true}, {0.0}};
   PosedScene posed(at(animation, {1.0}));
@@ -131,7 +131,7 @@ TEST_F(Repose, TheAnimationIsSeen) {
   }
 }
 
-// One after another, on the same file: what rests in one moves in the next.
+// Animations alternate on one file: nodes that rest in one move in the next.
 TEST_F(Repose, TakesAnotherAnimation) {
   PosedScene posed(at("box", {0.5}));
   for (const char* animation : {"camera", "all that moves", "vanishing", "box"}) {
@@ -140,7 +140,7 @@ TEST_F(Repose, TakesAnotherAnimation) {
   }
 }
 
-// A mesh that is held gives light, so no environment takes its place.
+// A mesh that is kept emits light, so no default environment is added.
 TEST_F(Repose, LampsThatRestAreLightEnough) {
   AnimatedStage stage;
   stage.gltf.root["extensions"]["KHR_lights_punctual"]["lights"][0]["intensity"] = 0;
@@ -180,7 +180,7 @@ TEST_F(Repose, BuildsWhatMovesAndNothingElse) {
   EXPECT_EQ(builds("all that moves"), 1u);
 }
 
-// The mesh of the box has no inverse at 1 s, and is not there.
+// The box's matrix has no inverse at 1 s, so the box is left out.
 TEST_F(Repose, WhatVanishesComesBack) {
   PosedScene posed(at("vanishing", {0.5}));
   for (const double time : {1.0, 0.5, 1.0, 1.5}) {
@@ -190,7 +190,7 @@ TEST_F(Repose, WhatVanishesComesBack) {
   }
 }
 
-// At 1 s the root is thrown out of float's range, and before that it is not.
+// At 1 s the root moves beyond float's range; before that it does not.
 TEST_F(Repose, ABrokenPoseLeavesTheOldOne) {
   AnimatedStage stage;
   GltfBuilder& gltf = stage.gltf;
@@ -207,7 +207,7 @@ TEST_F(Repose, ABrokenPoseLeavesTheOldOne) {
   expect_same_bits(picture(posed.scene(), posed.camera()), fresh(lost(2.0)), "and the next");
 }
 
-// Where the build fails, not the load: a lamp that goes beyond the reach of rays.
+// Here the build fails, not the load: a lamp moves beyond the reach of rays.
 TEST_F(Repose, AFailedBuildLeavesTheOldOne) {
   AnimatedStage stage;
   GltfBuilder& gltf = stage.gltf;
@@ -229,7 +229,7 @@ TEST_F(Repose, AFailedBuildLeavesTheOldOne) {
   expect_same_bits(picture(posed.scene(), posed.camera()), fresh(far(2.0)), "and the next");
 }
 
-// The environment is edited and lamps are switched on in the pose that fails.
+// In the pose that fails, the environment is edited and lamps are switched on.
 TEST_F(Repose, WhereverMemoryEndsTheOldOneStays) {
   const auto s = [this](double time) {
     FrameSettings at_time = at("all that moves", {time});
@@ -246,7 +246,7 @@ TEST_F(Repose, WhereverMemoryEndsTheOldOneStays) {
   LoadProgress progress({}, {}, limits);
   PosedScene posed(s(0), progress);
   const RenderedImage before = picture(posed.scene(), posed.camera());
-  { const ReadScene noted = posed.read(s(0.8), edits); }  // the file keeps what it found, once
+  { const ReadScene noted = posed.read(s(0.8), edits); }  // the file caches what it found, once
   const uint64_t reserved = budget.reserved();
   int failures = 0;
   for (uint64_t left = 1;; left += left / 4 + 1) {
@@ -311,7 +311,7 @@ TEST_F(Repose, WhatIsReadAndNotBuiltIsGivenBack) {
   }
 }
 
-// Far from the origin, where the space is not the world's.
+// Far from the origin, where scene space and world space differ.
 TEST_F(Repose, KeepsItsSpaceFarAway) {
   AnimatedStage stage;
   nlohmann::json& scene = stage.gltf.root["scenes"][0];

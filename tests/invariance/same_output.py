@@ -1,4 +1,4 @@
-"""Fails when two programs do not print the same lines.   same_output.py PROGRAM PROGRAM"""
+"""Fails unless two programs print the same lines.   same_output.py PROGRAM PROGRAM"""
 import subprocess
 import sys
 

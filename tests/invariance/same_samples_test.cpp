@@ -107,7 +107,7 @@ CameraDescription lens_view() {
   return view;
 }
 
-// Whatever the threads, buckets, driver and crop.
+// Expects the same bits for all thread counts, buckets, drivers and crops.
 void expect_same_everywhere(const Scene& scene, const CameraDescription& view, RenderSettings s) {
   s.threads = 1;
   const RenderedImage reference = render(scene, view, s);
@@ -125,7 +125,7 @@ void expect_same_everywhere(const Scene& scene, const CameraDescription& view, R
   expect_same_bits(render(scene, view, s), reference, "crop");
 }
 
-// The samples of a lens as well.
+// Lens samples, too.
 TEST_P(SameSamples, ThroughALens) {
   const RenderSettings s = base_settings(GetParam());
   EXPECT_NE(render(*scene_, lens_view(), s).values, render(*scene_, busy_view(), s).values);
@@ -140,7 +140,7 @@ TEST_P(SameSamples, WithSeveralLightSamples) {
   expect_same_everywhere(*scene_, busy_view(), s);
 }
 
-// And those of time: instances, vertices, lamps, lights and the camera move.
+// Time samples, too: instances, vertices, lamps, lights and the camera move.
 TEST_P(SameSamples, InMotion) {
   const MovingScene moving;
   const auto scene = moving.at_all_times().build();
@@ -174,11 +174,11 @@ TEST_P(SameSamples, ReplayedAlone) {
   }
 }
 
-// Line between lines and pass after pass, or bucket after bucket: the same samples.
+// Bisection and bucket give the same samples, although their orders differ.
 TEST_P(SameSamples, BisectionAndBucket) {
   RenderSettings s = base_settings(GetParam());
   s.aovs = "variance,albedo,N,Z,id,stop";
-  // The base's count is a power of two where the sampler asks for one.
+  // Some samplers require a sample count that is a power of two.
   const auto counts =
       std::has_single_bit(s.spp) ? std::array{1u, 4u, 16u, 32u} : std::array{1u, 3u, 16u, 37u};
   for (const StreamCount streams : {StreamCount::kOne, StreamCount::kTwo}) {
@@ -212,7 +212,7 @@ TEST_P(SameSamples, BisectionAndBucket) {
   }
 }
 
-// A driver that goes by halves knows more of the variance than any other can (film.h).
+// Only drivers that keep sample halves have a better variance estimate (film.h).
 RenderedImage without_variance(RenderedImage image) {
   for (size_t c = 0; c < image.channels.size(); ++c) {
     if (!image.channels[c].starts_with("variance.")) continue;
@@ -221,9 +221,9 @@ RenderedImage without_variance(RenderedImage image) {
   return image;
 }
 
-// Adaptive sampling that has nothing to decide: the same samples as well. Samplers whose points
-// depend on how many there will be are refused there; one that weighs its points by how many there
-// are weighs them all alike at powers of two.
+// Adaptive sampling with nothing to decide gives the same samples, too. It rejects samplers whose
+// points depend on the total count; a sampler that weights its points by the count weights them
+// equally at powers of two.
 class AdaptiveSameSamples : public SameSamples {};
 TEST_P(AdaptiveSameSamples, AdaptiveAndBucket) {
   const bool weighs = create_sampler(GetParam(), {})->integration_weight(0, 3) != 1.0f;
@@ -294,7 +294,7 @@ INSTANTIATE_TEST_SUITE_P(EverySampler, AdaptiveSameSamples,
 INSTANTIATE_TEST_SUITE_P(EverySampler, SameSamples, testing::ValuesIn(sampler_names()),
                          [](const auto& p) { return p.param; });
 
-// Light whose sums are no normal floats.
+// Light so faint that its sums are denormal floats.
 TEST(FaintLight, BisectionAndBucket) {
   SceneBuilderForTests b;
   b.add_floor(4, 0, b.add_material(lambert(Rgb(0.5f, 0.1f, 0.9f))));
@@ -313,7 +313,7 @@ TEST(FaintLight, BisectionAndBucket) {
   }
 }
 
-// Whoever meets them: those that come first.
+// The first in pixel order are kept, whichever worker meets them.
 TEST(NonFiniteSamples, TheFirstAreKept) {
   RenderCounters one, other;
   for (int i = 99; i >= 0; --i) (i % 3 == 0 ? one : other).locate({i % 10, i / 10, 7, 1});

@@ -1,4 +1,4 @@
-// Drivers tested without rendering: what they ask for, listed.
+// Drivers tested without rendering: lists the work that they request.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -24,7 +24,7 @@
 namespace emberline {
 namespace {
 
-// What a driver asks for, of a film that is told numbers instead of samples.
+// Lists a driver's requests, on a film that gets made-up numbers instead of samples.
 class Listed {
  public:
   Listed(const DriverEntry& entry, const Frame& frame, const Rect& pixels,
@@ -34,7 +34,7 @@ class Listed {
     driver_ = entry.create(frame, pixels, settings);
   }
 
-  // Goes on for at most so many parts, in an order that no thread would take.
+  // Carries out at most `parts` parts, in an order that no thread would use.
   void go_on(size_t parts) {
     std::vector<PixelWork> list;
     while (parts > 0 && !driver_->finished()) {
@@ -59,7 +59,7 @@ class Listed {
     EXPECT_EQ(driver_->least_samples(film_), film_.least_samples());
   }
 
-  // One part of the round under way.
+  // Carries out one part of the current round.
   void carry_out(size_t part) {
     std::vector<PixelWork> list;
     driver_->expand(part, list);
@@ -72,7 +72,7 @@ class Listed {
   FilmTile& film() { return film_; }
 
  private:
-  // Each sample once, and a pixel's in order.
+  // Checks that each sample comes once and that a pixel's samples come in order.
   uint64_t add(const PixelWork& work) {
     EXPECT_TRUE(film_.rect().contains(work.x, work.y));
     EXPECT_EQ(work.first_sample, film_.sample_count(work.x, work.y));
@@ -157,7 +157,7 @@ TEST_P(Rounds, AskForEachSampleOnceAndInOrder) {
   }
 }
 
-// Wherever it is cut, the counts are true, the picture is there, and the stops say why.
+// Wherever the frame is cut, counts are true, the picture is complete, and stop reasons are right.
 TEST_P(Rounds, AreTrueWhereverTheyAreCut) {
   const Rect crop = kRoundWindows[0];
   const Frame whole = frame(crop);
@@ -180,8 +180,8 @@ TEST_P(Rounds, AreTrueWhereverTheyAreCut) {
   }
 }
 
-// Carries its rounds out part by part; at each boundary between two parts, if `replaced`, by a new
-// driver that has loaded what the one before has saved.
+// Carries the rounds out part by part. If `replaced`, a new driver that has loaded the old one's
+// saved state takes over at each boundary between two parts.
 FilmTile carried_out(const DriverEntry& entry, const Frame& frame, const Rect& pixels,
                      const DriverSettings& settings, bool replaced, std::vector<std::byte>* state,
                      std::string* explanation) {
@@ -221,7 +221,7 @@ TEST_P(Rounds, GoOnFromEveryBoundaryToTheSameBits) {
   all[3].adaptive.threshold = 0.1f;
   all[3].adaptive.max_samples = 64;
   all.push_back(all[3]);
-  all.back().adaptive.budget = 0;  // the threshold and the most samples alone end it
+  all.back().adaptive.budget = 0;  // only the threshold and the maximum count end it
   for (const EstimatorEntry& estimator : estimator_table()) {
     if (GetParam() == "bisection") break;
     all.push_back(all[GetParam() == "bucket" ? 3 : 0]);
@@ -245,7 +245,7 @@ TEST_P(Rounds, GoOnFromEveryBoundaryToTheSameBits) {
   }
 }
 
-// A state comes from a file: damaged, it is refused, or asks for nothing outside its frame.
+// A saved state may be damaged: it is then rejected, or requests nothing outside its frame.
 TEST_P(Rounds, ADamagedStateIsRefusedOrHarmless) {
   const Rect crop{3, 2, 52, 35};
   const Frame whole = frame(crop);
@@ -259,7 +259,7 @@ TEST_P(Rounds, ADamagedStateIsRefusedOrHarmless) {
     constexpr uint32_t kTrials = 600;
     for (uint32_t trial = 0; trial < kTrials; ++trial) {
       std::vector<std::byte> damaged = state;
-      // The numbers come first, and are few beside the arrays.
+      // The scalars come first and are few compared with the arrays.
       const uint32_t random = hash_combine(trial, uint32_t(parts));
       const size_t at = random % (trial % 2 ? std::min<size_t>(200, state.size()) : state.size());
       if (trial % 10 == 0) {
@@ -316,8 +316,7 @@ TEST(BucketSchedule, CoversEveryPixelOnce) {
   EXPECT_TRUE(bucket_schedule(Rect{}, 16, BucketOrder::kHilbert, 0).empty());
 }
 
-// The work of making a schedule grows with its buckets, not with the square around them: a frame
-// of one column took minutes once.
+// The cost of a schedule grows with its buckets, not with the square around them.
 TEST(BucketSchedule, AThinFrameIsScheduledAtOnce) {
   for (const NamedValue<BucketOrder>& order : bucket_order_table()) {
     for (const Rect& crop : {Rect{0, 0, 1, 65536}, Rect{0, 0, 65536, 1}}) {
@@ -329,7 +328,7 @@ TEST(BucketSchedule, AThinFrameIsScheduledAtOnce) {
   }
 }
 
-// Hilbert's curve and the spiral go from bucket to neighbouring bucket on a square power of two.
+// On a square power of two the Hilbert curve and the spiral step between neighbouring buckets.
 TEST(BucketSchedule, HilbertAndSpiralAreConnected) {
   for (const BucketOrder order : {BucketOrder::kHilbert, BucketOrder::kSpiral}) {
     const auto buckets = bucket_schedule({0, 0, 256, 256}, 16, order, 0);
@@ -396,7 +395,7 @@ TEST(AdaptiveSchedule, PartsHoldAllWorkInEqualPieces) {
   EXPECT_EQ(cut_into_parts({}, {}, {}, 500).size(), 1u);
 }
 
-// Blocks of pixels that hold no end of a part are passed over as a whole.
+// Blocks of pixels without a part boundary are skipped as a whole.
 TEST(AdaptiveSchedule, PartsAreAsPixelByPixel) {
   const std::vector<uint32_t> order = tile_order({0, 0, 83, 47});
   const std::vector<uint32_t> have(order.size(), 3);
@@ -423,7 +422,7 @@ TEST(AdaptiveSchedule, WhatGainsMostForItsSamplesComesFirst) {
   const std::vector<uint32_t> order = {5, 4, 3, 2, 1, 0};
   const std::vector<size_t> parts = {0, 2, 4, 6};  // pixels 5 4, 3 2, 1 0
   const std::vector<uint32_t> have(6, 8), targets = {16, 16, 40, 40, 16, 8};
-  // Of one sample: 1/8 + 1/8 over 16, then 8 + 8 over 64, then 2 over 8.
+  // Gain per sample: 1/8 + 1/8 over 16, then 8 + 8 over 64, then 2 over 8.
   const std::vector<float> gain = {0.125f, 0.125f, 8.0f, 8.0f, 2.0f, 0.0f};
   EXPECT_EQ(parts_by_gain(parts, order, have, targets, gain), (std::vector<uint32_t>{0, 1, 2}));
   const std::vector<float> opposite = {8.0f, 8.0f, 8.0f, 8.0f, 0.125f, 0.0f};
@@ -445,7 +444,7 @@ TEST(AdaptiveSchedule, EqualPartsComeSpreadOverTheFrame) {
     std::vector<uint32_t> sorted = turns;
     std::ranges::sort(sorted);
     EXPECT_EQ(sorted, order);  // each once
-    // Of the first eighth, no two are neighbours.
+    // No two of the first eighth are neighbours.
     for (size_t i = 0; i < count / 8; ++i) {
       for (size_t j = 0; j < i; ++j) EXPECT_GT(std::abs(int(turns[i]) - int(turns[j])), 3);
     }

@@ -1,5 +1,5 @@
-"""Outside of the command no text says how an option is written: setting_names.h does, for whoever runs. Fails for string
-literals with "--" and the name of a setting, or of any other option of the program.
+"""Fails when a string literal outside the command contains "--" and the name of a setting or another option. How an
+option is written depends on the client, so messages get it from setting_names.h.
 
   setting_names.py SOURCE PROGRAM"""
 

@@ -1,4 +1,4 @@
-// The end of a frame of tiles: who has none left helps with those of others (render_loop.h).
+// The end of a frame of tiles: a thread without tiles helps with those of others (render_loop.h).
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
@@ -22,7 +22,7 @@ using namespace test;
 
 constexpr int kThreads = 3;
 
-// Nobody goes on from its first report before every thread has made one, or a minute has passed.
+// Each thread waits at its first report until all threads have made one, or a minute has passed.
 class AllTogether : public RenderSink {
  public:
   void tile_finished(const FilmTile& tile) override {
@@ -97,7 +97,7 @@ TEST_F(SharedTile, IsRenderedByAllThreads) {
   EXPECT_EQ(counters.rays.total(), render(*scene_, busy_view(), settings_).counters.rays.total());
 }
 
-// Also where rounds are decided between: helpers come back for each.
+// The same with decisions between rounds: helpers return for each round.
 TEST_F(SharedTile, OfManyRoundsHasTheBitsOfOneThread) {
   settings_.adaptive.threshold = 0.05f;
   settings_.adaptive.budget = settings_.adaptive.max_samples = 128;
@@ -115,13 +115,13 @@ TEST_F(SharedTile, OfManyRoundsHasTheBitsOfOneThread) {
   EXPECT_EQ(sink.threads(), size_t(kThreads));
 }
 
-// Of whichever thread: the frame ends soon, and its caller is told.
+// Whichever thread throws, the frame ends soon and the exception reaches the caller.
 TEST_F(SharedTile, AnExceptionEndsTheFrame) {
   struct Throws final : AllTogether {
     explicit Throws(int the_thrower) : thrower(the_thrower) {}
     void reported(std::unique_lock<std::mutex>& lock) override {
       if (reports++ == thrower) throw RenderError("the sink had enough");
-      // To unwind a stack takes longer than a part.
+      // Unwinding a stack takes longer than a part.
       if (lock.unlock(); reports > thrower)
         std::this_thread::sleep_for(std::chrono::milliseconds(50));
     }

@@ -1,4 +1,4 @@
-// A picture that somebody waits for comes sooner, and changes nothing of what is rendered.
+// A picture that a client waits for comes sooner, and nothing rendered changes.
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
@@ -38,7 +38,7 @@ class Impatient final : public RenderSink {
   }
   // Samples from one pause to the next.
   uint64_t most_between() const { return most_between_; }
-  // Those at which the pictures came that were wanted at some number of them.
+  // Sample counts at which the requested pictures arrived.
   const std::vector<uint64_t>& arrived() const { return arrived_; }
 
  private:

@@ -1,6 +1,6 @@
-// Case E13: ambient occlusion beside a wall. Cosine-weighted directions are uniform in the unit
-// disk that they project to, and the wall at distance d stops those whose projection lies beyond d
-// / r, r being how far the integrator looks: a circle's segment.
+// Case E13: ambient occlusion beside a wall. Cosine-weighted directions project to a uniform unit
+// disk. A wall at distance d blocks the circular segment beyond d / r, where r is the occlusion
+// distance.
 #include "receiver.h"
 
 namespace emberline {
@@ -28,7 +28,7 @@ TEST(AmbientOcclusion, BesideAWall) {
     const double blocked = (std::acos(k) - k * std::sqrt(1 - k * k)) / kPiD;
     // Off the floor's diagonal.
     const RenderedImage image = render(*scene, orthographic({d, .1, .7}, {d, 0, .7}, 1e-5), s);
-    // The view is 1e-5 to either side of d; the segment's chord is 2 at most.
+    // The view extends 1e-5 to either side of d, and the segment's chord is at most 2.
     expect_case(name, compared(image, 1 - blocked, 1e-6 + 1e-5 * (d < .01)), replay(s));
   }
 }

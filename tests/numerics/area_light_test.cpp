@@ -1,6 +1,6 @@
-// Direct light whose irradiance has a closed form: the published rectangle, and the sides of a
-// light; emitter_shapes_test.cpp has all other shapes. The receiver is a Lambert floor of albedo 1
-// seen from straight above, so that the picture is E / pi.
+// Direct light with closed-form irradiance: the published rectangle, and the two sides of a light
+// (other shapes are in emitter_shapes_test.cpp). The receiver is a Lambertian floor of albedo 1
+// seen from straight above, so the picture is E / pi.
 #include "receiver.h"
 #include "support/scenes.h"
 
@@ -9,7 +9,7 @@ namespace {
 
 using namespace test;
 
-// The receiver and a camera that looks at a spot of 1e-4 around `at`, too small for E to change.
+// Renders the floor in a spot of 1e-4 around `at`, within which E is constant.
 RenderedImage irradiance_at(SceneBuilderForTests& b, const Vec3d& at, const RenderSettings& s,
                             double camera_height = 0.2) {
   b.add_floor(1000, 0, b.add_material(lambert(Rgb(1.0f))));
@@ -18,8 +18,8 @@ RenderedImage irradiance_at(SceneBuilderForTests& b, const Vec3d& at, const Rend
 }
 
 double lambert_polygon(const std::vector<Vec3d>& corners, const Vec3d& at) {
-  // Lambert 1760: E = L/2 sum over edges of the angle it subtends times n . (unit normal of the
-  // plane through the edge and the point), all of the polygon above the horizon.
+  // Lambert 1760: E = L/2 times the sum over edges of the subtended angle times n . (unit normal of
+  // the plane through the edge and the point). The whole polygon must be above the horizon.
   double sum = 0;
   for (size_t k = 0; k < corners.size(); ++k) {
     const Vec3d a = (corners[k] - at).normalized();
@@ -30,8 +30,7 @@ double lambert_polygon(const std::vector<Vec3d>& corners, const Vec3d& at) {
   return std::abs(sum) / 2;
 }
 
-// Case 6: a rectangle parallel to the floor, off centre. The published value .683537 guards the
-// formula above.
+// Case 6: a rectangle parallel to the floor, off centre. The published .683537 checks the formula.
 TEST(AreaLight, Rectangle) {
   const double x0 = -.5, x1 = .9, z0 = -.3, z1 = .7, h = 1.2;
   const std::vector<Vec3d> corners = {{x0, h, z0}, {x1, h, z0}, {x1, h, z1}, {x0, h, z1}};
@@ -44,7 +43,7 @@ TEST(AreaLight, Rectangle) {
   expect_exact(irradiance_at(b, Vec3d(0.0), s), exact / kPiD, 1e-5, s, {"6", "rectangle"});
 }
 
-// The same by BSDF sampling alone: an independent estimator that never asks the light sampler.
+// BSDF sampling alone is an independent estimator without the light sampler.
 TEST(AreaLight, RectangleByBsdfSampling) {
   SceneBuilderForTests b;
   b.add_quad({-.5f, 1.2f, -.3f}, {.9f, 1.2f, -.3f}, {.9f, 1.2f, .7f}, {-.5f, 1.2f, .7f},
@@ -55,14 +54,14 @@ TEST(AreaLight, RectangleByBsdfSampling) {
   expect_exact(irradiance_at(b, Vec3d(0.0), s), 0.683537 / kPiD, 1e-5, s, {"6", "rectangle, BSDF"});
 }
 
-// A one-sided emitter lights its front only; a two-sided one both sides.
+// A one-sided emitter lights only its front, a two-sided one both sides.
 TEST(AreaLight, Sides) {
   for (const bool two_sided : {false, true}) {
     SceneBuilderForTests b;
     MaterialDescription m = emitter(Rgb(1.0f));
     m.double_sided = two_sided;
     const int material = b.add_material(m);
-    b.add_floor(.5f, 1.0f, material, /*up=*/true);  // turns its back on the receiver
+    b.add_floor(.5f, 1.0f, material, /*up=*/true);  // faces away from the receiver
     const RenderSettings s = direct_light_settings();
     const std::vector<Vec3d> corners = {{-.5, 1, -.5}, {.5, 1, -.5}, {.5, 1, .5}, {-.5, 1, .5}};
     const double exact = two_sided ? lambert_polygon(corners, Vec3d(0.0)) : 0.0;

@@ -1,4 +1,4 @@
-// Texels that are no colours: NaN, infinity, 1e30, negative ones.
+// Invalid texels: NaN, infinity, 1e30, and negative values.
 #include <cstring>
 
 #include "closed_form.h"
@@ -13,7 +13,7 @@ using namespace test;
 
 constexpr int kSize = 8;
 
-// Mid-grey but for some texels of row 3; `bad` false: those are black.
+// Mid-grey except for some texels of row 3, which are bad, or black if `bad` is false.
 std::shared_ptr<Image> float_image(bool bad) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float inf = std::numeric_limits<float>::infinity();
@@ -33,8 +33,8 @@ std::shared_ptr<Image> float_image(bool bad) {
 
 bool in_bad_texel(int x, int y) { return y == 3 && x < 5; }
 
-// The texture in one slot of a material that fills the frame, a pixel to a texel. A plane does not
-// light itself, so a pixel depends on its own texel alone.
+// A frame filled by a material with the texture in one slot, one pixel per texel. A plane does not
+// light itself, so a pixel depends only on its own texel.
 RenderedImage picture(const char* slot, bool bad) {
   SceneBuilderForTests b;
   b.description.images.push_back(float_image(bad));
@@ -61,13 +61,13 @@ RenderedImage picture(const char* slot, bool bad) {
   s.width = s.height = kSize;
   s.spp = 64;
   s.max_depth = 3;
-  // A texel of 1e30 is a lamp: which lights are sampled depends on it everywhere, as it should.
+  // A texel of 1e30 is a lamp, so it rightly changes light selection everywhere.
   s.light_samples = std::string(slot) != "emission" ? 1 : 0;
   return render(*b.build(), orthographic({0, 0, 5}, {0, 0, 0}, 4), s);
 }
 
-// Case 21: what is not finite counts as 0 and no other pixel notices; 1e30 and -1 are clamped to
-// what the slot allows, or shine as written where that is finite.
+// Case 21: a non-finite value counts as 0 and affects no other pixel. 1e30 and -1 are clamped to
+// the slot's range; a finite emission is used as it is.
 TEST(BadTexels, StayWhereTheyAre) {
   for (const char* slot :
        {"base colour", "emission", "metal and roughness", "normal", "specular", "transmission"}) {
@@ -76,7 +76,7 @@ TEST(BadTexels, StayWhereTheyAre) {
     for (int y = 0; y < kSize; ++y) {
       for (int x = 0; x < kSize; ++x) {
         for (int c = 0; c < 3; ++c) not_finite += !std::isfinite(bad.pixel(x, y)[c]);
-        // In this row v grows downwards, as the image does.
+        // In this row v grows downwards, like the image.
         if (in_bad_texel(x, kSize - 1 - y) || in_bad_texel(x, y)) continue;
         changed += bad.rgb(x, y) != good.rgb(x, y);
       }
@@ -89,9 +89,9 @@ TEST(BadTexels, StayWhereTheyAre) {
   }
 }
 
-// The same in a map around the scene, as a file: counted, and worth what the finite rest is. Every
-// texel is 1 but for the bad ones, which become 0 or are clamped to the type's largest: replaced by
-// zeros in the reference, except that one, which is left out here.
+// An environment map file: bad texels are counted, and the rest keeps its value. All other texels
+// are 1. Bad ones become 0 or are clamped to the type's maximum; the reference has zeros instead,
+// and leaves out the clamped one.
 TEST(BadTexels, InAnEnvironmentAreCountedAndBlack) {
   const TempFolder folder;
   const float nan = std::numeric_limits<float>::quiet_NaN();

@@ -1,5 +1,5 @@
-// What changes while the shutter is open besides places (E48): lights that blink, fade and change
-// colour, lenses that zoom, things that come and go.
+// Changes other than movement while the shutter is open (E48): lights that blink, fade and change
+// colour, zoom lenses, and objects that appear and disappear.
 #include "lamp_over_floor.h"
 
 #include "renderer/core/moments.h"
@@ -22,7 +22,7 @@ Share on(float from, float to) {
 
 // ---- point lights ----------------------------------------------------------------------------
 
-// Of candela 1 at (.1, .8, 0), where expect_irradiance_at looks.
+// Irradiance from 1 candela at (.1, .8, 0), at the point that expect_irradiance_at measures.
 double unit_irradiance() {
   const Vec3d to = Vec3d(.1, .8, 0) - Vec3d(.3, 0, .1);
   return to.y / std::pow(to.length(), 3);
@@ -47,7 +47,7 @@ TEST(Blink, PointLights) {
   expect_point_light("point light that fades", over_time<Rgb>({0, 1}, {Rgb(1.0f), Rgb(0.0f)}), .5);
   expect_point_light("point light that fades early",
                      over_time<Rgb>({.1f, .3f}, {Rgb(1.0f), Rgb(.25f)}), .1 + .2 * .625 + .7 * .25);
-  // A quarter of 250,000 flashes.
+  // 250,000 flashes, each a quarter of its period.
   constexpr int kFlashes = 250'000;
   std::vector<float> times;
   std::vector<Rgb> values;
@@ -69,7 +69,7 @@ TEST(Blink, PointLights) {
 TEST(Blink, ColoursOfAPointLight) {
   SceneBuilderForTests b = white_floor();
   b.add_point_light({.1, .8, 0}, {2, 1, 4});
-  // Red, then in a straight line to what is half green and all blue.
+  // Red, then linearly to half green and full blue.
   b.description.lights[0].share =
       over_time<Rgb>({.2f, 1}, {Rgb(1.0f, 0.0f, 0.0f), Rgb(0.0f, .5f, 1.0f)});
   const double exact[] = {2 * (.2 + .8 * .5), .8 * .25, 4 * .8 * .5};
@@ -87,7 +87,7 @@ TEST(Blink, ColoursOfAPointLight) {
 
 // ---- emitters --------------------------------------------------------------------------------
 
-// The lamp of lamp_over_floor.h, in a share of the time.
+// The lamp of lamp_over_floor.h, lit for part of the time.
 void expect_lamp(const std::string& what, const Share& share, double exact) {
   SceneBuilderForTests b = white_floor();
   MaterialDescription lamp = emitter(Rgb(50.0f));
@@ -108,8 +108,7 @@ TEST(Blink, Lamps) {
   expect_lamp("lamp that fades", over_time<Rgb>({0, .5f}, {Rgb(1.0f), Rgb(0.0f)}), .25);
 }
 
-// A spot at a height that points down and opens; what comes to where a direction has that cosine,
-// of intensity 1.
+// A spotlight that points down while its cone opens, and its irradiance at intensity 1.
 PunctualLightDescription opening_spot(const Vec3d& at, float intensity) {
   PunctualLightDescription light;
   light.type = PunctualType::kSpot;
@@ -141,8 +140,8 @@ TEST(Blink, ASpotWhoseConeOpens) {
                        "spot whose cone opens");
 }
 
-// Each in its own time, by what they emit or by being there, and spots that open: the light BVH
-// picks by what they are at their brightest and widest.
+// Lamps blink or appear at different times, and spotlights open. The light BVH selects by their
+// maximum brightness and cone.
 TEST(Blink, ManyLamps) {
   constexpr int kLamps = 48;
   SceneBuilderForTests b = white_floor();
@@ -192,9 +191,9 @@ TEST(Blink, ManyLamps) {
               replay(s));
 }
 
-// ---- things that come and go -----------------------------------------------------------------
+// ---- appearing objects -----------------------------------------------------------------------
 
-// What is seen of a square of radiance 1.
+// Renders a square of radiance 1.
 void expect_seen(const std::string& what, const SceneBuilderForTests& b, double exact,
                  double tolerance = 1e-6) {
   const CaseName name{kCase, what};
@@ -221,7 +220,7 @@ TEST(Blink, ThingsThatAppear) {
   b.place(mesh);
   b.description.instances[0].shown = shown_from(false, {.25f, .55f});
   expect_seen("square, there for .3", b, .3);
-  // Another instance far away, which is always there, so that neither is baked.
+  // A second instance far away is always visible, so that neither is baked.
   b.place(mesh, translation(9, 0, 0));
   expect_seen("instance of a square, there for .3", b, .3);
   b.description.instances[0].motion = {translation(.3, 0, 0)};
@@ -233,7 +232,7 @@ TEST(Blink, ThingsThatAppear) {
     changes.push_back(float((i + 1.0) / kTimes));
   }
   b.description.instances[0].shown = shown_from(true, changes);
-  // 5e-3: floats near 1 are a 300th of its time apart.
+  // 5e-3: floats near 1 are a 300th of a period apart.
   expect_seen("square that comes and goes 50000 times", b, .3, 5e-3 * .3);
 }
 
@@ -247,7 +246,7 @@ TEST(Blink, WhatHasAlphaAppears) {
   expect_seen("square of alpha .5, there for .4", b, .2);
 }
 
-// A lamp in its wall: whichever of the two is there is what is seen of it.
+// A lamp flush in its wall: when one of the two disappears, the other is seen.
 TEST(Blink, AFlushLampAppears) {
   for (const bool lamp_goes : {true, false}) {
     SceneBuilderForTests b;
@@ -280,7 +279,7 @@ TEST(Blink, ShadowsThatVanish) {
   }
 }
 
-// A lamp that is there for part of the time gives what it gives then, and takes no other's share.
+// A lamp that exists for part of the time contributes only then, at no cost to other lights.
 TEST(Blink, ALampThatAppears) {
   SceneBuilderForTests b = white_floor();
   add_lamp(b);
@@ -295,8 +294,8 @@ TEST(Blink, ALampThatAppears) {
 
 // ---- lenses ----------------------------------------------------------------------------------
 
-// A wall that shines above y = .3, seen by a pixel at half of the picture's upper half: it sees it
-// from when its line of sight is above.
+// A wall that emits above y = .3, seen by a pixel in the middle of the picture's upper half. The
+// pixel sees light while its line of sight is above that edge.
 TEST(Blink, Zooms) {
   SceneBuilderForTests b;
   b.add_quad({-9, .3f, 0}, {9, .3f, 0}, {9, 9, 0}, {-9, 9, 0}, b.add_material(emitter(Rgb(1.0f))));

@@ -1,4 +1,4 @@
-// Cameras that stand in solids: Beer's law from the camera to the first surface, E54.
+// Cameras inside solids (E54): Beer's law from the camera to the first surface.
 #include "renderer/scene/camera_solids.h"
 
 #include "closed_form.h"
@@ -12,7 +12,7 @@ namespace {
 
 using namespace test;
 
-// Of index 1, and half of the light for each unit.
+// A medium of index 1 that transmits half of the light per unit of length.
 MaterialDescription half_per_unit() {
   MaterialDescription m = glass(1, 0);
   m.attenuation_color = Rgb(.5f);
@@ -27,7 +27,7 @@ RenderSettings settings() {
   return s;
 }
 
-// A wall of radiance 1 at z = 0, in front of which a solid reaches up to z = `depth`.
+// A wall of radiance 1 at z = 0, behind a solid that reaches to z = `depth`.
 SceneBuilderForTests wall_behind(float depth, bool closed = true) {
   SceneBuilderForTests b;
   const int solid = b.add_material(half_per_unit());
@@ -54,7 +54,7 @@ TEST(CameraSolids, BeersLawFromTheCamera) {
 
 TEST(CameraSolids, InsideOfTwo) {
   SceneBuilderForTests b = wall_behind(5);
-  // Clear, around the camera and half of the way.
+  // A clear solid around the camera, half of the way to the wall.
   b.add_box({-1, -1, 1}, {1, 1, 3}, b.add_material(glass(1, 0)));
   const RenderSettings s = settings();
   expect_exact(render(*b.build(), perspective(kEye, kAhead, 1e-3), s), .5, 1e-5, s,
@@ -74,7 +74,7 @@ TEST(CameraSolids, AtAnyScale) {
   }
 }
 
-// A mirrored and turned instance is as closed as its mesh.
+// A mirrored and rotated instance is as closed as its mesh.
 TEST(CameraSolids, InsideOfInstances) {
   SceneBuilderForTests b;
   const int mesh =
@@ -88,7 +88,7 @@ TEST(CameraSolids, InsideOfInstances) {
                {"E54", "from inside a mirrored instance"});
 }
 
-// Half of the orthographic frame begins in the solid, and half of the lens.
+// Half of the orthographic frame, and half of the lens, begin inside the solid.
 TEST(CameraSolids, EachRayBeginsWhereItIs) {
   SceneBuilderForTests b;
   b.add_box({-20, -20, -1}, {0, 20, 5}, b.add_material(half_per_unit()));
@@ -104,8 +104,8 @@ TEST(CameraSolids, EachRayBeginsWhereItIs) {
   lens.focus_distance = 2;
   s.spp = 1024;
   const RenderedImage image = render(*scene, lens, s);
-  // Of each way from the lens to the wall the part at x < 0 absorbs: by the midpoint rule over the
-  // lens's width, the disc's chords as weights, and that of the frame.
+  // Absorption along the part at x < 0 of each line from lens to wall. The midpoint rule integrates
+  // over the lens, weighted by the disc's chords, and over the frame.
   constexpr int kSteps = 2000;
   const double half = 2 * std::tan(.5e-3 * kPiD / 180);
   double sum = 0, weights = 0;
@@ -127,7 +127,7 @@ TEST(CameraSolids, InMotion) {
   RenderSettings s = settings();
   s.spp = 1024;
   s.shutter = Shutter{0, 1};
-  // The camera goes from 1 outside to 3 inside; after a quarter of the time it is in the solid.
+  // The camera moves from 1 outside to 3 inside, so it is in the solid after a quarter of the time.
   CameraDescription camera = perspective({-1, .2, 2}, {-1, .2, 0}, 1e-3);
   camera.motion = {camera.to_world};
   camera.motion[0][3][0] += 4;
@@ -139,7 +139,7 @@ TEST(CameraSolids, InMotion) {
   expect_case({"E54", "the camera goes into a solid"},
               {.25 + .75 * .25, moving.mean, moving.standard_error, 1e-5}, replay(s));
 
-  // The solid comes over the camera.
+  // The solid moves over the camera.
   b.description.instances[0].motion = {translation(-3, 0, 0)};
   const RenderedImage covered =
       render(*b.build(), perspective({-1.5, .2, 2}, {-1.5, .2, 0}, 1e-3), s);
@@ -161,7 +161,7 @@ TEST(CameraSolids, UnderWater) {
                4 / (kPiD * 4) * .125, 1e-5, s, {"E54", "camera, lamp and floor under water"});
 }
 
-// A mesh that lacks a face counts as no solid that anything stands in, and that is said.
+// A mesh that lacks a face is no solid for the camera, and a warning says so.
 TEST(CameraSolids, AnOpenMeshIsNone) {
   std::vector<std::string> said;
   set_log_sink([&](LogKind, std::string_view message) { said.emplace_back(message); });
@@ -180,7 +180,7 @@ struct Part {
   size_t faces;
 };
 
-// The primitives of one mesh, of a node of the file.
+// Splits a mesh into primitives of one node.
 void place_split(const MeshDescription& whole, const std::vector<Part>& parts,
                  SceneBuilderForTests& b, const Mat44d& to_world = Mat44d()) {
   auto face = whole.triangles.begin();
@@ -220,8 +220,8 @@ void expect_same(const SeenAndSaid& split, const SeenAndSaid& whole, const std::
   EXPECT_EQ(split.warnings, whole.warnings);
 }
 
-// Two halves of a sphere, six faces of a box, each in one primitive: one solid. Faces may look
-// different if what they enclose is the same.
+// Primitives that are closed only together form one solid: two halves of a sphere, six faces of a
+// box. Their surfaces may differ if their interiors agree.
 TEST(CameraSolids, PartsThatAreClosedTogether) {
   for (const MeshDescription& mesh : {SceneBuilderForTests::sphere(30, 12, 0),
                                       SceneBuilderForTests::box({-9, -8, -7}, {9, 8, 7}, 0)}) {
@@ -239,7 +239,7 @@ TEST(CameraSolids, PartsThatAreClosedTogether) {
       const std::vector<Part> halves = {{0, half}, {0, faces - half}};
       const std::vector<Part> sides = {{0, 2}, {0, 2}, {1, 2}, {0, 2}, {0, 2}, {0, 2}};
       place_split(mesh, faces == 12 ? sides : halves, split, to_world);
-      // In it a smaller one that fills its place.
+      // A smaller clear solid inside displaces it.
       for (SceneBuilderForTests* b : {&whole, &split}) {
         add_wall(*b);
         b->add_box({-1, -1, .5f}, {1, 1, 1}, b->add_material(glass(1, 0)));
@@ -253,7 +253,7 @@ TEST(CameraSolids, PartsThatAreClosedTogether) {
       lens.lens_radius = .5;
       lens.focus_distance = 2;
       expect_same(look(split, lens, s), look(whole, lens, s), "lens");
-      // They leave the camera behind.
+      // The parts move away from the camera.
       for (SceneBuilderForTests* b : {&whole, &split}) {
         for (InstanceDescription& placed : b->description.instances) {
           if (b->description.meshes[size_t(placed.mesh)].material > 1) continue;
@@ -269,7 +269,7 @@ TEST(CameraSolids, PartsThatAreClosedTogether) {
   }
 }
 
-// A bottle whose label is opaque: from inside, rays end at its back.
+// A bottle with an opaque label: rays from inside end at the label's back.
 TEST(CameraSolids, AnOpaquePartClosesASolid) {
   const MeshDescription box = SceneBuilderForTests::box({-9, -8, -7}, {9, 8, 7}, 0);
   const RenderSettings s = settings();
@@ -281,7 +281,7 @@ TEST(CameraSolids, AnOpaquePartClosesASolid) {
     b.add_material(label);
     place_split(box, {{0, 10}, {1, 2}}, b);
     add_wall(b);
-    // A label that is not there from behind is a hole.
+    // A single-sided label is a hole when seen from behind.
     const SeenAndSaid seen = look(b, perspective(kEye, kAhead, 1e-3), s);
     EXPECT_NEAR(seen.image.mean, is_double_sided ? .25 : 1, 1e-5);
     EXPECT_EQ(seen.warnings.empty(), is_double_sided);
@@ -291,7 +291,7 @@ TEST(CameraSolids, AnOpaquePartClosesASolid) {
   }
 }
 
-// Parts whose insides differ have no wall between them: nothing says what fills them.
+// Parts with different interiors stay open, since nothing says which one fills the solid.
 TEST(CameraSolids, PartsOfTwoMediaStayOpen) {
   SceneBuilderForTests b;
   b.add_material(half_per_unit());
@@ -305,7 +305,7 @@ TEST(CameraSolids, PartsOfTwoMediaStayOpen) {
   EXPECT_FALSE(seen.warnings.empty());
 }
 
-// From outside, parts that overlap another solid and touch a third show what the whole one does.
+// From outside, parts that overlap another solid and touch a third look like one solid.
 TEST(CameraSolids, PartsAreSeenAsOneSolid) {
   SceneBuilderForTests whole, split;
   const MeshDescription box = SceneBuilderForTests::box({-.6f, -.7f, -.5f}, {.7f, .6f, .5f}, 0);
@@ -327,7 +327,7 @@ TEST(CameraSolids, PartsAreSeenAsOneSolid) {
   expect_same(look(split, camera, s), look(whole, camera, s), "from outside");
 }
 
-// Scenes whose solids are elsewhere have nothing to ask.
+// A camera outside of all solids has nothing to look up.
 TEST(CameraSolids, NothingIsAskedOutsideOfSolids) {
   const auto scene = wall_behind(1).build();
   const CameraDescription view = perspective(kEye, kAhead, 10);

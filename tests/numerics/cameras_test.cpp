@@ -1,5 +1,5 @@
-// Case 29: whoever looks at it, from whatever angle and distance, the floor under a rectangle has
-// the irradiance of case 6, without acne; and cameras in places that only a test finds.
+// Case 29: from every angle and distance the floor under a rectangular lamp shows the irradiance of
+// case 6, without acne. Also cameras in unusual places.
 #include "closed_form.h"
 #include "renderer/engine/render_sink.h"
 #include "renderer/engine/render_worker.h"
@@ -34,8 +34,8 @@ std::unique_ptr<Scene> square_over_floor() {
   return b.build();
 }
 
-// The relative second derivatives of E at the origin are below 1 / h^2 = .7, so a spot of radius r
-// around it (first order cancels in the mean) is off by less than .7 r^2 / 2.
+// The relative second derivatives of E at the origin are below 1 / h^2 = .7, and the first order
+// cancels in the mean. So a spot of radius r around it is off by less than .7 r^2 / 2.
 double spot(double radius) { return std::max(1e-5, .35 * square(radius)); }
 
 CameraDescription at_angle(bool perspective_camera, double degrees, double distance,
@@ -57,8 +57,8 @@ TEST(Cameras, GrazingAndFar) {
     // The spot is 1e-5 across the view, so 1e-5 / cos 89.9 = 6e-3 along it.
     expect_exact(render(*scene, at_angle(is_perspective, 89.9, 1, 1e-5), s), exact, spot(6e-3), s,
                  {"29", kind + " at 89.9 degrees"});
-    // From 1e-3 and from 1e3 away, a ratio of 1e6. From afar the hit's place is as uncertain as a
-    // float at 1e3, 6e-5: it is on the floor for all that.
+    // From 1e-3 and from 1e3 away, a ratio of 1e6. At 1e3 the hit point is uncertain by a float's
+    // rounding, 6e-5, but still on the floor.
     expect_exact(render(*scene, at_angle(is_perspective, 30, 1e-3, 1e-5), s), exact, 1e-5, s,
                  {"29", kind + " 1e-3 away"});
     expect_exact(render(*scene, at_angle(is_perspective, 70, 1e3, 1e-3), s), exact, spot(3e-3), s,
@@ -68,8 +68,8 @@ TEST(Cameras, GrazingAndFar) {
   }
 }
 
-// 179 degrees: the frame is 229 wide at a distance of 1. Its middle pixels of 1e5 across are 2.3e-3
-// each; a film coordinate of 5e4 has steps of 1/256 pixel, which does not matter here.
+// 179 degrees: the frame is 229 wide at a distance of 1, so each of the 1e5 pixels is 2.3e-3 wide.
+// A film coordinate of 5e4 has steps of 1/256 pixel, which does not matter here.
 TEST(Cameras, WideAngle) {
   const auto scene = square_over_floor();
   RenderSettings s = camera_settings();
@@ -77,14 +77,14 @@ TEST(Cameras, WideAngle) {
   s.crop = {49'996, 49'996, 50'004, 50'004};
   expect_exact(render(*scene, perspective({.1, .8, .1}, {0, 0, 0}, 179), s), floor_radiance(),
                spot(1.5e-2), s, {"29", "179 degrees, 1e5 x 1e5 pixels"});
-  // And a narrow one, 1e-4 degrees.
+  // A narrow view of 1e-4 degrees.
   expect_exact(render(*scene, perspective({.1, .8, .1}, {0, 0, 0}, 1e-4), camera_settings()),
                floor_radiance(), 1e-5, camera_settings(), {"29", "1e-4 degrees"});
 }
 
-// A pixel far out in a frame 1e5 wide: an edge a fraction .3 into it. The film coordinate is a
-// float with 128 steps in a pixel there, the direction's own rounding (6e-8 at 1e-5 per pixel) is
-// 1/170 of one: an edge is off by 1/128 + 1/170 at most.
+// An edge at a fraction .3 of the last pixel of a frame 1e5 wide. The film coordinate is a float
+// with 128 steps per pixel there, and the direction's own rounding (6e-8 at 1e-5 per pixel) is
+// 1/170 of a pixel: an edge is off by 1/128 + 1/170 at most.
 TEST(Cameras, LastPixelOfAWideFrame) {
   SceneBuilderForTests b;
   const double width = 100'000, pixel = 2 / width;  // the frame spans x in [-1, 1]
@@ -96,7 +96,7 @@ TEST(Cameras, LastPixelOfAWideFrame) {
   s.height = 1;
   s.crop = {99'999, 0, 100'000, 1};
   s.spp = 16384;
-  // What the float edge itself says.
+  // Uses the edge's float value.
   const double exact = (1 - double(edge)) / pixel;
   const RenderedImage image = render(*b.build(), orthographic({0, 0, 1}, {0, 0, 0}, 1 / width), s);
   expect_case({"E24", "coverage of pixel 99999 of 100000"},
@@ -109,12 +109,12 @@ TEST(Cameras, OnePixelAndLateSamples) {
   RenderSettings s = camera_settings();
   s.width = s.height = 1;
   s.spp = 65536;
-  // One pixel has no spread to take an error from; 1024 pixels of 64 samples each have.
+  // One pixel has no spread to estimate an error from; 1024 pixels of 64 samples have.
   RenderSettings many = s;
   many.width = many.height = 32;
   many.spp = 64;
   const CameraDescription view = orthographic({.1, .8, .1}, {0, 0, 0}, 1e-4);
-  const double error = render(*scene, view, many).standard_error;  // of as many samples
+  const double error = render(*scene, view, many).standard_error;  // for the same number of samples
   const double exact = floor_radiance();
   expect_case({"E25", "frame of one pixel"},
               {exact, render(*scene, view, s).mean, error, 1e-5 * exact}, replay(s));
@@ -141,8 +141,8 @@ TEST(Cameras, OnePixelAndLateSamples) {
               "32 x 32, 64 samples from 2^31, seed 1");
 }
 
-// A camera on a wall, on an edge and on a vertex of a cavity that shines everywhere alike, and one
-// in the plane of a floor, looking along it: nothing but 1 to be seen, and no NaN.
+// A camera on a wall, an edge and a vertex of a uniformly bright cavity, and one in the plane of a
+// floor, looking along it: all show 1, and no NaN.
 TEST(Cameras, OnASurface) {
   SceneBuilderForTests b;
   MaterialDescription m = lambert(Rgb(.8f));
@@ -162,7 +162,7 @@ TEST(Cameras, OnASurface) {
     s.spp = 64;
     s.width = s.height = 16;
     s.max_depth = 1000;
-    // Even and odd frames: a pixel's edge or its middle lies in the floor's very plane.
+    // Even and odd frames: the floor's plane passes through a pixel's edge or its centre.
     for (const int width : {16, 15}) {
       s.width = s.height = width;
       const RenderedImage image = render(*scene, perspective(at, {0, 0, 0}, 100), s);

@@ -1,5 +1,5 @@
-// How a measured mean is held against an exact value, and how the comparison becomes a row of the
-// table in tests/numerics/table.csv.
+// Compares a measured mean with an exact value, and writes the comparison as a row of the table in
+// tests/numerics/table.csv.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -12,14 +12,14 @@
 
 namespace emberline::test {
 
-// One comparison. `number` is the hard case it belongs to ("6"; "E3" for one that the catalogue
-// lacks), `what` tells the comparisons of a case apart.
+// Names one comparison. `number` is its hard case ("6"; "E3" for one that the catalogue lacks),
+// `what` distinguishes the comparisons of a case.
 struct CaseName {
   std::string number, what;
 };
 
-// `tolerance` is absolute, and is for what is approximate by construction (a table's
-// interpolation, a tessellated sphere): it is derived where it is used, never from a measurement.
+// `tolerance` is absolute and covers known approximations (a table's interpolation, a tessellated
+// sphere). Derive it where it is used, never from a measurement.
 struct Comparison {
   double exact = 0, measured = 0, standard_error = 0, tolerance = 0;
 
@@ -29,8 +29,8 @@ struct Comparison {
   bool passes() const { return std::abs(deviation()) <= allowed(); }  // false for a NaN
 };
 
-// Appends the row, one JSON object a line, to the file that EMBERLINE_NUMERICS_TABLE names, if any;
-// ci/numerics.sh makes the table from it. `reason`: why a failure is left standing.
+// Appends the row as one line of JSON to the file named by EMBERLINE_NUMERICS_TABLE, if set;
+// ci/numerics.sh makes the table from it. `reason` says why a known failure remains.
 void record(const CaseName& name, const Comparison& c, const std::string& reason = {});
 
 inline std::string describe(const CaseName& name, const Comparison& c, const std::string& replay) {
@@ -48,8 +48,8 @@ inline void expect_case(const CaseName& name, const Comparison& c, const std::st
   EXPECT_TRUE(c.passes()) << describe(name, c, replay);
 }
 
-// A failure that is left standing, with its reason: it stays in the table as one, must not grow
-// beyond `bound` (absolute), and must be taken off this list once it is mended.
+// A known failure, with its reason. The table lists it as a failure; it must not exceed `bound`
+// (absolute), and must become expect_case once it is fixed.
 inline void expect_known_failure(const CaseName& name, const Comparison& c, double bound,
                                  const std::string& reason, const std::string& replay) {
   record(name, c, reason);
@@ -69,16 +69,16 @@ inline std::string shown(double value) {
   return text;
 }
 
-// A picture whose every pixel has the same expected value; `tolerance` is absolute. Of 64 pixels,
+// A picture whose pixels all have the same expected value; `tolerance` is absolute. With 64 pixels,
 // five standard errors fail by chance once in 200,000 comparisons (Student's t, 63 degrees).
 inline Comparison compared(const RenderedImage& image, double exact, double tolerance) {
   EXPECT_EQ(image.counters.non_finite_samples, 0u);
   return {exact, image.mean, image.standard_error, tolerance};
 }
 
-// The mean of a picture whose pixels differ, and its standard error: a pixel's two streams are
-// independent whatever the samples of one owe to each other (film.h), so half their difference is
-// its error. Grey scenes only: reads the green channel.
+// The mean of a picture whose pixels differ, and its standard error. A pixel's two streams are
+// independent, even where the samples within one are correlated (film.h), so half their difference
+// is its error. Reads only the green channel: for grey scenes.
 struct MeasuredMean {
   double mean = 0, standard_error = 0;
 };
@@ -96,8 +96,8 @@ inline MeasuredMean mean_of(const Scene& scene, const CameraDescription& view, R
   return {sum / n, std::sqrt(variance) / n};
 }
 
-// A seed of its own for each comparison: rows that share random numbers would err together, and the
-// table's spread would say nothing about the standard errors. FNV-1a.
+// Gives each comparison its own seed (FNV-1a). With shared random numbers, rows would err together,
+// and the table's spread would not check the standard errors.
 inline uint32_t seed_of(const CaseName& name) {
   uint32_t h = 2166136261u;
   for (const char c : name.number + " " + name.what) h = (h ^ uint8_t(c)) * 16777619u;

@@ -1,4 +1,4 @@
-// Surfaces that lie in one another: lamps flush with what they are mounted on, and doubled meshes.
+// Coplanar surfaces: lamps flush with their mounting, and duplicated meshes.
 #include "closed_form.h"
 
 #include "support/closed_forms.h"
@@ -9,12 +9,12 @@ namespace {
 
 using namespace test;
 
-// A flush lamp counts as being in front of what it lies on, from every side that it shines to. So
-// its irradiance is that of the same rectangle in empty space (Lambert's polygon formula), and the
-// camera sees all of it. What it lies on is black: all light is the lamp's own.
+// A flush lamp counts as being in front of its wall on every side that emits. So its irradiance is
+// that of the same rectangle in empty space (Lambert's polygon formula), and the camera sees all of
+// it. The wall is black: all light comes from the lamp.
 struct Mounting {
   const char* name;
-  double tilt;  // turns the whole scene about an oblique axis
+  double tilt;  // rotates the whole scene about an oblique axis
   Vec3d at;     // and moves it
   float wall;   // half size of the wall; the lamp's is .5
   bool wall_two_sided, lamp_two_sided, instanced;
@@ -102,7 +102,7 @@ TEST(FlushLamp, LightsItsHalfSpace) {
   }
 }
 
-// No pixel of it shows the wall.
+// No pixel of the lamp shows the wall.
 TEST(FlushLamp, IsSeenWhole) {
   RenderSettings s;
   s.width = s.height = 64;
@@ -115,7 +115,7 @@ TEST(FlushLamp, IsSeenWhole) {
   }
 }
 
-// A lamp that is there twice or three times shines once.
+// Two or three copies of a lamp in one place emit once.
 TEST(FlushLamp, DoubledShinesOnce) {
   RenderSettings s;
   s.width = s.height = 8;
@@ -135,8 +135,8 @@ TEST(FlushLamp, DoubledShinesOnce) {
   }
 }
 
-// A glowing decal of alpha .3 flush with its wall lets the wall through: .3 of the irradiance, by
-// light samples (which weigh the coverage) and by rays (which meet it by chance) alike.
+// An emissive decal of alpha .3, flush with its wall, gives .3 of the irradiance. Light samples
+// weight by the coverage and rays hit it by chance; both must agree.
 TEST(FlushLamp, CoversByItsAlpha) {
   for (const bool light_sampling : {true, false}) {
     SceneBuilderForTests b;
@@ -162,16 +162,16 @@ TEST(FlushLamp, CoversByItsAlpha) {
   }
 }
 
-// A lamp that also reflects, flush with a ceiling that does: a ray that leaves the one must not
-// meet the other at once. In a closed room whose every face shines .2 and reflects .8, Le / (1 -
-// rho) = 1 is seen everywhere, and a bounce too many or light that is counted twice shows.
+// A reflecting lamp flush with a reflecting ceiling: a ray that leaves one must not hit the other
+// at once. In a closed room that emits .2 and reflects .8 everywhere, the radiance is Le / (1 -
+// rho) = 1; an extra bounce or light counted twice changes it.
 TEST(FlushLamp, ReflectsOnce) {
   SceneBuilderForTests b;
   const Mat44d placed = oblique(1.3, {20, -3, 5});
   MaterialDescription m = lambert(Rgb(.8f));
   m.emission = Rgb(.2f);
   const int material = b.add_material(m);
-  // The room is a box of 40; its ceiling carries a square of .5 that lies in it.
+  // The room is a box of 40; its ceiling carries a flush square of .5.
   MeshDescription room;
   room.name = "room";
   room.material = material;
@@ -198,9 +198,8 @@ TEST(FlushLamp, ReflectsOnce) {
   }
 }
 
-// A small tile flush with a floor a thousand times as large, neither of them a lamp, in a furnace:
-// a ray that leaves the tile by the tile's own error bound must not meet the floor. It would show
-// .5 x .5 instead of .5.
+// A small tile flush with a floor a thousand times larger, in a furnace. A ray that leaves the tile
+// by the tile's own error bound must not hit the floor, or the result is .5 x .5 instead of .5.
 TEST(Coplanar, SmallTileOnALargeFloor) {
   SceneBuilderForTests b;
   const int material = b.add_material(lambert(Rgb(.5f)));
@@ -216,8 +215,8 @@ TEST(Coplanar, SmallTileOnALargeFloor) {
   expect_exact(image, .5, 1e-6, s, {"20", "tile on a floor 1000 times as large"});
 }
 
-// A closed emitting cavity whose every triangle is there twice keeps its Le / (1 - rho): equal
-// triangles have equal error bounds, so leaving the one is leaving the other.
+// A closed emissive cavity in which every triangle is duplicated keeps Le / (1 - rho): equal
+// triangles have equal error bounds, so a ray leaves both at once.
 TEST(Coplanar, DoubledCavity) {
   for (const bool light_sampling : {true, false}) {
     SceneBuilderForTests b;
@@ -237,7 +236,7 @@ TEST(Coplanar, DoubledCavity) {
   }
 }
 
-// A doubled reflecting floor in a furnace reflects once.
+// A duplicated reflecting floor in a furnace reflects once.
 TEST(Coplanar, DoubledFloorIsOneFloor) {
   SceneBuilderForTests b;
   const int material = b.add_material(lambert(Rgb(.5f)));

@@ -1,4 +1,4 @@
-// How a pixel averages what is smaller than it: edges, wires, a checkered plane to the horizon.
+// Pixels average details smaller than themselves: edges, wires, a checkered plane to the horizon.
 #include <cstring>
 
 #include "closed_form.h"
@@ -10,8 +10,8 @@ namespace {
 
 using namespace test;
 
-// Seen from straight above by a camera of one unit per pixel; radiance 1 where there is a shape, 0
-// elsewhere. Every pixel holds the same shape, so the pixels are independent estimates of its area.
+// Views from straight above with one unit per pixel; radiance is 1 on a shape and 0 elsewhere.
+// Every pixel holds the same shape, so the pixels are independent estimates of its area.
 constexpr int kCells = 16;
 
 RenderSettings pixel_settings(uint32_t spp) {
@@ -44,7 +44,7 @@ RenderedImage shapes(double x0, double x1, double w, const RenderSettings& s) {
   return render(*b.build(), orthographic({0, 1, 0}, {0, 0, 0}, kCells / 2), s);
 }
 
-// Case 16: the coverage of a wire is its width. 1e-6 of a pixel: vertices are rounded at 8.
+// Case 16: the coverage of a wire is its width. 1e-6 pixel is the rounding of vertices at 8.
 TEST(PixelCoverage, WiresThinnerThanAPixel) {
   for (const double width : {.5, .05, .005}) {
     const RenderSettings s = pixel_settings(1024);
@@ -54,9 +54,9 @@ TEST(PixelCoverage, WiresThinnerThanAPixel) {
   }
 }
 
-// The area left of a tilted edge, (.21 + .67) / 2.
+// The area to the left of a tilted edge, (.21 + .67) / 2.
 RenderedImage edge(const RenderSettings& s) {
-  // From the pixel's left side on: a wide shape would cover the neighbour.
+  // The shape starts at the pixel's left side, since a wider one would cover the neighbour.
   SceneBuilderForTests b;
   MeshDescription mesh;
   mesh.name = "edge";
@@ -77,10 +77,10 @@ RenderedImage edge(const RenderSettings& s) {
   return render(*b.build(), orthographic({0, 1, 0}, {0, 0, 0}, kCells / 2), s);
 }
 
-// Case 15: the exact fraction, and the variance falls as N^-1.5: a net's elementary boxes that a
-// tilted edge cuts number N^.5 of N, and only they contribute (algorithm notes, 3.3: 1.48 measured
-// for the sampler alone). Of 256 pixels a variance is known to sqrt(2 / 256) = 9 %, so a slope over
-// 2^4 to 2^12 to about .13 / sqrt(60) = .017; .1 is allowed as for the sampler.
+// Case 15: the fraction is exact, and the variance falls as N^-1.5, because a tilted edge cuts N^.5
+// of a net's N elementary boxes and only those contribute (algorithm notes, 3.3: 1.48 measured for
+// the sampler alone). 256 pixels give a variance to sqrt(2 / 256) = 9 %, so a slope over 2^4 to
+// 2^12 to about .13 / sqrt(60) = .017; the tolerance is .1, as for the sampler.
 TEST(PixelCoverage, TiltedEdge) {
   double xy = 0, xx = 0;
   for (int k = 4; k <= 12; ++k) {
@@ -98,10 +98,10 @@ TEST(PixelCoverage, TiltedEdge) {
               "16 to 4096 spp, 16 x 16, seed 1");
 }
 
-// A checkered plane of 2e4 x 2e4 squares from 1.5 above, radiance 0 and 1: a row of pixels that
-// each cover more than 300 squares shows the mean. A box of a periodic pattern differs from it by
-// at most the cut squares' share along one side, 1 / (2 x the squares along the longer side); in
-// rows at a hundredth of a degree and less below the horizon that are 1.5 / tan^2 x pixel > 600.
+// A checkered plane of 2e4 x 2e4 squares from 1.5 above, radiance 0 and 1: pixels that each cover
+// more than 300 squares show the mean. A box over a periodic pattern differs from the mean by at
+// most the share of cut squares along one side, 1 / (2 x the squares along the longer side); rows
+// at most a hundredth of a degree below the horizon have 1.5 / tan^2 x pixel > 600.
 TEST(PixelCoverage, CheckerToTheHorizon) {
   SceneBuilderForTests b;
   auto image = std::make_shared<Image>();
@@ -119,22 +119,22 @@ TEST(PixelCoverage, CheckerToTheHorizon) {
              b.add_material(m));
   for (Vec2f& uv : b.description.meshes.back().uv_sets[0]) uv *= half;
   const auto scene = b.build();
-  // The horizon of the plane's end lies 1.5e-4 below the middle; the row's span is 0.02 to 0.03.
+  // The far end of the plane is 1.5e-4 below the middle; the row spans 0.02 to 0.03.
   RenderSettings s;
   s.width = 64;
   s.height = 100;
   s.crop = {0, 52, 64, 53};
   s.spp = 4096;
   s.max_depth = 0;
-  // tan(fov / 2) = .5: a pixel is 1/100; row 52 looks down by .02 to .03, 50 to 75 away.
+  // tan(fov / 2) = .5: a pixel is 1/100; row 52 looks down by .02 to .03, which is 50 to 75 away.
   const CameraDescription view = perspective({.3, 1.5, 0}, {.3, 1.5, -1}, 53.13010235);
-  // 25 squares deep, 1 to 1.5 wide and sheared by the frame: pixels differ, their mean over 64
-  // columns (38 to 48 squares) does not but for the cut ones: 1 / (2 x 25 x 38).
+  // The row is 25 squares deep and 38 to 48 wide over its 64 columns. Its mean differs only by the
+  // cut squares: 1 / (2 x 25 x 38).
   const RenderedImage near = render(*scene, view, s);
   expect_case({"15", "checker, row of 25 x 43 squares"},
               {.5, near.mean, near.standard_error, 1.0 / (2 * 25 * 38)}, replay(s));
-  // Row 50, the horizon's: 0 to .01, from 150 away to the end. The plane ends at 1.5e-4 of .01, so
-  // 1.5 % of the row are black; 9850 squares deep.
+  // Row 50, at the horizon: 0 to .01 down, from 150 away to the end. The plane ends at 1.5e-4 of
+  // .01, so 1.5 % of the row are black; the rest is 9850 squares deep.
   s.crop = {0, 50, 64, 51};
   const RenderedImage far = render(*scene, view, s);
   const double share = 1 - (1.5 / 1e4) / .01;

@@ -1,5 +1,4 @@
-// Triangles that are none: without area, with a vertex that is not a number, or a billion times as
-// long as wide.
+// Degenerate triangles: without area, with a non-finite vertex, or a billion times as long as wide.
 #include "closed_form.h"
 
 #include <nlohmann/json.hpp>
@@ -16,8 +15,8 @@ namespace {
 using namespace test;
 using nlohmann::json;
 
-// A ball on a floor under a lamp, as a file; `damaged` adds triangles that cannot be drawn to every
-// mesh, the lamp's included: repeated and collinear vertices, NaN, infinity.
+// A file with a ball on a floor under a lamp. `damaged` adds undrawable triangles to every mesh,
+// the lamp's included: repeated and collinear vertices, NaN, infinity.
 SceneDescription damaged_scene(const TempFolder& folder, bool damaged) {
   GltfBuilder gltf;
   const auto add = [&](const MeshDescription& mesh, const json& material) {
@@ -30,7 +29,7 @@ SceneDescription damaged_scene(const TempFolder& folder, bool damaged) {
       const float nan = std::numeric_limits<float>::quiet_NaN();
       const float inf = std::numeric_limits<float>::infinity();
       positions.insert(positions.end(), {nan, 0, 0, 0, -inf, 0, 2, 2, 2, 3, 3, 3, 4, 4, 4});
-      // First among the indices, so that what comes after is shifted.
+      // They come first in the index list and so shift all others.
       const std::vector<uint32_t> bad = {0,         1,         first,     1,         first + 1, 2,
                                          1,         1,         2,         2,         2,         2,
                                          first + 2, first + 3, first + 4, first + 2, first + 2, 0};
@@ -58,7 +57,7 @@ SceneDescription damaged_scene(const TempFolder& folder, bool damaged) {
   return load_gltf(gltf.write_glb(path), {});
 }
 
-// Case 19: nothing of it shows, to the bit.
+// Case 19: the picture is the same to the bit.
 TEST(DamagedMesh, LeavesNoTrace) {
   const TempFolder folder;
   const SceneDescription sound = damaged_scene(folder, false);
@@ -78,7 +77,7 @@ TEST(DamagedMesh, LeavesNoTrace) {
               replay(s));
 }
 
-// A lamp without area, or one whose area double cannot tell from none, is never sampled.
+// A lamp without area, or with one that double cannot tell from zero, is never sampled.
 TEST(DamagedMesh, EmitterWithoutAreaHasNoDensity) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   Triangles list = {triangle({-1, 1, -1}, {1, 1, -1}, {0, 1, 1}, 1, true),
@@ -103,15 +102,16 @@ TEST(DamagedMesh, EmitterWithoutAreaHasNoDensity) {
   }
 }
 
-// A closed cavity whose floor is cut into a fan of needles that end on an edge at distances from
-// the corner of a billionth up: aspects to 1e9. Le / (1 - rho) = 1 on every way.
+// A closed cavity whose floor is a fan of needles, with aspect ratios up to 1e9: they end on an
+// edge at distances from the corner that start at a billionth. Every estimator gives Le / (1 - rho)
+// = 1.
 TEST(SkinnyTriangles, CavityStaysClosed) {
   for (const float narrowest : {1e-6f, 1e-9f}) {
     SceneBuilderForTests b;
     MaterialDescription m = lambert(Rgb(.8f));
     m.emission = Rgb(.2f);
     const int material = b.add_material(m);
-    // The unit box, faces inwards; its corner (0, 0, 0) is where floats are finest.
+    // The unit box, facing inwards; floats are finest at its corner (0, 0, 0).
     b.add_quad({0, 0, 0}, {0, 1, 0}, {0, 1, 1}, {0, 0, 1}, material);
     b.add_quad({1, 0, 0}, {1, 0, 1}, {1, 1, 1}, {1, 1, 0}, material);
     b.add_quad({0, 1, 0}, {1, 1, 0}, {1, 1, 1}, {0, 1, 1}, material);
@@ -149,7 +149,7 @@ TEST(SkinnyTriangles, CavityStaysClosed) {
       s.spp = 64;
       s.max_depth = 1000;
       s.light_samples = light_sampling ? 1 : 0;
-      // Looking into the corner where the needles are.
+      // Looks into the corner with the needles.
       expect_exact(render(*scene, perspective({.5, .5, .7}, {.05, .02, 0}, 60), s), 1.0, 1e-5, s,
                    {"19", "cavity with needles of width " + std::to_string(1e9 * narrowest) +
                               "e-9" + (light_sampling ? "" : ", BSDF sampling")});
@@ -157,9 +157,9 @@ TEST(SkinnyTriangles, CavityStaysClosed) {
   }
 }
 
-// Collinear triangles that did not come through the file reader (a tiny one far from the middle of
-// its scene collapses when it is placed): a ray may meet what rounding makes of their planes, and
-// what it then gets must be finite, normals unit.
+// Collinear triangles that bypassed the file reader (a tiny triangle far from the scene's centre
+// collapses when it is placed). A ray may hit them through rounding; the result must be finite and
+// normals unit.
 TEST(DamagedMesh, CollapsedTrianglesGiveNoNaN) {
   SceneBuilderForTests b;
   MeshDescription mesh;
@@ -172,7 +172,7 @@ TEST(DamagedMesh, CollapsedTrianglesGiveNoNaN) {
     const auto point = [&] {
       return Vec3f(random.next(), random.next(), random.next()) - Vec3f(.5f);
     };
-    // Every other one collinear to rounding, the rest exactly: small multiples of powers of two.
+    // Half are collinear up to rounding, the others exactly: small multiples of powers of two.
     Vec3f p = point(), d = point();
     if (i % 2) {
       for (int c = 0; c < 3; ++c)

@@ -1,5 +1,5 @@
-// Cases E9 and E10: distances. Radiance does not change along a ray, an emitter's size and distance
-// only count together, and a point that all but touches an emitter sees half a world of it.
+// Cases E9 and E10: distances. Radiance is constant along a ray, only an emitter's solid angle
+// matters, and an emitter that almost touches a point fills its hemisphere.
 #include "receiver.h"
 
 namespace emberline {
@@ -18,7 +18,7 @@ TEST(Distance, RadianceIsInvariant) {
     expect_case({"E9", "emitter seen from " + shown(d) + " m"},
                 compared(render(*scene, perspective({0, 0, 0}, {0, d, 0}, 10), s), 3.25, 0),
                 replay(s));
-    // From the same place ever further away: 10 degrees, then as many as the emitter fills.
+    // From farther and farther away: 10 degrees, then the angle that the emitter fills.
     if (d > 1)
       expect_case(
           {"E9", "emitter of 2 m seen from " + shown(d) + " m"},
@@ -33,7 +33,7 @@ TEST(Distance, RadianceIsInvariant) {
   }
 }
 
-// An emitter whose size grows with its distance lights the same, near or far.
+// An emitter that grows with its distance gives the same irradiance.
 TEST(Distance, OnlySolidAngleCounts) {
   for (const double d : {1e-3, 1.0, 1e3, 1e6}) {
     Emitters lamp;
@@ -58,9 +58,8 @@ Emitters lamp_overhead(double gap) {
   return lamp;
 }
 
-// A lamp of 2 x 2 a gap above the receiver: E = pi to within the gap's square, whatever lies
-// between. Rays start an offset of some 3e-7 off each surface, and 4e-6 is all but as near as they
-// reach.
+// A 2 x 2 lamp at height `gap` above the receiver: E = pi up to the gap's square. Rays start about
+// 3e-7 off each surface, so 4e-6 is close to the smallest gap that works.
 TEST(Distance, AlmostTouching) {
   for (const double gap : {1e-2, 1e-3, 1e-4, 3e-5}) {
     Receiver r;
@@ -91,8 +90,8 @@ TEST(Distance, TouchingWithinTenOffsets) {
       replay(s));
 }
 
-// At the foot of a wall that shines: the wall fills half the sky, a wedge whose solid angle is pi;
-// E -> pi / 2. Nearly all of it comes from a strip as high as the point is far.
+// At the foot of an emissive wall: the wall fills a quarter of the sphere, so E -> pi / 2. Nearly
+// all of it comes from a strip as high as the point's distance.
 TEST(Distance, FootOfAShiningWall) {
   for (const double gap : {1e-2, 1e-4, 1e-6}) {
     Emitters wall;

@@ -1,6 +1,6 @@
-// Cases 6 to 9: rectangles, spheres, disks and suns, above the horizon and across it, near and far.
-// Every exact value is Lambert's formula in double over the polygons that the mesh really has
-// (support/closed_forms.h); the smooth shape's own formula guards it.
+// Cases 6 to 9: rectangles, spheres, disks and suns, above and across the horizon, near and far.
+// Every exact value is Lambert's formula in double over the mesh's actual polygons
+// (support/closed_forms.h); the formula of the smooth shape checks it.
 #include "receiver.h"
 
 namespace emberline {
@@ -29,8 +29,8 @@ TEST(RectangleLight, OverTheCorner) {
   }
 }
 
-// A wall that stands on the receiver's plane, one that goes through it, tilted ones: what is below
-// the horizon lights nothing, and no sample there may cost energy.
+// A wall that stands on the receiver's plane, one that crosses it, and tilted ones: the part below
+// the horizon gives no light, and samples there must not lose energy.
 TEST(RectangleLight, AcrossTheHorizon) {
   const auto wall = [](double bottom, double top, double lean) {
     Emitters lamp;
@@ -45,7 +45,7 @@ TEST(RectangleLight, AcrossTheHorizon) {
   expect_irradiance_of(wall(-1, .05, 0), {}, {"6", "wall that hardly rises"}, true);
   expect_irradiance_of(wall(-.7, 1.2, -.6), {}, {"6", "leaning over, across the horizon"}, true);
   expect_irradiance_of(wall(-.7, 1.2, .8), {}, {"6", "leaning away, across the horizon"}, true);
-  // Wholly below: nothing at all.
+  // Entirely below the horizon: no light.
   expect_irradiance_of(wall(-2, -.1, 0), {}, {"6", "wall below the horizon"}, true);
 }
 
@@ -63,7 +63,7 @@ TEST(RectangleLight, NearAndFar) {
 // ---- case 7 ------------------------------------------------------------------------------------
 
 TEST(SphereLight, AboveAndAcrossTheHorizon) {
-  EXPECT_NEAR(kPiD * square(.5 / 2) * std::cos(.6), .162054, 1e-6);  // the catalogue's
+  EXPECT_NEAR(kPiD * square(.5 / 2) * std::cos(.6), .162054, 1e-6);  // from the catalogue
   struct Sphere {
     double radius, distance, cosine;
     const char* what;
@@ -91,7 +91,7 @@ TEST(SphereLight, AboveAndAcrossTheHorizon) {
 // ---- case 8 ------------------------------------------------------------------------------------
 
 TEST(DiskLight, Coaxial) {
-  EXPECT_NEAR(kPiD * square(.7) / (square(.7) + square(1.3)), .706138, 1e-6);  // the catalogue's
+  EXPECT_NEAR(kPiD * square(.7) / (square(.7) + square(1.3)), .706138, 1e-6);  // from the catalogue
   for (const auto& [radius, h] :
        {std::pair{.7, 1.3}, std::pair{10.0, .1}, std::pair{.01, 1.0}, std::pair{1000.0, 1.0}}) {
     Emitters lamp;
@@ -108,8 +108,8 @@ TEST(DiskLight, Coaxial) {
 
 // ---- case 9 ------------------------------------------------------------------------------------
 
-// E = pi L sin^2 a cos theta. The disc stands over the origin, where float has digits for a radius
-// of 1e-4; the receiver tilts.
+// E = pi L sin^2 a cos theta. The disc is above the origin, where float has enough digits for a
+// radius of 1e-4; the receiver tilts instead.
 TEST(SunDisc, EveryHalfAngle) {
   for (const double a : {.1, .03, .01, 1e-3, 1e-4})
     for (const double cosine : {1.0, .5, .2}) {
@@ -119,7 +119,7 @@ TEST(SunDisc, EveryHalfAngle) {
       Receiver r;
       r.normal = Vec3d(std::sqrt(1 - cosine * cosine), cosine, 0);
       const double polygon = sides / (2 * kPiD) * std::sin(2 * kPiD / sides);
-      // Of a disc rather than a cone's cap: a^2 of it.
+      // A flat disc differs from a cone's cap by a^2.
       EXPECT_NEAR(exact_irradiance(sun, Vec3d(0.0), r.normal) / (kPiD * cosine * polygon), 1,
                   a * a + 1e-6);
       expect_irradiance_of(

@@ -9,8 +9,8 @@ namespace {
 
 using namespace test;
 
-// A closed sphere that emits Le and reflects rho is uniformly Le (1 - rho^(k+1)) / (1 - rho) bright
-// after k scattering events, whatever its tessellation.
+// A closed sphere that emits Le and reflects rho has radiance Le (1 - rho^(k+1)) / (1 - rho) after
+// k scattering events everywhere, whatever its tessellation.
 RenderedImage inside_sphere(float emission, float rho, int depth, const RenderSettings& base) {
   SceneBuilderForTests b;
   MaterialDescription m = lambert(Rgb(rho));
@@ -43,7 +43,7 @@ TEST(Enclosure, DepthSeries) {
     }
 }
 
-// Case 3: rho = .99 leaves most of the light to Russian roulette.
+// Case 3: with rho = .99 most of the light comes from paths under Russian roulette.
 TEST(Enclosure, RouletteCarriesLongPaths) {
   RenderSettings s = enclosure_settings();
   s.width = s.height = 8;
@@ -55,10 +55,10 @@ TEST(Enclosure, RouletteCarriesLongPaths) {
   }
 }
 
-// Case 4: the same with a cap cut away, half-angle a: the cavity sees the black outside with form
-// factor f = (1 - cos a) / 2 from every point, for a perfect sphere, so L = Le / (1 - rho (1 - f)).
-// Faces of 48 rings lie up to 1.1e-3 of the radius inside it, so f is off by 2.2e-3 of itself at
-// most, and L by rho f / (1 - rho (1 - f)) times that: 1e-3 of L where it is worst, below.
+// Case 4: the same with a cap of half-angle a cut away. From every point of a perfect sphere the
+// black outside has the form factor f = (1 - cos a) / 2, so L = Le / (1 - rho (1 - f)). Faces of 48
+// rings lie up to 1.1e-3 of the radius inside it, so f is off by at most 2.2e-3 of itself, and L by
+// rho f / (1 - rho (1 - f)) times that: 1e-3 of L in the worst case below.
 TEST(Enclosure, SphereWithOpening) {
   const int rings = 48;
   for (const auto& [rho, open_rings] :
@@ -83,7 +83,7 @@ TEST(Enclosure, SphereWithOpening) {
     s.max_depth = 1000;
     s.seed = seed_of(name);
     if (open_rings == 16) {
-      EXPECT_NEAR(exact, 2.5, 1e-12);  // the catalogue's own
+      EXPECT_NEAR(exact, 2.5, 1e-12);  // from the catalogue
     }
     // The bottom of the sphere, along the opening's axis.
     expect_exact(render(*scene, perspective({0, -.8, 0}, {0, -1, 0.001}, 60), s), exact,
@@ -108,10 +108,9 @@ TEST(Enclosure, IntegratingSphere) {
                {"5", "integrating sphere"});
 }
 
-// Case 5 off centre: what the wall shows after its own first scattering is even, rho^2 Phi / (4
-// pi^2 R^2 (1 - rho)), wherever the light stands: from any point of a sphere every other has the
-// same form factor. The difference of the full picture and the direct one, of the same samples, is
-// that part.
+// Case 5 off centre: the light after the wall's first scattering is uniform, rho^2 Phi / (4 pi^2
+// R^2 (1 - rho)), wherever the lamp is, since all points of a sphere have equal form factors to one
+// another. The full picture minus the direct one, with the same samples, gives that part.
 TEST(Enclosure, IntegratingSphereOffCentre) {
   const double rho = .7, radius = 2, intensity = 3;
   for (const double off : {.5, 1.0}) {
@@ -135,8 +134,8 @@ TEST(Enclosure, IntegratingSphereOffCentre) {
         indirect.add(double(full.rgb(x, y).x) - double(direct.rgb(x, y).x));
     const double flux = 4 * kPiD * intensity;
     const double exact = rho * rho * flux / (4 * square(kPiD * radius)) / (1 - rho);
-    // Faces lie up to 1.1e-3 inside the sphere: areas are 2.2e-3 smaller, each bounce's form
-    // factors larger by as much; twice that for the light and the last bounce.
+    // Faces lie up to 1.1e-3 inside the sphere, so areas are 2.2e-3 smaller and each bounce's form
+    // factors larger by as much. The light and the last bounce double that.
     expect_case(name, {exact, indirect.mean(), indirect.standard_error(), 4.4e-3 * exact},
                 replay(s));
   }

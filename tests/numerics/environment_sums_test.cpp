@@ -1,7 +1,7 @@
 // Cases 9, 11 and 12: environments whose irradiance is a sum over texels, in double. A map's
 // radiance is the bilinear interpolation of its texels, u = 0.5 + atan2(z, x) / 2 pi and v =
-// acos(y) / pi, u wrapping and v clamped: written here once more, so that the sum is exact for what
-// is defined and the renderer has no part in it.
+// acos(y) / pi, with u wrapped and v clamped. It is implemented again here, so that the sum follows
+// the definition and not the renderer.
 #include <random>
 
 #include "receiver.h"
@@ -37,9 +37,9 @@ struct Map {
   }
 };
 
-// E = sum over cells of L cos sin(theta) dtheta dphi, each half texel (within which L is smooth)
-// cut into cuts x cuts pieces of 2 x 2 Gauss points. What is left is the horizon's kink, where it
-// does not run along a cell: (pi / height cuts)^2, 4e-7 at most for the maps below.
+// E = sum over cells of L cos sin(theta) dtheta dphi. Each half texel (within which L is smooth) is
+// cut into cuts x cuts pieces of 2 x 2 Gauss points. The remaining error is the horizon's kink
+// where it does not follow a cell: (pi / height cuts)^2, at most 4e-7 for the maps below.
 double exact_irradiance(const Map& map, const Vec3d& n, int cuts) {
   const int columns = 2 * map.width * cuts, rows = 2 * map.height * cuts;
   const double offset = 0.5 / std::sqrt(3.0);
@@ -78,15 +78,14 @@ void expect_environment(const Map& map, const Vec3d& n, double exact, double tol
               measured_irradiance(render(*scene, view_of(r), s), exact, tolerance), replay(s));
 }
 
-// Case 11: L = a + b cos(theta) over the whole sphere gives E = pi a + 2 pi b / 3 (n . up) for
-// every normal: the mean direction of a linear function is exact.
+// Case 11: L = a + b cos(theta) over the whole sphere gives E = pi a + 2 pi b / 3 (n . up).
 TEST(EnvironmentSums, GradientOnTiltedReceivers) {
   const double a = 1.5, b = 1;
   Map map{8, 256, {}};
   for (int y = 0; y < map.height; ++y)
     map.texels.insert(map.texels.end(), size_t(map.width),
                       float(a + b * std::cos(kPiD * (y + .5) / map.height)));
-  // Rows h apart are off a cosine by h^2 / 8 at most.
+  // Linear interpolation of rows h apart misses a cosine by at most h^2 / 8.
   const double tolerance = kPiD * b * square(kPiD / map.height) / 8 + 1e-5;
   for (const double tilt : {0.0, .5, kPiD / 2, 2.5, kPiD}) {
     const Vec3d n(std::sin(tilt), std::cos(tilt), 0);
@@ -102,7 +101,7 @@ Map eight_by_four() {
   return map;
 }
 
-// Case 12: normals at the poles, on the seam (-X), on the horizon, and anywhere.
+// Case 12: normals at the poles, on the seam (-X), on the horizon, and elsewhere.
 TEST(EnvironmentSums, EightByFourTexels) {
   const Map map = eight_by_four();
   const std::pair<Vec3d, const char*> normals[] = {{{0, 1, 0}, "up"},
@@ -120,8 +119,8 @@ TEST(EnvironmentSums, EightByFourTexels) {
   }
 }
 
-// One texel alone in each row, and at the seam: what is sampled is the interpolation, which spreads
-// it over its neighbours, across the seam, and at the poles up to the pole itself.
+// A single texel in each row and at the seam. Interpolation spreads it over its neighbours, across
+// the seam, and up to the pole itself.
 TEST(EnvironmentSums, LoneTexels) {
   for (const int row : {0, 1, 3})
     for (const int column : {0, 3, 7}) {
@@ -135,11 +134,11 @@ TEST(EnvironmentSums, LoneTexels) {
     }
 }
 
-// What the camera sees: deterministic, at the poles' two sides and on both sides of the seam.
+// The camera's view is deterministic, on both sides of the poles and of the seam.
 TEST(EnvironmentSums, SeenByTheCamera) {
   const Map map = eight_by_four();
   SceneBuilderForTests b;
-  // Something to be a scene; no ray meets it.
+  // A scene needs some geometry; no ray hits this.
   b.add_floor(.01f, -10, b.add_material(lambert(Rgb(1.0f))), /*up=*/false);
   b.set_environment(map.image());
   const auto scene = b.build();
@@ -150,16 +149,16 @@ TEST(EnvironmentSums, SeenByTheCamera) {
       const Vec3d d(std::sin(theta) * std::cos(phi), std::cos(theta),
                     std::sin(theta) * std::sin(phi));
       const RenderedImage image = render(*scene, orthographic({0, 0, 0}, d, 1e-3), s);
-      // Float knows x and z of a direction to 6e-8 of 1, thus the azimuth at 1e-3 from the pole to
-      // 1e-4, a thousandth of a texel's contrast of 10 over .8.
+      // Float knows x and z of a direction to 6e-8, and so the azimuth at 1e-3 from the pole to
+      // 1e-4: a thousandth of a texel's contrast of 10 over .8.
       const double at_pole = std::sin(theta) < 1e-2 ? 1e-4 / (2 * kPiD / 8) * 10 : 0;
       expect_case({"12", "seen at theta " + shown(theta) + ", phi " + shown(phi)},
                   {map.towards(d), image.mean, 0, 2e-5 + at_pole}, replay(s));
     }
 }
 
-// Case 9 as an HDRI: a sun of several texels, and of one, 30 degrees above the horizon, alone and
-// in a sky. E is that of the texels; pi sin^2 a of the disc that they stand for guards it.
+// Case 9 as an HDRI: a sun of several texels or of one, 30 degrees above the horizon, alone and in
+// a sky. E is the sum over the texels; pi sin^2 a of the disc that they approximate checks it.
 TEST(EnvironmentSums, SunInAMap) {
   for (const auto& [a, width] : {std::pair{.05, 512}, std::pair{.01, 1024}, std::pair{0.0, 1024}})
     for (const float sky : {0.0f, 1.0f}) {
@@ -183,7 +182,7 @@ TEST(EnvironmentSums, SunInAMap) {
       for (float& t : sun.texels) t -= sky;
       const double exact = exact_irradiance(sun, {0, 1, 0}, 2) + double(sky) * kPiD;
       const double disc = 1e6 * kPiD * square(std::sin(a)) * std::sin(elevation);
-      if (a > .02) {  // of an outline of whole texels
+      if (a > .02) {  // the outline consists of whole texels
         EXPECT_NEAR(exact / disc, 1, .05);
       }
       expect_environment(

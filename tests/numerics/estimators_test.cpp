@@ -1,7 +1,7 @@
-// Cases E1 and E2: estimators of one picture that share less and less. Light and BSDF sampling with
-// multiple importance sampling, with one light sample and three; BSDF sampling alone, which never
-// asks a light; and the naive path tracer (naive_path_tracer.h), which shares no code with either.
-// Compared block by block and over the frame, channel by channel.
+// Cases E1 and E2: estimators of one picture that have less and less in common. They are MIS of
+// light and BSDF samples with one and with three light samples, BSDF sampling alone, and the naive
+// path tracer (naive_path_tracer.h), which shares no code with the others. Blocks and the whole
+// frame are compared, channel by channel.
 #include <array>
 
 #include "closed_form.h"
@@ -18,7 +18,7 @@ using namespace test;
 constexpr int kFrame = 64, kBlock = 8, kBlocks = kFrame / kBlock;
 constexpr int kMaxDepth = 5;  // roulette starts at 2
 
-// Means over blocks, and over the frame, with the variances of these means.
+// Means over blocks and over the frame, with the variances of these means.
 struct BlockMeans {
   std::array<std::array<double, 3>, kBlocks * kBlocks> mean{}, variance{};
 
@@ -34,8 +34,8 @@ struct BlockMeans {
   }
 };
 
-// The two streams of a pixel are independent, whatever the samples of one owe to each other: their
-// difference tells the variance (film.h), and a block has 64 such differences.
+// A pixel's two streams are independent, even where the samples within one are correlated, so their
+// difference gives the variance (film.h). A block has 64 such differences.
 BlockMeans rendered(const Scene& scene, const CameraDescription& view, int light_samples,
                     uint32_t spp, uint32_t seed) {
   RenderSettings s;
@@ -82,9 +82,9 @@ BlockMeans traced_naively(const NaivePathTracer& tracer, int paths_per_block, ui
   return result;
 }
 
-// Frame means against the reference's, 5 standard errors of the difference. Of the 192 block means
-// the worst must lie within 6.5: Sidak's limit for a family error of 1e-6 is 5.9 for a normal
-// variable, 6.5 for Student's t with the 100 degrees of freedom that a block has at least.
+// Frame means may differ from the reference's by 5 standard errors of the difference. The worst of
+// the 192 block means must lie within 6.5: Sidak's limit for a family error of 1e-6 is 5.9 for a
+// normal variable, and 6.5 for Student's t with the at least 100 degrees of freedom of a block.
 void expect_same(const BlockMeans& a, const BlockMeans& reference, const std::string& number,
                  const std::string& what, const std::string& how) {
   const char* names[] = {"R", "G", "B"};
@@ -123,8 +123,9 @@ void compare_estimators(const SceneDescription& description, const CameraDescrip
   expect_same(bsdf, naive, number, name + ", BSDF sampling against the naive tracer", how);
 }
 
-// E50: three light samples against one, whose answers other cases know. Lamps without extent, an
-// emissive tube, a sky; a smooth coat and what is seen in it, a mirror, a pane, a solid of glass.
+// E50: three light samples against one, which other cases verify. The scene has lamps without
+// extent, an emissive tube, a sky, a smooth coat and its reflections, a mirror, a pane, and solid
+// glass.
 TEST(Estimators, SeveralLightSamples) {
   SceneDescription description = glazed_scene();
   MaterialDescription& matt = description.materials[kMatt];
@@ -139,8 +140,8 @@ TEST(Estimators, SeveralLightSamples) {
               "64 x 64, depth 5, seeds 5 (one, 128 spp), 6 (three, 64 spp)");
 }
 
-// The committed file, its surfaces made Lambertian as they were measured (glTF's dielectric coat is
-// case 1's).
+// The committed file with Lambertian surfaces, as in the measured box (case 1 tests glTF's
+// dielectric layer).
 TEST(Estimators, CornellBox) {
   SceneDescription scene = load_gltf(EMBERLINE_SCENES "/cornell_box.glb", {});
   ASSERT_EQ(scene.cameras.size(), 1u);
@@ -148,8 +149,8 @@ TEST(Estimators, CornellBox) {
   compare_estimators(scene, scene.cameras[0], "E1", "Cornell box", 100'000);
 }
 
-// Boxes and a faceted ball under an open sky, a lamp that faces down and a glowing card that is
-// seen from both sides: occlusion everywhere, emitters that reflect.
+// Boxes and a faceted ball under an open sky, a lamp that faces down, and a two-sided emissive
+// card: occlusion everywhere, and emitters that reflect.
 TEST(Estimators, StillLife) {
   SceneBuilderForTests b;
   b.add_floor(4, 0, b.add_material(lambert({.7f, .6f, .5f})));

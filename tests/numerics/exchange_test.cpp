@@ -1,5 +1,5 @@
-// Cases E6 to E8: exchange between surfaces. Form factors are reciprocal, whole paths are, and what
-// a lamp sends into a closed box is what its walls absorb.
+// Cases E6 to E8: exchange between surfaces. Form factors and whole paths are reciprocal, and the
+// walls of a closed box absorb exactly the lamp's power.
 #include "receiver.h"
 #include "renderer/core/moments.h"
 
@@ -8,7 +8,7 @@ namespace {
 
 using namespace test;
 
-// Mean irradiance of a square of half size h in the plane y = 0, in pi.
+// Mean irradiance of a square of half size h in the plane y = 0, divided by pi.
 MeasuredMean over_square(const SceneBuilderForTests& b, double h, uint32_t seed) {
   RenderSettings s = direct_light_settings(256);
   s.width = s.height = 16;
@@ -18,9 +18,9 @@ MeasuredMean over_square(const SceneBuilderForTests& b, double h, uint32_t seed)
 
 // ---- E6 ----------------------------------------------------------------------------------------
 
-// Coaxial parallel squares. Flux from 1 to 2 is pi L A1 F12, and so the other way round: the
-// product of area and mean irradiance is the same. For equal squares of side 1 at distance 1 there
-// is the formula for opposite rectangles (Howell's catalogue, C-11).
+// Coaxial parallel squares. The flux from 1 to 2 is pi L A1 F12, so area times mean irradiance is
+// the same in both directions. For equal squares of side 1 at distance 1 there is the formula for
+// opposite rectangles (Howell's catalogue, C-11).
 TEST(FormFactors, AreReciprocal) {
   struct Squares {
     double first, second, distance;  // half sizes
@@ -56,11 +56,10 @@ TEST(FormFactors, AreReciprocal) {
 
 // ---- E7 ----------------------------------------------------------------------------------------
 
-// Helmholtz reciprocity of whole paths: two Lambertian patches of one size that do not face each
-// other. The irradiance that patch 2 gets when 1 shines is what 1 gets when 2 does, all orders
-// together. Patch 1 looks squarely at a wall, patch 2 sees it at a grazing angle: a lobe that
-// treated the two directions differently would show. Roughness keeps the patches within reach of
-// BSDF sampling.
+// Helmholtz reciprocity of whole paths, for two Lambertian patches of one size that do not face
+// each other. The irradiance of patch 2 lit by 1 equals that of 1 lit by 2, over all orders. Patch
+// 1 faces the wall squarely and patch 2 sees it at a grazing angle, so a lobe that is not symmetric
+// in its directions would show. The wall is rough enough for BSDF sampling to find the patches.
 MeasuredMean received(const MaterialDescription& wall, bool swapped, const CaseName& name) {
   SceneBuilderForTests b;
   MaterialDescription shining = lambert(Rgb(.5f)), plain = lambert(Rgb(.5f));
@@ -85,7 +84,7 @@ MeasuredMean received(const MaterialDescription& wall, bool swapped, const CaseN
   const int seen = swapped ? 0 : 1;
   const MeasuredMean m =
       mean_of(*b.build(), orthographic(at[seen] + facing[seen] * .004, at[seen], kHalf), s);
-  // What the detector sends out is rho / pi times what it gets.
+  // The detector's radiance is rho / pi times its irradiance.
   return {m.mean * kPiD / .5, m.standard_error * kPiD / .5};
 }
 
@@ -101,7 +100,7 @@ TEST(Reciprocity, LampAndDetectorChangePlaces) {
                                        shown(double(roughness))};
       const MeasuredMean there = received(wall, false, name), back = received(wall, true, name);
       EXPECT_GT(there.mean, 0);
-      // 1e-5: float. The albedo tables divide the diffuse lobe alike for both directions.
+      // 1e-5: float. The albedo tables scale the diffuse lobe symmetrically in both directions.
       expect_case(name,
                   {back.mean, there.mean, std::hypot(there.standard_error, back.standard_error),
                    1e-5 * back.mean},
@@ -111,8 +110,9 @@ TEST(Reciprocity, LampAndDetectorChangePlaces) {
 
 // ---- E8 ----------------------------------------------------------------------------------------
 
-// A point light in a closed box with reflectance rho: (1 - rho) of all irradiance on the walls is
-// the lamp's 4 pi I, whatever the light's place. All bounces and all of Russian roulette take part.
+// A point light in a closed box of reflectance rho: the absorbed (1 - rho) of the walls' total
+// irradiance equals the lamp's 4 pi I, wherever the lamp is. This includes all bounces and Russian
+// roulette.
 TEST(EnergyBalance, WallsAbsorbWhatTheLampSends) {
   for (const double rho : {.3, .8, .95}) {
     SceneBuilderForTests b;
@@ -136,7 +136,7 @@ TEST(EnergyBalance, WallsAbsorbWhatTheLampSends) {
       const MeasuredMean m = mean_of(*scene, orthographic(out * .01, out, 1), s);
       absorbed += per_radiance * m.mean;
       variance += square(per_radiance * m.standard_error);
-      ++s.seed;  // the walls' errors are to be independent
+      ++s.seed;  // gives the walls independent errors
     }
     const double exact = 4 * kPiD * 2;
     expect_case({"E8", "box of reflectance " + shown(rho)},

@@ -1,5 +1,5 @@
-// What a sceptic would try next: flattened and sheared instances, lamps in the receiver's plane,
-// triangles far below a pixel, radiances at the ends of float, a thousand layers in one plane.
+// Extreme cases: flattened and sheared instances, lamps in the receiver's plane, triangles far
+// smaller than a pixel, radiances at the ends of float's range, a thousand layers in one plane.
 #include "closed_form.h"
 
 #include "support/closed_forms.h"
@@ -23,10 +23,10 @@ Mat44d linear(const Vec3d& x, const Vec3d& y, const Vec3d& z) {
   return m;
 }
 
-// A closed cavity shows Le / (1 - rho) = 1 whatever its shape. Rays leave a surface by 4 ulp of its
-// largest coordinate, d = 4.8e-7 max; where the cavity is thinner than that, at its rim or
-// altogether, they leave it. An ellipsoid of thickness 2 a is thinner than d over the share
-// (d / 2a)^2 of its outline.
+// A closed cavity shows Le / (1 - rho) = 1 whatever its shape. Rays start 4 ulp of the largest
+// coordinate off a surface, d = 4.8e-7 max, so they leave the cavity where it is thinner than that,
+// at its rim or everywhere. An ellipsoid of thickness 2 a is thinner than d over the share (d /
+// 2a)^2 of its outline.
 TEST(Extremes, FlattenedCavity) {
   struct Shape {
     const char* name;
@@ -36,7 +36,7 @@ TEST(Extremes, FlattenedCavity) {
   const Shape shapes[] = {
       {"1e-2 x 1 x 1e2", linear({1e-2, 0, 0}, {0, 1, 0}, {0, 0, 1e2}), 2e-2, 1e2},
       {"1e2 x 1 x 1e-2, mirrored", linear({-1e2, 0, 0}, {0, 1, 0}, {0, 0, 1e-2}), 2e-2, 1e2},
-      // Of largest singular value 10 sqrt 2 and determinant 1, hence least 1 / (10 sqrt 2).
+      // Largest singular value 10 sqrt 2 and determinant 1, hence the smallest is 1 / (10 sqrt 2).
       {"sheared by 10", linear({1, 10, 0}, {0, 1, 0}, {0, 10, 1}), .14, 14},
       {"1e-4 x 1 x 1e4", linear({1e-4, 0, 0}, {0, 1, 0}, {0, 0, 1e4}), 2e-4, 1e4}};
   for (const Shape& shape : shapes) {
@@ -49,9 +49,9 @@ TEST(Extremes, FlattenedCavity) {
       if (instanced) b.place(mesh, shape.to_world * translation(3 * shape.largest, 0, 0));
       const RenderSettings s = extreme_settings();
       const RenderedImage image = render(*b.build(), perspective({0, 0, 0}, {.1, .3, -1}, 90), s);
-      // An instance's bound adds up the terms of its transform: up to 6 times the baked one's here.
+      // An instance's bound adds up the terms of its transform: here up to 6 times the baked bound.
       const double offset = (instanced ? 6 : 1) * 0x1p-21 * shape.largest;
-      // Every path of 1 / (1 - rho) = 5 legs may meet the rim.
+      // Each of a path's 1 / (1 - rho) = 5 segments may hit the rim.
       const double lost = 5 * square(offset / shape.thickness);
       const CaseName name{"E28",
                           std::string("cavity ") + shape.name + (instanced ? ", instanced" : "")};
@@ -67,7 +67,7 @@ TEST(Extremes, FlattenedCavity) {
   }
 }
 
-// A normal goes with the inverse transpose. 1e-6: it is rounded to float some five times.
+// Normals transform by the inverse transpose. 1e-6: they are rounded to float about five times.
 TEST(Extremes, NormalsUnderShear) {
   const Vec3f object = normalize(Vec3f(.3f, .9f, -.2f));
   const std::pair<const char*, Mat44d> shapes[] = {
@@ -114,8 +114,8 @@ TEST(Extremes, NormalsUnderShear) {
   }
 }
 
-// A lamp that stands on the receiver, its lower edge in the floor: Lambert's formula for a
-// rectangle cut by the horizon. One that lies in the receiver's own plane beside it: nothing.
+// A lamp that stands on the receiver with its lower edge in the floor gives Lambert's formula for a
+// rectangle cut by the horizon. One that lies beside the receiver in its plane gives nothing.
 TEST(Extremes, LampInTheReceiversPlane) {
   RenderSettings s = extreme_settings();
   s.spp = 1024;
@@ -142,15 +142,15 @@ TEST(Extremes, LampInTheReceiversPlane) {
   }
 }
 
-// Two million triangles of 1e-4 pixel: a ball of radius .07 pixel covers pi .07^2 of each. The
-// outline is a polygon of 2828 sides, 2e-6 short of a circle.
+// A ball of two million triangles of 1e-4 pixel: with radius .07 pixel it covers pi .07^2 of each
+// pixel. The outline is a polygon of 2828 sides, 2e-6 short of a circle.
 TEST(Extremes, TrianglesFarBelowAPixel) {
   SceneBuilderForTests b;
-  MaterialDescription bright;  // seen, but none of 128 million lamps
+  MaterialDescription bright;  // visible, but not sampled as one of 128 million lamps
   bright.unlit = true;
   const int mesh = b.add_mesh(SceneBuilderForTests::sphere(.07f, 707, b.add_material(bright)));
   constexpr int kFrame = 8;
-  // One in the middle of every pixel, off it by a third.
+  // One in every pixel, a third off its centre.
   for (int i = 0; i < kFrame * kFrame; ++i) {
     b.place(mesh, translation(i % kFrame - kFrame / 2 + .3, 0, i / kFrame - kFrame / 2 + .6));
   }
@@ -162,8 +162,9 @@ TEST(Extremes, TrianglesFarBelowAPixel) {
                kPiD * square(.07), 1e-5, s, {"E31", "64 balls of 2e6 triangles, .07 px"});
 }
 
-// Radiances at the ends of float: seen and lit, one lamp or many. 1e-40 is no normal float: to 0 it
-// may go, to infinity or NaN not; what it lights is below 1.2e-38 either way.
+// Radiances at the ends of float's range, seen directly and as illumination, from one lamp or many.
+// 1e-40 is denormal: it may become 0 but not infinity or NaN, and its irradiance is below 1.2e-38
+// either way.
 TEST(Extremes, RadianceAtTheEndsOfFloat) {
   for (const float radiance : {1e-40f, 1e-30f, 1e30f, 1e38f}) {
     for (const int lamps : {1, 64}) {
@@ -196,8 +197,8 @@ TEST(Extremes, RadianceAtTheEndsOfFloat) {
   }
 }
 
-// A thousand layers of alpha .001, all in one plane or stacked: (1 - .001)^1000 of the sky passes,
-// each decides for itself.
+// A thousand layers of alpha .001, in one plane or stacked: (1 - .001)^1000 of the sky passes,
+// since each layer decides independently.
 TEST(Extremes, AThousandLayers) {
   for (const bool stacked : {false, true}) {
     SceneBuilderForTests b;
@@ -211,7 +212,7 @@ TEST(Extremes, AThousandLayers) {
     layers.material = material;
     for (uint32_t i = 0; i < 1000; ++i) {
       const float y = stacked ? .001f * float(i) : 0;
-      // One triangle each, so that no diagonal is met twice.
+      // One triangle each, so that no diagonal is hit twice.
       layers.positions.emplace_back(-9.0f, y, -9.0f);
       layers.positions.emplace_back(0.0f, y, 9.0f);
       layers.positions.emplace_back(9.0f, y, -9.0f);
@@ -221,7 +222,7 @@ TEST(Extremes, AThousandLayers) {
     b.set_environment(Rgb(1.0f));
     RenderSettings s = extreme_settings();
     s.spp = 256;
-    // 1e-4: a float alpha of .001, and to_unit_float's 24 bits, 1000 times.
+    // 1e-4: the rounding of alpha .001 to float, and to_unit_float's 24 bits, 1000 times.
     expect_exact(render(*b.build(), orthographic({0, 5, 0}, {.1, 0, .1}, 1), s),
                  std::pow(.999, 1000), 1e-4, s,
                  {"E33", stacked ? "1000 layers of alpha .001, stacked"

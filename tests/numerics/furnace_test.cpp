@@ -1,5 +1,5 @@
-// White furnaces: what is inside an environment of radiance 1 shows its directional albedo.
-// Mixtures here; each lobe alone in lobe_furnace_test.cpp.
+// White furnaces: an object in an environment of radiance 1 shows its directional albedo. This file
+// tests mixtures; lobe_furnace_test.cpp tests each lobe alone.
 #include "closed_form.h"
 
 #include "support/scenes.h"
@@ -9,8 +9,7 @@ namespace {
 
 using namespace test;
 
-// A floor under radiance 1, seen by an orthographic camera at cosine mu: the picture is the albedo
-// at mu, exactly.
+// A floor under radiance 1, seen orthographically at cosine mu: the picture is the albedo at mu.
 RenderedImage albedo_of(const MaterialDescription& material, double mu, RenderSettings s) {
   SceneBuilderForTests b;
   b.add_floor(100, 0, b.add_material(material));
@@ -28,7 +27,7 @@ RenderSettings furnace_settings() {
   return s;
 }
 
-// Half metal, half dielectric: where other renderers of glTF lose energy.
+// Half metal, half dielectric: other glTF renderers lose energy here.
 TEST(Furnace, IntermediateMetalness) {
   for (const float metallic : {0.25f, 0.5f, 0.75f}) {
     MaterialDescription m;
@@ -40,8 +39,8 @@ TEST(Furnace, IntermediateMetalness) {
   }
 }
 
-// KHR_materials_specular's idiom for "no reflection": an index of 1000 would reflect all, a colour
-// of 0 takes it back, and only the grazing F90 is left. Black base: what comes back is that rest
+// KHR_materials_specular's idiom for "no reflection": an index of 1000 would reflect everything,
+// and a colour of 0 removes all but the grazing F90. The base is black, so the result is that rest
 // alone.
 TEST(Furnace, SpecularColorScalesTheReflection) {
   MaterialDescription m;

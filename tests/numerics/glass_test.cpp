@@ -1,4 +1,4 @@
-// Glass: slabs with exact reflectance and transmittance, and solids that a furnace cannot see.
+// Glass: slabs with exact reflectance and transmittance, and solids invisible in a furnace.
 #include <cstring>
 
 #include "closed_form.h"
@@ -32,7 +32,7 @@ CameraDescription from_angle(double theta, bool above) {
   return orthographic(at + direction * 5.0, at, 1e-3);
 }
 
-// Case 13: R_tot = 2R / (1 + R), the rest passes.
+// Case 13: R_tot = 2R / (1 + R), and the rest is transmitted.
 TEST(GlassSlab, ReflectsAndTransmitsExactly) {
   const double eta = 1.5;
   const double published[] = {.076923, .079216, .143891, .390510};
@@ -52,7 +52,7 @@ TEST(GlassSlab, ReflectsAndTransmitsExactly) {
   }
 }
 
-// The same with absorption a = exp(-sigma d / cos t) on each way through.
+// The same with absorption a = exp(-sigma d / cos t) on each crossing.
 TEST(GlassSlab, Absorbs) {
   const double eta = 1.5, theta = .5, d = .1, half_distance = .15;
   MaterialDescription m = glass(float(eta), 0, true);
@@ -73,7 +73,7 @@ TEST(GlassSlab, Absorbs) {
                1e-5, s, {"13", "absorbing, passed"});
 }
 
-// A solid of the air's index is not there; nor is a thin wall of it.
+// A solid of index 1 is invisible, and so is a thin wall.
 TEST(Glass, IndexOneIsInvisible) {
   for (const bool solid : {false, true}) {
     SceneBuilderForTests b;
@@ -87,7 +87,7 @@ TEST(Glass, IndexOneIsInvisible) {
   }
 }
 
-// Case 14: a clear ball in a furnace, smooth and rough, disappears.
+// Case 14: a clear ball in a furnace, smooth or rough, disappears.
 TEST(Glass, BallInAFurnace) {
   for (const float roughness : {0.0f, 0.3f, 0.7f}) {
     SceneBuilderForTests b;
@@ -99,8 +99,8 @@ TEST(Glass, BallInAFurnace) {
     s.width = s.height = 16;
     s.spp = 256;
     s.max_depth = 1000;
-    // 4e-3 when rough: the compensation is exact for one interface; from inside, the table's
-    // interpolation adds up over the few bounces.
+    // 4e-3 when rough: the compensation is exact for one interface, but inside the table's
+    // interpolation error adds up over several bounces.
     expect_exact(render(*scene, perspective({0, 0, 4}, {0, 0, 0}, 25), s), 1.0,
                  roughness > 0 ? 4e-3 : 1e-5, s,
                  {"14", "ball of roughness " + std::to_string(roughness)});

@@ -1,6 +1,5 @@
-// Rooms that are lit through a hole, where samples of the environment are guided
-// (renderer/scene/light_survey.h): their light has a closed form, their noise is less, and where a
-// guide would not pay there is none.
+// Rooms lit through a hole, where environment samples are guided (renderer/scene/light_survey.h).
+// Their light has a closed form, the noise is lower, and no guide is built where it would not pay.
 #include "receiver.h"
 #include "renderer/lights/environment_guide.h"
 #include "renderer/lights/light_guide.h"
@@ -13,7 +12,7 @@ namespace {
 using namespace test;
 
 constexpr double kHeight = 3;
-// Of the hole in the ceiling.
+// The hole in the ceiling.
 constexpr double kX0 = -.3, kX1 = .5, kZ0 = -.4, kZ1 = .2;
 
 int two_sided(SceneBuilderForTests& b, float albedo) {
@@ -22,7 +21,7 @@ int two_sided(SceneBuilderForTests& b, float albedo) {
   return b.add_material(m);
 }
 
-// Black but for the floor, or grey; `size` times as large, and moved.
+// A room with black or grey walls, scaled by `size` and moved to `at`.
 SceneBuilderForTests room(float walls = 0, double size = 1, const Vec3d& at = Vec3d(0.0)) {
   SceneBuilderForTests b;
   const int wall = two_sided(b, walls), floor = two_sided(b, 1);
@@ -69,7 +68,7 @@ RenderSettings by_light(RenderSettings s) {
   return s;
 }
 
-// Of few samples: many of a smooth light through a hole of one shape are stratified either way.
+// Uses few samples: with many, smooth light through a simple hole is well stratified either way.
 double noise_of(const Scene& scene, const CameraDescription& view, RenderSettings s) {
   s.spp = 16;
   s.width = s.height = 32;
@@ -89,7 +88,7 @@ TEST(GuidedRoom, LightThroughAHole) {
       const RenderedImage guided = render(*scene, view, s);
       expect_exact(guided, exact_at(floor), 1e-4, s,
                    {"E49", fmt::format("room of size {:g}, light through a hole", size)});
-      // Straight above, the hole fills a small part of many tiles.
+      // Directly below the hole, it fills a small part of many tiles.
       EXPECT_LT(noise_of(*scene, view, s),
                 (floor.x == 0 ? 1.0 : 0.4) * noise_of(*scene, view, by_light(s)))
           << size;
@@ -97,7 +96,7 @@ TEST(GuidedRoom, LightThroughAHole) {
   }
 }
 
-// A sky of a bright and a dark half, with a sun of some texels.
+// A sky with a bright and a dark half, and a sun of several texels.
 std::shared_ptr<const Image> sky_map() {
   return float_map(128, 64, [](int column, int row) {
     const bool sun = row >= 2 && row < 4 && column >= 30 && column < 40;
@@ -105,8 +104,8 @@ std::shared_ptr<const Image> sky_map() {
   });
 }
 
-// All that is reflected, too; behind a pane that is no obstacle, beside lamps, with leaves that
-// light passes: of a spot so small that its picture is noise alone.
+// With reflections, a clear pane, other lamps, or translucent leaves the mean stays the same. The
+// spot is so small that its picture shows only noise.
 TEST(GuidedRoom, HasTheMeanOfOneThatIsNot) {
   for (const std::string with : {"", "pane", "map", "lamps", "leaf"}) {
     SceneBuilderForTests b = room(0.5f);
@@ -150,8 +149,7 @@ TEST(GuidedRoom, HasTheMeanOfOneThatIsNot) {
   }
 }
 
-// A closed room under a bright sky: samples of it would be lost. The lamp's light has a closed
-// form.
+// A closed room under a bright sky, whose samples are wasted. The lamp's light has a closed form.
 TEST(GuidedRoom, LampsAndASkyThatDoesNotArrive) {
   for (const double size : {1e-6, 1.0, 1e6}) {
     const double power = 2;
@@ -174,7 +172,7 @@ TEST(GuidedRoom, LampsAndASkyThatDoesNotArrive) {
     const double exact = power * to_lamp.y / std::pow(to_lamp.length(), 3) / kPiD;
     expect_exact(render(*scene, view, s), exact, 1e-4, s,
                  {"E51", fmt::format("closed room of size {:g}, a lamp, bright sky", size)});
-    // One sample in five was the lamp's; now 19 of 20 are.
+    // The guide raises the lamp's share of the samples from one in five to 19 of 20.
     EXPECT_LT(noise_of(*scene, view, s), 0.5 * noise_of(*scene, view, by_light(s))) << size;
   }
 }
@@ -206,7 +204,7 @@ TEST(GuidedRoom, KindsOfLightKeepTheirMean) {
   EXPECT_LT(error, 0.02 * light.mean);
 }
 
-// Equal samples have equal bits: threads, buckets, crops, drivers.
+// Equal samples have equal bits for all threads, buckets, crops and drivers.
 TEST(GuidedRoom, EqualSamplesHaveEqualBits) {
   SceneBuilderForTests b = room(0.5f);
   b.set_environment(Rgb(1.0f));

@@ -29,7 +29,7 @@ std::shared_ptr<const Image> sky() {
 }
 
 // The map is bilinear: the texel is a product of two tents of half widths a = 2 pi / W and
-// b = pi / H around theta0, wholly above the horizon. Its irradiance on a level floor is
+// b = pi / H around theta0, entirely above the horizon. Its irradiance on a level floor is
 //   (P - 1) a int tent((t - theta0) / b) cos t sin t dt = (P - 1) a b sin(2 theta0) / 2 (sin b/b)^2
 // since the tent's transform at frequency 2 is b (sin b / b)^2. The rest of the sky gives pi.
 double exact_irradiance() {
@@ -54,7 +54,7 @@ TEST(BrightTexel, LightAndBsdfSampling) {
   s.max_depth = 1;
   const RenderedImage image = render(*floor_under_it(), orthographic({0, 1, 0}, {0, 0, 0}, 1), s);
   expect_exact(image, exact_irradiance() / kPiD, kTolerance, s, {"22", "both samplings"});
-  // Of one pixel of 64 samples: the standard error of the mean of 1024 pixels is 1/32 of it.
+  // For one pixel of 64 samples: the standard error of the mean of 1024 pixels is 1/32 of it.
   const double relative = image.standard_error * 32 / image.mean;
   expect_case({"22", "relative standard error at 64 spp, below 0.01"}, {0, relative, 0, 0.01},
               replay(s));
@@ -70,7 +70,7 @@ TEST(BrightTexel, BsdfSamplingAlone) {
                exact_irradiance() / kPiD, kTolerance, s, {"22", "BSDF sampling"});
 }
 
-// Light sampling alone; without MIS compensation, which leaves the dim part to BSDF sampling.
+// Light sampling alone, without MIS compensation, which would leave the dim part to BSDF sampling.
 TEST(BrightTexel, LightSamplingAlone) {
   const LightSampler lights =
       make({}, {},

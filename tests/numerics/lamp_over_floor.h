@@ -1,4 +1,4 @@
-// A white floor, what lies over it, and the irradiance that it must show.
+// A white floor, objects above it, and the irradiance that it must show.
 #pragma once
 
 #include <functional>
@@ -8,7 +8,7 @@
 
 namespace emberline::test {
 
-// The floor is at y = 0; a picture of it is E / pi. With max_depth 1: walls are no events.
+// The floor is at y = 0; its picture is E / pi. max_depth is 1, since clear walls do not count.
 inline void expect_irradiance_at(const char* number, const SceneBuilderForTests& b, double exact,
                                  double tolerance, const std::string& what) {
   const auto scene = b.build();
@@ -19,7 +19,7 @@ inline void expect_irradiance_at(const char* number, const SceneBuilderForTests&
   } estimators[] = {
       {1, 1024, ""}, {3, 512, ", three light samples"}, {0, 4096, ", BSDF sampling alone"}};
   for (const auto& e : estimators) {
-    // No scattered ray finds a point light.
+    // BSDF sampling cannot hit a point light.
     if (e.light_samples == 0 && !b.description.lights.empty()) continue;
     const CaseName name{number, what + e.name};
     RenderSettings s = direct_light_settings(e.spp);
@@ -37,8 +37,8 @@ inline SceneBuilderForTests white_floor() {
   return b;
 }
 
-// A lamp of 0.2 x 0.2 and radiance 50 at (1.3, 2, .1), seen from (.3, 0, .1) under 27 degrees. What
-// comes from it depends on the cosine, the same at the floor and at the lamp.
+// A lamp of 0.2 x 0.2 and radiance 50 at (1.3, 2, .1), seen from (.3, 0, .1) at 27 degrees.
+// Transmittance depends on the cosine, which is the same at the floor and at the lamp.
 inline void add_lamp(SceneBuilderForTests& b, const MaterialDescription& m = emitter(Rgb(50.0f))) {
   b.add_quad({1.2f, 2, 0}, {1.4f, 2, 0}, {1.4f, 2, .2f}, {1.2f, 2, .2f}, b.add_material(m));
 }

@@ -1,5 +1,5 @@
-// Material layers in whole frames: a coat dims what shines below it (E42), and a prism bends each
-// wavelength by Snell's law (E43).
+// Material layers in whole frames: a coat dims the emission below it (E42), and a prism refracts
+// each wavelength by Snell's law (E43).
 #include "lamp_over_floor.h"
 #include "renderer/core/moments.h"
 #include "renderer/shading/lobes/wavelength.h"
@@ -19,14 +19,14 @@ TEST(Layers, CoatDimsALamp) {
     add_lamp(b, lamp);
     const double exact = lamp_irradiance(
         [&](double mu) { return 1 - double(clearcoat) * (.04 + .96 * std::pow(1 - mu, 5)); });
-    // 1e-4: the lamp's corners are floats, midpoints err by 1 / 24 steps^2.
+    // 1e-4: the lamp's corners are floats, and the midpoint rule errs by 1 / 24 steps^2.
     expect_irradiance_at("E42", b, exact, 1e-4, "lamp under a coat of " + shown(clearcoat));
   }
 }
 
-// A ray meets the first face of a prism straight on and the second at 30 degrees from inside. A
-// screen far away shines beyond the place where `edge` nanometres arrive, so the picture adds up
-// the wavelengths below. `max_depth` 2 leaves nothing else: what either face reflects ends there.
+// A ray hits the first face of a prism at normal incidence and the second at 30 degrees from
+// inside. A distant screen emits beyond the point where `edge` nanometres arrive, so the picture
+// sums up the shorter wavelengths. `max_depth` 2 cuts off reflections at either face.
 struct Prism {
   static constexpr double kAngle = kPiD / 6, kScreen = 1000, kIor = 1.5, kDispersion = 2;
 
@@ -35,7 +35,7 @@ struct Prism {
     const double b = (kIor - 1) * kDispersion / 20 / (1 / square(486.13) - 1 / square(656.27));
     return kIor + b * (1 / square(nanometres) - 1 / square(587.56));
   }
-  // How far aside of the exit the screen is met.
+  // Offset from the exit point at which the ray hits the screen.
   static double aside(double nanometres) {
     return kScreen * std::tan(std::asin(ior(nanometres) * std::sin(kAngle)) - kAngle);
   }
@@ -45,7 +45,7 @@ struct Prism {
   }
 };
 
-// The responses' integrals over u are a unit test's; here they are added up at midpoints.
+// A unit test checks the integrals of the responses over u; this is a midpoint sum.
 Rgb prism_exact(double edge) {
   double sum[3] = {0, 0, 0};
   constexpr int kSteps = 400'000;
@@ -70,7 +70,7 @@ TEST(Layers, PrismBendsByTheWavelength) {
     const float run = 2, rise = run * float(std::tan(Prism::kAngle));
     b.add_quad({-run, -3 - rise, -1}, {run, -3 + rise, -1}, {run, -3 + rise, 1},
                {-run, -3 - rise, 1}, material);
-    // What is bent leaves towards -X.
+    // Refracted light leaves towards -X.
     const auto x0 = float(-Prism::aside(edge)), y = float(-3 - Prism::kScreen);
     b.add_quad({-900, y, 900}, {x0, y, 900}, {x0, y, -900}, {-900, y, -900},
                b.add_material(emitter(Rgb(1.0f))));
@@ -89,8 +89,8 @@ TEST(Layers, PrismBendsByTheWavelength) {
       for (size_t i = size_t(c); i < image.values.size(); i += image.channels.size()) {
         pixels.add(double(image.values[i]));
       }
-      // The view's 1e-4 moves the edge by 3e-6 of the spectrum's width on the screen; the rest is
-      // float arithmetic.
+      // The view of 1e-4 moves the edge by 3e-6 of the spectrum's width; the rest is float
+      // rounding.
       expect_case(name, {double(exact[c]), pixels.mean(), pixels.standard_error(), 2e-5},
                   replay(s));
     }

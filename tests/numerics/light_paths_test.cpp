@@ -1,5 +1,4 @@
-// Lights met on difficult ways: large tilted emitters, emitters with holes, lamps behind glass and
-// inside it.
+// Difficult light paths: large tilted emitters, emitters with holes, lamps behind and inside glass.
 #include <cstring>
 
 #include "receiver.h"
@@ -35,10 +34,10 @@ MeshDescription tilted_square(const Vec3f& center, const Vec3f& n, float h, int 
   return mesh;
 }
 
-// A large emitter must not shade itself, wherever on it the point lies: two triangles give what the
-// same square gives in 64 x 64 pieces, and what BSDF sampling gives, which asks for no shadow.
+// A large emitter must not shadow itself anywhere. Two triangles give the same as the square in 64
+// x 64 pieces, and as BSDF sampling, which needs no shadow rays.
 TEST(LightPaths, LargeTiltedEmitterDoesNotShadeItself) {
-  // Which tilt rounds to the wrong side is luck: several are tried.
+  // Several tilts, since rounding decides which of them end on the wrong side.
   for (const auto& [direction, half, distance] :
        {std::tuple{Vec3f(0.35f, 1.0f, -0.55f), 10.0f, 1.0f},
         std::tuple{Vec3f(0.6f, 1.0f, 0.2f), 10.0f, 0.1f},
@@ -77,8 +76,8 @@ TEST(LightPaths, LargeTiltedEmitterDoesNotShadeItself) {
   }
 }
 
-// A blended card that is bright where it is clear: a light sample must see the product of the
-// means, as a ray does, not the mean of the product (which is 0 here).
+// A blended card that is bright where it is clear. A light sample must use the product of the mean
+// emission and mean coverage, as rays do, not the mean of the product (0 here).
 TEST(LightPaths, BlendedEmitterIsSampledAsItIsSeen) {
   const auto picture = [](bool light_sampling) {
     SceneBuilderForTests b;
@@ -120,8 +119,8 @@ MaterialDescription pane(float roughness, bool thin) {
   return m;
 }
 
-// A point light behind window panes: no scattered ray finds it, so it shines straight through. A
-// thin pane passes 1 - R of the tint at normal incidence, R that of one interface as glTF has it.
+// A point light behind window panes can only be lit straight through them. A thin pane transmits 1
+// - R of the tint at normal incidence, where R is that of one interface, as in glTF.
 TEST(LightPaths, PointLightShinesThroughThinPanes) {
   for (const int panes : {1, 2}) {
     SceneBuilderForTests b;
@@ -141,8 +140,8 @@ TEST(LightPaths, PointLightShinesThroughThinPanes) {
   }
 }
 
-// A lamp and a plate inside a tinted solid of the air's index, seen from outside: the way to the
-// plate and the way to the lamp both absorb.
+// A lamp and a plate inside a tinted solid of index 1, seen from outside: the segments to the plate
+// and to the lamp both absorb.
 TEST(LightPaths, AbsorptionOnEveryLeg) {
   for (const bool light_sampling : {true, false}) {
     SceneBuilderForTests b;
@@ -165,14 +164,14 @@ TEST(LightPaths, AbsorptionOnEveryLeg) {
     const double d2 = 4 + square(.3) + square(.1);
     const double lit = 400 * 0.01 * (4 / d2) / d2 / kPiD;  // L A cos^2 / d^2, over pi
     const double exact = lit * std::pow(0.5, 3.0) * std::pow(0.5, std::sqrt(d2));
-    // 1e-3: the lamp's far corners are further than its middle.
+    // 1e-3: the lamp's far corners are farther away than its centre.
     expect_exact(render(*scene, orthographic({.3, 5, .1}, {.3, 0, .1}, 1e-3), s), exact, 1e-3, s,
                  {"26", light_sampling ? "lamp in a medium, light sampling"
                                        : "lamp in a medium, BSDF sampling"});
   }
 }
 
-// Standing in the solid: its back face says so.
+// Inside the solid, which the ray recognises by its back face.
 TEST(LightPaths, CameraInsideASolid) {
   SceneBuilderForTests b;
   MaterialDescription m = pane(0, false);

@@ -1,5 +1,5 @@
-// Cases E3 to E5: light adds up. Lamps together give the sum of the lamps alone, an emitter cut to
-// pieces gives what it gave whole, and no magnitude of radiance is special.
+// Cases E3 to E5: light is additive. Lamps together give the sum of the lamps alone, an emitter
+// gives the same whole or in pieces, and no magnitude of radiance is special.
 #include <random>
 
 #include "receiver.h"
@@ -9,12 +9,12 @@ namespace {
 
 using namespace test;
 
-// A room with two lamps, a point light and a sky, each of which can be switched off. Multiple
-// bounces between a glossy floor, a wall and a ball.
+// A room with two lamps, a point light and a sky, each of which can be switched off. Light bounces
+// between a glossy floor, a wall and a ball.
 std::unique_ptr<Scene> room(bool lamps, bool point, bool sky, float scale = 1) {
   SceneBuilderForTests b;
   b.add_floor(3, 0, b.add_material(metal(Rgb(.8f), .5f)));
-  MaterialDescription coated;  // a dielectric coat
+  MaterialDescription coated;  // a dielectric layer
   coated.base_color = Rgb(.6f);
   coated.metallic = 0;
   coated.roughness = .4f;
@@ -59,8 +59,8 @@ TEST(Linearity, LightsAddUp) {
               {sum, all.mean, error, 1e-6 * sum}, "seeds 1 to 4, " + replay(room_settings(1)));
 }
 
-// Twice the light is twice the picture, to the bit when the factor is a power of two: no constant
-// of the renderer has the unit of radiance.
+// Scaling the light by a power of two scales the picture exactly: no constant of the renderer has
+// the unit of radiance.
 TEST(Linearity, PowersOfTwoAreExact) {
   RenderSettings s = room_settings(5);
   s.spp = 16;
@@ -79,7 +79,7 @@ TEST(Linearity, PowersOfTwoAreExact) {
   }
 }
 
-// Two lamps of very different radiance: each alone, and both, at the ends of float's range.
+// Two lamps of very different radiance, at the ends of float's range.
 TEST(Linearity, ExtremeRadiance) {
   for (const double bright : {1e30, 1.0})
     for (const double dim : {1e-30, 1.0}) {
@@ -96,8 +96,8 @@ TEST(Linearity, ExtremeRadiance) {
 
 // ---- E4: pieces --------------------------------------------------------------------------------
 
-// A quad as an uneven grid of n x n quads: inner nodes are moved in its plane, by less than
-// would fold a triangle.
+// Cuts a quad into an uneven grid of n x n quads. Inner nodes move in its plane by too little to
+// fold a triangle.
 Emitters cut(const Vec3d& a, const Vec3d& u, const Vec3d& v, int n) {
   std::mt19937 random(4);
   const auto jitter = [&] { return double(random() % 1000) / 1000 * .4 - .2; };
@@ -118,8 +118,8 @@ Emitters cut(const Vec3d& a, const Vec3d& u, const Vec3d& v, int n) {
   return pieces;
 }
 
-// 1058 uneven triangles go through the light tree, 2 do not; both are the same emitter. One quad is
-// all above the receiver's horizon, one crosses it.
+// 1058 uneven triangles use the light tree and 2 do not, for the same emitter. One quad is entirely
+// above the receiver's horizon, the other crosses it.
 TEST(Linearity, PiecesGiveTheWhole) {
   const std::tuple<Vec3d, Vec3d, Vec3d, const char*> quads[] = {
       {{-.5, 1.2, -.3}, {1.4, 0, 0}, {0, 0, 1}, "overhead"},

@@ -1,6 +1,5 @@
 // Case 1: every lobe in a white furnace, over the roughnesses and angles at which microfacet models
-// go wrong. What must come back is known by quadrature (lobe_albedo.h), which the renderer has no
-// part in.
+// fail. The reference is an independent quadrature (lobe_albedo.h).
 #include "closed_form.h"
 #include "lobe_albedo.h"
 #include "renderer/core/moments.h"
@@ -16,9 +15,9 @@ using namespace test;
 constexpr double kAlphas[] = {0, 1e-4, 1e-3, .01, .1, .25, .5, 1};
 constexpr double kCosines[] = {1, .5, .1, .01};
 
-// The albedo tables interpolate: |error| < 6e-4 in E and in B (specular_albedo.h), and a furnace
-// sums up to three of them, of which the third, multiple scattering, is weighted by at most .7 of
-// loss. 2e-3 is also what the catalogue of hard cases allows.
+// The albedo tables interpolate with |error| < 6e-4 in E and in B (specular_albedo.h). A furnace
+// adds up to three of them, the third, multiple scattering, weighted by at most .7 of loss. The
+// catalogue of hard cases also allows 2e-3.
 constexpr double kTables = 2e-3;
 
 std::string at(double alpha, double mu) { return ", alpha " + shown(alpha) + ", mu " + shown(mu); }
@@ -38,8 +37,7 @@ RenderSettings lobe_settings(const CaseName& name) {
   return s;
 }
 
-// A floor under radiance 1, seen by an orthographic camera at cosine mu: the picture is the albedo
-// at mu, exactly.
+// A floor under radiance 1, seen orthographically at cosine mu: the picture is the albedo at mu.
 void expect_albedo(const std::string& what, const MaterialDescription& material, double mu,
                    double exact, double tolerance) {
   const CaseName name = {"1", what};
@@ -63,9 +61,9 @@ TEST(LobeFurnace, QuadratureMeetsItsAnchors) {
     }
 }
 
-// F = 1 without compensation: the lobe alone returns E. No table takes part. Narrow lobes lose
-// light in rare events only, which a standard error may not have seen: n draws all miss a share of
-// p with probability exp(-n p), so below ln(1.7e6) / n = 14.4 / n nothing is promised.
+// F = 1 without compensation: the lobe alone returns E, without tables. Narrow lobes lose light
+// only in rare events, which the standard error may miss: n draws all miss a share of p with
+// probability exp(-n p), so the tolerance includes ln(1.7e6) / n = 14.4 / n.
 TEST(LobeFurnace, ReflectionWithoutCompensation) {
   constexpr uint64_t kDraws = 200'000;
   uint64_t seed = 100;
@@ -90,7 +88,7 @@ TEST(LobeFurnace, ReflectionWithoutCompensation) {
     }
 }
 
-// F = 1 with compensation: 1. F0 = .5: what the model says.
+// With compensation F = 1 gives 1, and F0 = .5 gives the model's value.
 TEST(LobeFurnace, Metal) {
   for (const double alpha : kAlphas) {
     const LobeIntegrals average = average_lobe_integrals(effective(alpha));
@@ -105,8 +103,8 @@ TEST(LobeFurnace, Metal) {
   }
 }
 
-// A dielectric coat of index 1.5 over a base that returns rho: Ed + rho (1 - Ed), Ed the coat's own
-// albedo. rho = 0 is the coat alone; rho = 1 returns everything.
+// A dielectric layer of index 1.5 over a base of albedo rho: Ed + rho (1 - Ed), where Ed is the
+// layer's own albedo. rho = 0 is the layer alone; rho = 1 returns everything.
 TEST(LobeFurnace, DielectricCoat) {
   for (const double alpha : kAlphas) {
     const LobeIntegrals average = average_lobe_integrals(effective(alpha));
@@ -125,7 +123,7 @@ TEST(LobeFurnace, DielectricCoat) {
   }
 }
 
-// Lambert, whatever roughness says when there is no reflection. 1e-6: rounding.
+// Lambertian without reflection, whatever the roughness. 1e-6: rounding.
 TEST(LobeFurnace, Diffuse) {
   for (const float rho : {0.0f, 0.18f, 0.5f, 1.0f})
     for (const double mu : kCosines)
@@ -148,30 +146,30 @@ MaterialDescription clear(double alpha, float tint, bool thin) {
   return m;
 }
 
-// A thin pane of index 1.5: it reflects F and passes tint (1 - F), each microfacet for itself, and
-// all is scaled by 1 / E: tint + (1 - tint) EF / E, EF the lobe's integral with F.
+// A thin pane of index 1.5: each microfacet reflects F and transmits tint (1 - F), and the sum is
+// scaled by 1 / E: tint + (1 - tint) EF / E, where EF is the lobe's integral with F.
 TEST(LobeFurnace, ThinTransmission) {
   for (const double alpha : kAlphas)
     for (const double mu : kCosines)
       for (const float tint : {1.0f, 0.5f}) {
         const LobeIntegrals lobe = lobe_integrals(mu, effective(alpha));
         const double t = double(tint), exact = t + (1 - t) * lobe.fresnel / lobe.white;
-        // The table's 6e-4 in E is in the divisor.
+        // The table's error of 6e-4 in E is in the divisor.
         expect_albedo("thin pane, tint " + shown(t) + at(alpha, mu), clear(alpha, tint, true), mu,
                       exact, alpha < 1e-3 ? 1e-6 : 6e-4 / lobe.white * exact);
       }
 }
 
-// The face of a solid of index 1.5, its depths filled with radiance from a wide emitter beneath.
-// From outside in a furnace: the emitter has eta^2, because radiance is 1 / eta^2 of it outside; R
-// + T = 1. From inside: the same the other way round. Tint 0 leaves the reflection, its share E_F /
-// (E_F + T) by quadrature.
+// The face of a solid of index 1.5 above a wide emitter that fills its interior with radiance. From
+// outside in a furnace R + T = 1 if the emitter has eta^2, since radiance outside is 1 / eta^2 of
+// it; from inside it is the reverse. Tint 0 leaves the reflection, its share E_F / (E_F + T) by
+// quadrature.
 RenderedImage solid_face(const MaterialDescription& material, bool inside, double mu,
                          RenderSettings s) {
   const float eta2 = square(material.ior);
   SceneBuilderForTests b;
   b.add_floor(1e4f, 0, b.add_material(material));
-  // It is seen down to a cosine of 1e-4, where 1e-8 of a furnace's light comes from.
+  // It covers cosines down to 1e-4, below which lies 1e-8 of a furnace's light.
   b.add_floor(1e4f, -1, b.add_material(emitter(Rgb(inside ? 1.0f : eta2))));
   b.set_environment(Rgb(inside ? 1 / eta2 : 1.0f));
   s.light_samples = 0;  // the lobe alone: light sampling has its own tests
@@ -181,8 +179,8 @@ RenderedImage solid_face(const MaterialDescription& material, bool inside, doubl
   return render(*b.build(), orthographic(from, {0, 0, 0}, 1e-3), s);
 }
 
-// The table of what a rough face returns has 20 cosines and is read linearly; from inside it has a
-// kink where total reflection begins. 4e-3 is what the lobe's own tests allow it below alpha = .4
+// The albedo table of a rough face interpolates linearly between 20 cosines; from inside it has a
+// kink where total reflection begins. The lobe's own tests allow 4e-3 below alpha = .4
 // (unit/shading/transmission_test.cpp); at 1, README.md of renderer/shading promises 3e-2 from
 // inside.
 constexpr double kRefractionTable = 4e-3;

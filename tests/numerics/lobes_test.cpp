@@ -1,5 +1,5 @@
-// Case 28: every lobe is reciprocal, its density integrates to 1 with what sampling refuses, and
-// no sample weighs more than a bound.
+// Case 28: every lobe is reciprocal, its pdf together with rejected samples integrates to 1, and
+// sample weights are bounded.
 #include "closed_form.h"
 #include "renderer/core/moments.h"
 #include "renderer/shading/bsdf.h"
@@ -65,7 +65,7 @@ TEST(Lobes, AreReciprocal) {
     const CaseName name{"28", std::string("largest asymmetry, ") + lobe.name};
     const std::string replay = "TestRandom(28, pair)";
     if (lobe.parameters.transmission > 0) {
-      // The shares of two albedos, (E(o) - E(i)) / (E(o) + E(i)): below 1 by far.
+      // The bound is (E(o) - E(i)) / (E(o) + E(i)) of two albedos, far below 1.
       expect_known_failure(name, {0, worst, 0, 1e-4}, .3,
                            "transmission is scaled by its albedo at wo alone (Turquin 2019): white "
                            "in a furnace, at the price of reciprocity",
@@ -76,17 +76,17 @@ TEST(Lobes, AreReciprocal) {
   }
 }
 
-// The integral of pdf over one hemisphere. Gauss-Legendre in angles stretched by sinh around
-// `peak`; phi runs once around from opposite it. A lobe of roughness alpha is about 2 alpha wide in
-// theta and 2 alpha cos(theta) across, since tilting the half vector sideways turns wi by its
-// cosine; a quarter of that is the width that the nodes resolve.
+// The integral of pdf over one hemisphere: Gauss-Legendre in angles stretched by sinh around
+// `peak`, with phi running once around from the opposite side. A lobe of roughness alpha is about 2
+// alpha wide in theta and 2 alpha cos(theta) across, since tilting the half vector sideways turns
+// wi by its cosine; the nodes resolve a quarter of that width.
 template <int N>
 double integral(const SurfaceBsdf& bsdf, const Vec3f& peak, double alpha, double side) {
   static const GaussLegendre<N> rule;
   const double mu = std::abs(double(peak.z));
   const double theta0 = std::acos(std::min(1.0, mu));
   const double phi0 = std::atan2(double(peak.y), double(peak.x));
-  // What is refracted is broad at the roughness tested here.
+  // The refracted lobe is broad at this roughness.
   const double width = side < 0 ? .3 : .5 * alpha;
   const double width_phi = side < 0 ? .3 : .5 * alpha * mu / std::max(std::sin(theta0), alpha);
   const double s0 = std::asinh(-theta0 / width), s1 = std::asinh((kPiD / 2 - theta0) / width);
@@ -106,18 +106,18 @@ double integral(const SurfaceBsdf& bsdf, const Vec3f& peak, double alpha, double
   return sum;
 }
 
-// 1e-3, the catalogue's; refused draws are counted on 2^18 points, so their share is known to
-// better than 1 / (2 x 2^9) even were they random, and they add their standard error. Weights: the
-// value over the density is at most 1 / the least pick probability of a lobe, 1 / .02, of what a
-// white surface returns.
+// 1e-3 is the catalogue's tolerance. Rejected samples are counted on 2^18 points, which gives their
+// share to better than 1 / (2 x 2^9) even at random; they add their standard error. The weight
+// (value over pdf) is at most the albedo of a white surface over the least lobe selection
+// probability, .02.
 TEST(Lobes, DensityIntegratesToOne) {
   for (const Lobe& lobe : lobes()) {
     for (const double mu : {.95, .5, .1}) {
       const Vec3f wo = direction(mu, .7);
       const SurfaceBsdf bsdf(lobe.parameters, wo);
       const double alpha = square(double(lobe.parameters.roughness));
-      // The rule's own error, by the difference to fewer nodes: refraction has an edge where
-      // microfacets turn away, which no smooth rule likes.
+      // Estimates the quadrature error from fewer nodes: refraction has an edge where microfacets
+      // turn away, which a smooth rule resolves badly.
       double rule_error = 0;
       const auto over = [&](const Vec3f& peak, double side) {
         const double fine = integral<256>(bsdf, peak, alpha, side);
@@ -126,7 +126,7 @@ TEST(Lobes, DensityIntegratesToOne) {
       };
       double total = over(Vec3f(-wo.x, -wo.y, wo.z), 1);
       if (lobe.parameters.transmission > 0) {
-        // Refracted or straight on: the peak of the other side.
+        // The peak of the other side, refracted or straight through.
         Vec3f peak(-wo.x, -wo.y, -wo.z);
         if (!lobe.parameters.thin_walled) {
           const double eta = lobe.parameters.inside ? 1 / 1.5 : 1.5;

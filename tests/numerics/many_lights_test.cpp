@@ -1,4 +1,4 @@
-// Case 31, sums of many samples, and case 32, a light among many or far away.
+// Case 31: sums of many samples. Case 32: one lamp among many, and one far away.
 #include "closed_form.h"
 
 #include "renderer/film/film.h"
@@ -11,7 +11,7 @@ namespace {
 
 using namespace test;
 
-// .1 is a float; the sum is double, whose rounding adds up to 2^25 2^-53 of it at most.
+// .1 is a float; the double sum has a relative rounding error of at most 2^25 2^-53.
 TEST(LongSum, OfAConstant) {
   FilmTile tile{AovSet{}};
   tile.reset({0, 0, 1, 1});
@@ -21,8 +21,8 @@ TEST(LongSum, OfAConstant) {
               "FilmTile, 2^25 samples");
 }
 
-// Radiances at both ends of float: 2^20 samples of 3e38 add up to far beyond it, their mean is a
-// float again. A million of 1e-40, which is no normal float, after one of 1e-30.
+// Radiances at both ends of float's range: 2^20 samples of 3e38 exceed it when summed, but their
+// mean does not. A million of 1e-36 follow one of 1e-30.
 TEST(LongSum, AtTheEndsOfFloat) {
   FilmTile tile{AovSet::parse("variance")};
   tile.reset({0, 0, 2, 1});
@@ -118,7 +118,7 @@ TEST(ManyLamps, NearAndFar) {
     }
     b.add_floor(10, 0, b.add_material(lambert(Rgb(1.0f))));
     RenderSettings s = lights_settings();
-    // 1e-5, and of the far one a float's digits of its corners: .5 at 8e3 is known to 1e-3 of it.
+    // 1e-5, and for the far lamp the rounding of its corners: a side of .5 at 8e3 is known to 1e-3.
     const double exact =
         (near_hidden ? 0 : 100 * lamp_radiance(near, .5f)) + 100 * lamp_radiance(far, .5f);
     expect_exact(

@@ -1,5 +1,5 @@
-// Motion while the shutter is open: coverage that grows with time (case 23), rays that stay inside
-// (E44), light from what moves (E45), what is seen in it (E46), and blur as the mean of many
+// Motion while the shutter is open: coverage over time (case 23), rays that stay inside (E44),
+// light from moving emitters (E45), views of moving surfaces (E46), and blur as the mean of many
 // instants (E47).
 #include "lamp_over_floor.h"
 
@@ -18,7 +18,7 @@ constexpr int kSide = 32;
 constexpr double kHalf = 1;  // of the view
 constexpr double kPixel = 2 * kHalf / kSide;
 
-// Straight down the Z axis on the plane z = 0, pixel column i from -1 + i / 16 on.
+// Straight down the Z axis on the plane z = 0; pixel column i starts at -1 + i / 16.
 CameraDescription front_view() { return orthographic({0, 0, 5}, {0, 0, 0}, kHalf); }
 
 RenderSettings settings_for(const CaseName& name, uint32_t spp = 256) {
@@ -40,7 +40,7 @@ void expect_column(const RenderedImage& image, int column, double exact, double 
               {exact, values.mean(), values.standard_error(), tolerance}, replay(s));
 }
 
-// The mean over the shutter and the pixel of a bar [x0, x1] that goes `way` to the right.
+// Mean coverage, over the shutter and the pixel, of a bar [x0, x1] that moves right by `way`.
 double bar_coverage(double x0, double x1, double way, double left) {
   double sum = 0;
   constexpr int kTimes = 2000;
@@ -60,8 +60,8 @@ MeshDescription bar(int material, float x0, float x1, float half = 3) {
   return mesh;
 }
 
-// Case 23. By a transform of two and of five steps, by vertices, by the camera that goes the other
-// way, and both by half.
+// Case 23. The bar moves by a transform of two or five steps, by vertices, by a camera moving the
+// other way, or by both halfway.
 TEST(Motion, BarCrossesPixels) {
   constexpr double kFrom = -.523, kTo = -.211, kWay = .8;
   const struct {
@@ -105,8 +105,8 @@ TEST(Motion, BarCrossesPixels) {
   }
 }
 
-// A wedge with its tip on the axis, `turns` around it: where it has been everywhere for the same
-// time the disc is even. Rotations that went along chords would show a star.
+// A wedge with its tip on the axis rotates around it. Every part of the disc is covered for the
+// same time, so it is uniform; rotation along chords would show a star.
 TEST(Motion, BladeIsADisc) {
   constexpr double kWedge = kPiD / 6;  // radians
   for (const int steps_of_turn : {3, 8}) {
@@ -133,18 +133,17 @@ TEST(Motion, BladeIsADisc) {
         }
       }
     }
-    // 1e-5: Embree's arcs are those of a short polynomial.
+    // 1e-5: Embree approximates arcs by a short polynomial.
     expect_case({"23", what}, {kWedge / (2 * kPiD), values.mean(), values.standard_error(), 1e-5},
                 replay(s));
-    // Pixels differ by noise alone: 256 samples that are in the wedge or not, better than by
-    // chance.
+    // Pixels differ only by noise: 256 stratified samples inside or outside the wedge vary less
+    // than random ones.
     const double chance = kWedge / (2 * kPiD) * (1 - kWedge / (2 * kPiD)) / 256;
     EXPECT_LT(values.variance(), chance);
   }
 }
 
-// A quarter of a turn: what lies at an angle is covered from when the wedge arrives until it has
-// passed.
+// A quarter turn: a point at an angle is covered from the wedge's arrival until it has passed.
 TEST(Motion, SectorIsLinearInAngle) {
   constexpr double kWedge = kPiD / 12, kTurn = kPiD / 2;
   SceneBuilderForTests b;
@@ -161,18 +160,17 @@ TEST(Motion, SectorIsLinearInAngle) {
     s.width = s.height = 8;
     const Vec3d at(.7 * std::cos(angle), .7 * std::sin(angle), 0);
     const RenderedImage image = render(*scene, orthographic(at + Vec3d(0, 0, 5), at, 1e-4), s);
-    // Of the turn, from its first edge's arrival at `angle` to its second one's.
+    // Part of the turn from the first edge's arrival at `angle` to the second edge's.
     const double covered =
         std::max(0.0, std::min(kTurn, angle) - std::max(0.0, angle - kWedge)) / kTurn;
-    // 2e-4: what a polynomial's arc and a view of 3e-4 radians are off.
+    // 2e-4: the polynomial arc and a view of 3e-4 radians.
     expect_case({"23", what}, compared(image, covered, 2e-4), replay(s));
   }
 }
 
-// ---- light from what moves ---------------------------------------------------------------------
+// ---- light from moving emitters ----------------------------------------------------------------
 
-// A white floor under a square lamp that moves as `pose` says; E by Lambert's formula at many
-// times.
+// A white floor under a square lamp that moves by `pose`; E is Lambert's formula at many times.
 template <class Pose>
 void expect_moving_lamp(const std::string& what, const Pose& pose, int steps, bool vertices,
                         bool two_sided) {
@@ -211,7 +209,7 @@ void expect_moving_lamp(const std::string& what, const Pose& pose, int steps, bo
     const Vec3d face = cross(down[1] - down[0], down[2] - down[0]);
     if (two_sided || dot(face, point - down[0]) > 0) exact += 5 * std::abs(e) / kTimes;
   }
-  // 2e-5: floats, midpoints over time.
+  // 2e-5: floats, and midpoints over time.
   expect_irradiance_at("E45", b, exact, 2e-5, what);
 }
 
@@ -273,15 +271,14 @@ TEST(Motion, ASunThatTurns) {
   }
   b.description.lights.push_back(sun);
   const double edge = 80 * kPiD / 180;
-  // 5e-4: chords of 5 degrees instead of arcs, normalised: 1 - cos of half of it at most.
+  // 5e-4: normalised chords of 5 degrees instead of arcs: at most 1 - cos of half of it.
   expect_irradiance_at("E45", b, 2 * std::sin(edge) / edge, 5e-4, "sun that turns");
 }
 
-// ---- what is seen in what moves
-// --------------------------------------------------------------------
+// ---- views of moving surfaces ------------------------------------------------------------------
 
-// A floor that tilts under a light straight above: the cosine of its angle, by a transform and with
-// normals of its own; vertices go straight.
+// A floor that tilts under a light straight above shows the cosine of its angle. It moves by a
+// transform or by vertices, whose paths are straight, with and without normals of its own.
 TEST(Motion, NormalsAreThoseOfTheTime) {
   constexpr double kAngle = 1.2;
   for (const bool vertices : {false, true}) {
@@ -311,7 +308,7 @@ TEST(Motion, NormalsAreThoseOfTheTime) {
       for (int i = 0; i < kTimes; ++i) {
         const double t = (i + .5) / kTimes;
         const double flat = vertices ? std::atan(t * std::tan(kAngle)) : kAngle * t;
-        // Normals go straight, too, and are then made one long.
+        // Normals are interpolated linearly, too, and then normalised.
         const double smooth = vertices && normals
                                   ? std::atan2(t * std::sin(kAngle), 1 - t + t * std::cos(kAngle))
                                   : flat;
@@ -330,7 +327,7 @@ TEST(Motion, NormalsAreThoseOfTheTime) {
   }
 }
 
-// A mirror at 45 degrees that comes nearer by `way`: what it shows goes by as much.
+// A mirror at 45 degrees that approaches by `way` shifts its reflection by as much.
 TEST(Motion, AMirrorThatMoves) {
   constexpr double kWay = .6;
   SceneBuilderForTests b;
@@ -342,11 +339,11 @@ TEST(Motion, AMirrorThatMoves) {
   glass.material = mirror;
   b.place(b.add_mesh(glass));
   b.description.instances[0].motion = {translation(0, 0, kWay)};
-  // A wall at x = -4 that shines above z = .1.
+  // A wall at x = -4 that emits above z = .1.
   b.add_quad({-4, -3, .1f}, {-4, 3, .1f}, {-4, 3, 9}, {-4, -3, 9},
              b.add_material(emitter(Rgb(1.0f))));
   const auto scene = b.build();
-  // A ray at x meets the mirror at z = x + way t.
+  // A ray at x hits the mirror at z = x + way t.
   for (const double x : {-.6, -.3, 0.0, .05, .2}) {
     const std::string what = "mirror that moves, seen at " + shown(x);
     RenderSettings s = settings_for({"E46", what}, 1024);
@@ -358,17 +355,16 @@ TEST(Motion, AMirrorThatMoves) {
   }
 }
 
-// ---- rays that stay inside
-// -------------------------------------------------------------------------------
+// ---- rays that stay inside ---------------------------------------------------------------------
 
 // A ball with flat faces, seen from inside; its vertices lie on a sphere, so no face sees itself.
 struct MovingShell {
   std::string what;
   std::vector<Mat44d> transforms;
-  float grow;  // of the vertices
+  float grow;  // scale of the vertices
 };
 
-// Paths that scatter at random from face to face, each at a time of its own.
+// Paths that bounce randomly from face to face, each at its own time.
 struct Bounces {
   double escaped = 0, met_itself = 0;
 };
@@ -440,7 +436,8 @@ TEST(Motion, RaysLeaveMovingFacesOnTheirSide) {
 
 // ---- blur is the mean of instants ---------------------------------------------------------------
 
-// Everything moves: instances, vertices, lamps, lights, camera; glass, coverage and a mirror in it.
+// Everything moves: instances, vertices, lamps, lights and the camera. The scene contains glass,
+// coverage and a mirror.
 TEST(Motion, BlurIsTheMeanOfInstants) {
   constexpr int kInstants = 64;
   const MovingScene moving;
@@ -457,7 +454,7 @@ TEST(Motion, BlurIsTheMeanOfInstants) {
     sum += still.mean / kInstants;
     variance += square(still.standard_error / kInstants);
   }
-  // 1e-3: instants in the middle of 64 spans, of means that go up and down by a third.
+  // 1e-3: instants at the middle of 64 intervals, whose means vary by a third.
   expect_case(
       name,
       {sum, blurred.mean, std::hypot(blurred.standard_error, std::sqrt(variance)), 1e-3 * sum},

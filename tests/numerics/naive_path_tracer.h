@@ -1,8 +1,7 @@
-// A path tracer as one writes it down on a page: double precision, every triangle tried for every
-// ray (Moeller & Trumbore 1997), directions uniform over the hemisphere, no light sampling, no
-// roulette, std::mt19937_64. It shares the scene description with the renderer and nothing else, so
-// what the two agree on is not a mistake that they have in common. Lambertian surfaces and a
-// constant sky only.
+// A textbook path tracer: double precision, brute-force intersection (Moeller & Trumbore 1997),
+// uniform directions over the hemisphere, no light sampling, no roulette, std::mt19937_64. It
+// shares only the scene description with the renderer, so agreement is not a shared mistake.
+// Lambertian surfaces and a constant sky only.
 #pragma once
 
 #include <array>
@@ -68,7 +67,7 @@ class NaivePathTracer {
       Vec3d u = n.cross(aside);
       u /= std::sqrt(u.dot(u));
       const Vec3d v = n.cross(u);
-      // Uniform over the hemisphere: density 1 / 2 pi, albedo / pi cos over it.
+      // Uniform over the hemisphere: pdf 1 / 2 pi, so the weight is albedo / pi cos over it.
       const double z = uniform(random), r = std::sqrt(1 - z * z);
       const double phi = 2 * kPiD * uniform(random);
       d = u * (r * std::cos(phi)) + v * (r * std::sin(phi)) + n * z;

@@ -1,5 +1,5 @@
 // Case 2: the limits of roughness. A white metal under a sky whose radiance grows with height shows
-// how the lobe is spread, which an even furnace does not.
+// the shape of the lobe, unlike a uniform furnace.
 #include <cstring>
 
 #include "closed_form.h"
@@ -13,7 +13,7 @@ using namespace test;
 
 constexpr double kBase = 1, kSlope = 0.5;  // radiance kBase + kSlope y
 
-// Bilinear rows h apart are off a cosine by h^2 / 8 at most.
+// Linear interpolation of rows h apart misses a cosine by at most h^2 / 8.
 constexpr int kRows = 256;
 const double kRowError = kSlope * square(kPiD / kRows) / 8;
 
@@ -46,8 +46,8 @@ void expect_reflection(const CaseName& name, float roughness, double mu, double 
   expect_case(name, compared(render(*b.build(), view, s), exact, tolerance), replay(s));
 }
 
-// Single scattering kBase E + kSlope H; the rest of the energy, 1 - E(mu), leaves with the density
-// (1 - E(mu')) mu' / pi (1 - Eavg) (Kulla & Conty 2017).
+// Single scattering is kBase E + kSlope H. The remaining energy, 1 - E(mu), leaves with the pdf (1
+// - E(mu')) mu' / pi (1 - Eavg) (Kulla & Conty 2017).
 double exact_reflection(double mu, double alpha) {
   static const GaussLegendre<48> rule;
   const LobeIntegrals at = lobe_integrals(mu, alpha);
@@ -72,8 +72,8 @@ TEST(NarrowLobe, SkyInARoughMetal) {
                         2e-3 * (kBase + kSlope));
 }
 
-// Towards 0: the mirror. Below kMirrorAlpha it is one; just above, the lobe spreads by
-// alpha^2 ln(1 / alpha) / mu, below 1e-4 here; 1e-3 is what the catalogue of hard cases allows.
+// Roughness towards 0. Below kMirrorAlpha the lobe is a mirror; just above, it spreads by alpha^2
+// ln(1 / alpha) / mu, below 1e-4 here. The catalogue of hard cases allows 1e-3.
 TEST(NarrowLobe, MeetsTheMirror) {
   const float narrowest = std::nextafter(std::sqrt(kMirrorAlpha), 1.0f);
   for (const double mu : {1.0, .5, .1})

@@ -1,6 +1,6 @@
-// Solids in solids, solids that overlap and solids that touch: case 14 with more than two of them,
-// and E53. In a furnace of radiance 1 every arrangement of clear solids shows 1, from outside of
-// all of them. A stack of wide slabs reflects what Stokes' sum of its faces says.
+// Nested, overlapping and touching solids (case 14 with more than two solids, and E53). In a
+// furnace of radiance 1 every arrangement of clear solids shows 1 from outside. A stack of wide
+// slabs reflects Stokes' sum over its faces.
 #include "closed_form.h"
 
 #include "renderer/scene/interior.h"
@@ -31,14 +31,14 @@ MaterialDescription tinted(float ior, float half_distance) {
 // Neighbours differ.
 constexpr double kIndices[] = {1.5, 1.33, 1.8, 1.0, 1.45, 1.6, 1.31, 1.7};
 
-// Along `theta` from the vertical, from above or from below, off the middle and the diagonals.
+// Looks along `theta` from the vertical, from above or below, off the centre and the diagonals.
 CameraDescription seen_along(double theta, bool above) {
   const Vec3d direction(std::sin(theta), above ? std::cos(theta) : -std::cos(theta), 0.3e-3);
   const Vec3d at(.73, 0, .31);
   return orthographic(at + direction * 20.0, at, 1e-3);
 }
 
-// Reflectance of the layers of those indices with air on both sides (Stokes 1862).
+// Reflectance of layers with these indices, with air on both sides (Stokes 1862).
 double stack(double theta, const std::vector<double>& layers) {
   double reflected = 0, before = 1;
   const auto add = [&](double index) {
@@ -51,7 +51,7 @@ double stack(double theta, const std::vector<double>& layers) {
   return reflected;
 }
 
-// `slabs` lie in a scene lit by the upper half of the sky; both ways through are compared.
+// Lights `slabs` by the upper half of the sky and compares both directions of light.
 void expect_stack(const SceneBuilderForTests& slabs, const std::vector<double>& layers,
                   const std::string& what) {
   SceneBuilderForTests b = slabs;
@@ -72,7 +72,7 @@ void expect_furnace(const SceneBuilderForTests& solids, const std::string& what)
   const auto scene = b.build();
   const RenderSettings s = solid_settings();
   const RenderedImage image = render(*scene, perspective({.3, .2, 4}, {.02, .01, 0}, 30), s);
-  // Roulette is the noise. 2e-5: ratios of indices in float, as often as faces are met.
+  // The noise comes from roulette. 2e-5: index ratios in float, once for each face hit.
   expect_case({"E53", what}, {1.0, image.mean, image.standard_error, 2e-5}, replay(s));
   EXPECT_EQ(image.counters.non_finite_samples, 0u);
   EXPECT_EQ(image.counters.optics.solids_forgotten, 0u);
@@ -98,7 +98,7 @@ TEST(NestedSolids, SlabsToEightLevels) {
   }
 }
 
-// The same of single sheets, which close nothing: the one that was entered last fills the place.
+// The same with open sheets: the medium entered last applies.
 TEST(NestedSolids, OpenSlabsToEightLevels) {
   SceneBuilderForTests b;
   std::vector<double> layers;
@@ -125,7 +125,7 @@ TEST(NestedSolids, SpheresToEightLevelsInAFurnace) {
   }
 }
 
-// Rough faces, too: their light samples begin in the right solid.
+// Rough faces, too: their light samples start in the right solid.
 TEST(NestedSolids, RoughSpheresInAFurnace) {
   SceneBuilderForTests b;
   for (size_t i = 0; i < 3; ++i) {
@@ -135,12 +135,12 @@ TEST(NestedSolids, RoughSpheresInAFurnace) {
   b.set_environment(Rgb(1.0f));
   const RenderSettings s = solid_settings();
   const RenderedImage image = render(*b.build(), perspective({.3, .2, 4}, {.02, .01, 0}, 20), s);
-  // A rough face has an albedo from a table (the README's 4e-3, met about twice).
+  // A rough face has an albedo from a table (the README's 4e-3, used about twice).
   expect_case({"E53", "a rough sphere between two smooth ones"},
               {1.0, image.mean, image.standard_error, 1e-2}, replay(s));
 }
 
-// Two slabs that overlap: the thinner one fills the common part, whatever side a ray comes from.
+// Two overlapping slabs: the thinner one fills the common part, from whichever side a ray comes.
 TEST(OverlappingSolids, SlabsInBothOrders) {
   for (const bool dense_first : {true, false}) {
     const double above = dense_first ? 1.8 : 1.33, below = dense_first ? 1.33 : 1.8;
@@ -158,7 +158,7 @@ TEST(OverlappingSolids, SlabsInBothOrders) {
   }
 }
 
-// The common part of two solids of one material is no solid of its own.
+// Overlapping solids of one material act as one solid.
 TEST(OverlappingSolids, OfOneMaterialAreOne) {
   SceneBuilderForTests b;
   const int material = b.add_material(glass(1.5f, 0));
@@ -197,27 +197,27 @@ TEST(OverlappingSolids, SpheresInAFurnace) {
   }
 }
 
-// What overlaps absorbs as the solid that fills the place, from both sides alike.
+// The common part absorbs like the solid that fills it, equally from both sides.
 TEST(OverlappingSolids, AbsorbAsTheOneThatFillsThePlace) {
   SceneBuilderForTests b;
   b.add_box({-9, -.2f, -9}, {9, 0, 9}, b.add_material(tinted(1.0f, .1f)));
   b.add_box({-9, -.5f, -9}, {9, -.1f, 9}, b.add_material(tinted(1.0f, .4f)));
   b.set_environment(upper_half());
   const RenderSettings s = solid_settings(16);
-  // .2 of the first, .3 of the second. 2e-5: on slabs of 9 a face is rounded to 1e-6, against half
-  // a distance of .1.
+  // .2 of the first, .3 of the second. 2e-5: on slabs of 9 a face is rounded to 1e-6, compared with
+  // the half-value distance of .1.
   expect_exact(render(*b.build(), seen_along(.4, false), s), std::pow(.5, (2 + .75) / std::cos(.4)),
                2e-5, s, {"26", "two absorbing slabs overlap"});
 }
 
-// A liquid whose face is its glass's face.
+// A liquid and its glass have coincident faces.
 TEST(TouchingSolids, SlabsShareAFace) {
   for (const bool instanced : {false, true}) {
     SceneBuilderForTests b;
     const auto add = [&](double ior, float top, float bottom) {
       const int material = b.add_material(glass(float(ior), 0));
       if (!instanced) return b.add_box({-kWide, bottom, -kWide}, {kWide, top, kWide}, material);
-      // Twice, so that it is no part of the scene's own mesh; the second is far below.
+      // A second use, far below, makes the mesh an instance.
       const int mesh = b.add_mesh(SceneBuilderForTests::box({-1, 0, -1}, {1, 1, 1}, material));
       b.place(mesh, scaling(kWide, top - bottom, kWide) * translation(0, bottom, 0));
       b.place(mesh, translation(0, -500, 0));
@@ -230,7 +230,7 @@ TEST(TouchingSolids, SlabsShareAFace) {
   }
 }
 
-// A hollow sphere and what fills it, with the same corners: in a furnace, and tinted.
+// A hollow sphere and its contents share vertices: in a furnace, and tinted.
 TEST(TouchingSolids, ASphereFullOfLiquid) {
   const auto full = [](const MaterialDescription& shell, const MaterialDescription& liquid) {
     SceneBuilderForTests b;
@@ -251,14 +251,14 @@ TEST(TouchingSolids, ASphereFullOfLiquid) {
   SceneBuilderForTests b = full(glass(1, 0), tinted(1, 1.8f));
   b.set_environment(Rgb(1.0f));
   const RenderSettings s = solid_settings(16);
-  // Through the middle: 1.8 of the liquid but for what facets of 15 degrees cut off, 1 - cos 7.5
-  // degrees at most on either side.
+  // Through the middle: 1.8 of liquid, less what facets of 15 degrees cut off, at most 1 - cos 7.5
+  // degrees on either side.
   expect_exact(render(*b.build(), perspective({.001, .002, 4}, {.001, .002, 0}, .01), s), .5,
                .9 * (1 - std::cos(.131)) * 2 / 1.8 * std::log(2.), s,
                {"26", "a hollow sphere full of something dark"});
 }
 
-// Ice in water, and a bubble of air in the ice: each leg absorbs as what fills it.
+// Ice in water, and an air bubble in the ice: each segment absorbs like its medium.
 TEST(NestedSolids, WaterIceAir) {
   for (const bool bends : {false, true}) {
     SceneBuilderForTests b;
@@ -285,8 +285,8 @@ TEST(NestedSolids, WaterIceAir) {
   }
 }
 
-// A lamp and a floor in two bodies of water that overlap: the face between them keeps no light
-// back. I cos / (pi d^2), less what the way absorbs.
+// A lamp and a floor in two overlapping bodies of water, whose common face does not block light: I
+// cos / (pi d^2) times the transmittance.
 TEST(OverlappingSolids, LetLightSamplesThrough) {
   SceneBuilderForTests b;
   const int water = b.add_material(tinted(1.33f, 2));
@@ -301,7 +301,7 @@ TEST(OverlappingSolids, LetLightSamplesThrough) {
                {"E53", "a lamp in another body of the same water"});
 }
 
-// The same in two kinds of water, and through what bends nothing in air.
+// The same in two kinds of water, and through a solid of index 1 in air.
 TEST(OverlappingSolids, OfOneIndexLetLightSamplesThrough) {
   SceneBuilderForTests b;
   b.add_box({-9, -1, -9}, {9, 1, 9}, b.add_material(tinted(1.33f, 2)));
@@ -327,7 +327,7 @@ TEST(OverlappingSolids, OfOneIndexLetLightSamplesThrough) {
                {"E53", "a floor that is lit and seen through tinted air"});
 }
 
-// What stands on a table: the table is what lies under it, from above and from below.
+// A solid on a table: the table counts as lying below the solid, seen from above and from below.
 TEST(TouchingSolids, AGlassOnATable) {
   for (const bool turned : {false, true}) {
     SceneBuilderForTests b;
@@ -359,7 +359,7 @@ TEST(TouchingSolids, AGlassOnATable) {
   }
 }
 
-// A solid whose faces coincide is a thin wall, as glTF has them: what its face reflects, once.
+// A solid with coincident faces is a thin wall, as in glTF: it reflects once.
 TEST(NestedSolids, AFlatSolidIsAWall) {
   const double theta = .7, exact = fresnel(theta, 1.5);
   for (const char* kind : {"two sheets back to back", "a box pressed flat"}) {
@@ -386,7 +386,7 @@ TEST(NestedSolids, AFlatSolidIsAWall) {
   }
 }
 
-// And light samples go through it.
+// Light samples pass through it.
 TEST(NestedSolids, AFlatSolidLetsLightSamplesThrough) {
   SceneBuilderForTests b;
   b.place(b.add_mesh(
@@ -400,7 +400,7 @@ TEST(NestedSolids, AFlatSolidLetsLightSamplesThrough) {
                4 / (kPiD * 4) * .96, 1e-5, s, {"E53", "a lamp behind a box pressed flat"});
 }
 
-// A drink in motion: the faces still coincide.
+// A glass with liquid in motion: the faces still coincide.
 TEST(TouchingSolids, SlabsThatMoveTogether) {
   SceneBuilderForTests b;
   for (const auto& [ior, top, bottom] :
@@ -424,7 +424,7 @@ TEST(NestedSolids, TooManyAreCounted) {
   EXPECT_GT(render(*b.build(), seen_along(.1, true), s).counters.optics.solids_forgotten, 0u);
 }
 
-// In a row, and none of them a solid.
+// 300 panes in a row, none of which is a solid.
 TEST(ThinWalls, ThreeHundredPanes) {
   SceneBuilderForTests b;
   const int pane = b.add_material(glass(1.5f, 0, false));

@@ -1,5 +1,5 @@
-// Cases E11 and E12: the error itself. Pixels and seeds owe nothing to each other, and the variance
-// falls with the samples as theory says.
+// Cases E11 and E12: the error itself. Pixels and seeds are independent, and the variance falls
+// with the sample count as theory predicts.
 #include "receiver.h"
 
 namespace emberline {
@@ -7,7 +7,7 @@ namespace {
 
 using namespace test;
 
-// A receiver under a lamp, all of whose pixels have one expected value.
+// A receiver under a lamp, whose pixels all have one expected value.
 std::unique_ptr<Scene> lit_floor() {
   SceneBuilderForTests b;
   add_receiver(b, {});
@@ -39,7 +39,7 @@ double correlation(const RenderedImage& a, const RenderedImage& b, int dx, int d
   return sum / std::sqrt(squares_a * squares_b);
 }
 
-// Of n independent pairs a correlation is 0 with a standard error of 1 / sqrt(n).
+// The correlation of n independent pairs is 0 with a standard error of 1 / sqrt(n).
 TEST(Noise, PixelsAndSeedsAreIndependent) {
   const auto scene = lit_floor();
   for (const std::string sampler : {"sobol", "independent"}) {
@@ -87,9 +87,9 @@ TEST(Noise, IndependentSamplesGainTheirNumber) {
               {1, p.value, p.standard_error, 0}, "seed 1, 64 x 64, 16 to 256 spp");
 }
 
-// An Owen-scrambled net resolves an edge that no axis runs along to N^-1.5: an error lives in the
-// sqrt(N) of N strata that the edge crosses. One pixel under many seeds:
-// every estimate is of the same edge. .1: the order is reached for N to infinity only.
+// An Owen-scrambled net resolves an edge off its axes at N^-1.5: only the sqrt(N) of N strata that
+// the edge crosses contribute errors. One pixel under many seeds, so that all estimates are of the
+// same edge. .1: the order holds only for N to infinity.
 TEST(Noise, StratifiedSamplesGainMoreAtAnEdge) {
   SceneBuilderForTests b;
   const float far = 100;

@@ -1,5 +1,5 @@
-// Case 13's absorbing slab at every angle, case 14 at limited depth and with interfaces that are
-// none, case 25's mirrors, and glass where its formulas have no digits left.
+// Absorbing slabs at every angle (case 13), limited depth and index-matched interfaces (case 14),
+// mirrors (case 25), and glass where its formulas lose all digits.
 #include <cstring>
 
 #include "closed_form.h"
@@ -32,8 +32,8 @@ RenderSettings optics_settings() {
   return s;
 }
 
-// Case 13: R + (1 - R)^2 R a^2 / (1 - R^2 a^2) comes back, (1 - R)^2 a / (1 - R^2 a^2) passes.
-// 1e-5: Fresnel and the exponential in float.
+// Case 13: R + (1 - R)^2 R a^2 / (1 - R^2 a^2) is reflected, (1 - R)^2 a / (1 - R^2 a^2)
+// transmitted. 1e-5: Fresnel and the exponential in float.
 TEST(AbsorbingSlab, AtFourAngles) {
   const double eta = 1.5, d = .1, half_distance = .15;
   MaterialDescription m = glass(float(eta), 0);
@@ -56,9 +56,9 @@ TEST(AbsorbingSlab, AtFourAngles) {
   }
 }
 
-// Case 14 to depth k: in a furnace a slab sends back 1 less what is still inside. Of what enters,
-// 1 - R at the first face, a share R stays at each further one: after k events (1 - R) R^(k - 1).
-// Roulette is unbiased, so it does not enter.
+// Case 14 to depth k: in a furnace a slab returns 1 less what is still inside. 1 - R enters at the
+// first face and a share R stays at each further one: (1 - R) R^(k - 1) after k events. Roulette is
+// unbiased and does not matter.
 TEST(GlassInAFurnace, ToLimitedDepth) {
   for (const double theta : {.3, 1.2}) {
     SceneBuilderForTests b;
@@ -78,7 +78,7 @@ TEST(GlassInAFurnace, ToLimitedDepth) {
 }
 
 // An interface between a solid and air of the same index does nothing: a shell of index 1 around a
-// slab changes neither what it reflects nor what it passes.
+// slab changes neither reflection nor transmission.
 TEST(GlassInAFurnace, IndexOneShellIsInvisible) {
   const double theta = .8, r = fresnel(theta, 1.5), exact = 2 * r / (1 + r);
   SceneBuilderForTests b;
@@ -92,7 +92,7 @@ TEST(GlassInAFurnace, IndexOneShellIsInvisible) {
                {"14", "slab between layers of index 1"});
 }
 
-// A solid inside a solid of the same index: nothing bends or reflects at the inner faces.
+// A solid inside a solid of the same index: the inner faces neither refract nor reflect.
 TEST(NestedGlass, OfTheSameIndexIsInvisible) {
   const double theta = .5, r = fresnel(theta, 1.5), exact = 2 * r / (1 + r);
   SceneBuilderForTests b;
@@ -109,7 +109,7 @@ TEST(NestedGlass, OfTheSameIndexIsInvisible) {
 }
 
 // Layers of indices 1, a, b, a, 1: each face reflects by the ratio of its two indices, and layers
-// add up as 1 -> r + t r' t / (1 - r r') (Stokes 1862), all of them lossless and symmetric.
+// combine as 1 -> r + t r' t / (1 - r r') (Stokes 1862), all of them lossless and symmetric.
 TEST(NestedGlass, FacesBendByTheRatio) {
   const double theta = .9;
   for (const auto& [outer, inner] : {std::pair{1.33, 1.8}, std::pair{1.8, 1.33}}) {
@@ -119,7 +119,7 @@ TEST(NestedGlass, FacesBendByTheRatio) {
                             fresnel(within(outer), 1 / outer)};
     double reflected = 0;
     for (const double r : face) {
-      // Lossless, so that the stack's own reflectance is the same from both sides.
+      // Lossless, so that the stack has the same reflectance from both sides.
       reflected += square(1 - reflected) * r / (1 - reflected * r);
     }
     SceneBuilderForTests b;
@@ -136,8 +136,9 @@ TEST(NestedGlass, FacesBendByTheRatio) {
   }
 }
 
-// After the inner solid the outer one absorbs on: .2 of .3 of the way is in it. Small: on a floor
-// of 1000 a place is rounded to 6e-5, which a way of .1 shows as 1e-3 of the light; 20 wide, 2e-5.
+// The outer solid absorbs again after the inner one, along .2 of a path of .3. The slabs are only
+// 20 wide, where rounding is 2e-5: on a floor of 1000 it is 6e-5, which changes a path of .1 by
+// 1e-3 of the light.
 TEST(NestedGlass, TheOuterAbsorbsBeforeAndAfter) {
   MaterialDescription tinted = glass(1.0f, 0);
   tinted.attenuation_color = Rgb(.5f);
@@ -151,8 +152,8 @@ TEST(NestedGlass, TheOuterAbsorbsBeforeAndAfter) {
                {"26", "absorbing slab around a clear one"});
 }
 
-// An index within 1e-6 of that of air; 1e-3 is where the lobe changes its formula. R is below
-// (1e-3 / 2)^2 = 2.5e-7 at normal incidence, so what passes is 1 to 1e-6.
+// Indices close to that of air; the lobe changes its formula at a difference of 1e-3. R is below
+// (1e-3 / 2)^2 = 2.5e-7 at normal incidence, so transmission is 1 to 1e-6.
 TEST(Glass, IndexNextToOne) {
   for (const float difference : {1e-6f, 1e-4f, .9e-3f, 1.1e-3f}) {
     SceneBuilderForTests b;
@@ -165,7 +166,8 @@ TEST(Glass, IndexNextToOne) {
 }
 
 // From inside a slab upwards: n^2 (1 - R) of the sky at the upper face, and again after every two
-// reflections: n^2 / (1 + R); beyond the critical angle nothing. On it, either, and finite.
+// reflections: n^2 / (1 + R). Beyond the critical angle there is none, and at it the result is
+// finite.
 TEST(Glass, CriticalAngle) {
   const double eta = 1.5, critical = std::asin(1 / eta);
   SceneBuilderForTests b;
@@ -175,7 +177,7 @@ TEST(Glass, CriticalAngle) {
   for (const double off : {-.2, -1e-2, 1e-3, .1}) {
     const double theta = critical + off;
     RenderSettings s = optics_settings();
-    s.spp = 256;  // beyond the angle every path goes to the end
+    s.spp = 256;  // beyond the angle, paths are long
     s.max_depth = 100;
     const Vec3d up(std::sin(theta), std::cos(theta), 0);
     const RenderedImage image =
@@ -185,12 +187,12 @@ TEST(Glass, CriticalAngle) {
       // Fresnel from the outside, at the refracted angle.
       exact = eta * eta / (1 + fresnel(std::asin(eta * std::sin(theta)), eta));
     }
-    // Radiance changes along the angle; 1e-4 is that of a float's direction times its slope there.
+    // Radiance varies with the angle; 1e-4 is a float direction's rounding times the slope there.
     expect_case({"E23", "from inside, critical angle " + std::to_string(off)},
                 {exact, image.mean, image.standard_error, 1e-4}, replay(s));
     EXPECT_EQ(image.counters.non_finite_samples, 0u);
   }
-  // At it and a few floats on either side: shares are finite and those of reflection and passage.
+  // At the critical angle and several floats on either side: the weights are finite.
   const auto cosine = float(std::cos(critical));
   float c = cosine;
   for (int i = 0; i < 8; ++i) c = std::nextafter(c, 0.0f);
@@ -200,7 +202,7 @@ TEST(Glass, CriticalAngle) {
                                 Vec3f(std::sqrt(1 - c * c), 0, c));
     for (const float u : {0.0f, .3f, .7f, .999999f}) {
       const BsdfSample sample = lobe.sample(u, {.5f, .5f});
-      if (!sample.valid) continue;  // passage along the surface itself
+      if (!sample.valid) continue;  // refraction along the surface itself
       wrong +=
           !is_finite(sample.weight) || !is_finite(sample.wi) || max_component(sample.weight) > 2.3f;
     }
@@ -210,8 +212,8 @@ TEST(Glass, CriticalAngle) {
 }
 
 // Case 25: between two mirrors of reflectance r the lamp is seen after k bounces as r^k. The
-// mirrors are 1 apart and the ray climbs by `step` from one to the other, so that the whole frame
-// leaves after exactly k of them; Schlick's rise at the angle step is step^10 / 32.
+// mirrors are 1 apart and the ray climbs by `step` per crossing, so that the whole frame leaves
+// after exactly k bounces; Schlick's increase at the angle step is step^10 / 32.
 RenderedImage between_mirrors(float r, int k, const RenderSettings& s) {
   constexpr double kStep = .01;
   SceneBuilderForTests b;

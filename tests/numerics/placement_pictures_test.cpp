@@ -1,5 +1,4 @@
-// Cases 17 and 18 for a scene with everything in it: where it stands and how large it is must not
-// show.
+// Cases 17 and 18 for a scene with everything in it: its position and scale must not show.
 #include <cstring>
 
 #include "closed_form.h"
@@ -25,7 +24,7 @@ std::shared_ptr<const Image> checks() {
 }
 
 // A textured floor, two instances of a metal ball (one mirrored and stretched), a lamp, a spot
-// light, an absorbing glass ball, a rough window pane and a sky; `scale` and `at` place it all.
+// light, an absorbing glass ball, a rough window pane and a sky, all placed by `scale` and `at`.
 RenderedImage picture(double scale, const Vec3d& at, uint32_t seed) {
   SceneBuilderForTests b;
   const auto placed = [&](const Mat44d& m) {
@@ -86,9 +85,9 @@ RgbImage rgb_of(const RenderedImage& image) {
   return result;
 }
 
-// The same seed gives the same paths but for those that rounding sends past an edge or to the other
-// side of a random decision. The mean then moves by less than 1e-4, and the pictures differ by less
-// than two seeds do.
+// The same seed gives the same paths, except where rounding moves one past an edge or flips a
+// random decision. So the mean moves by less than 1e-4, and the pictures differ by less than those
+// of two seeds.
 class PlacedPicture : public testing::Test {
  protected:
   void compare(double scale, const Vec3d& at, const CaseName& name) {

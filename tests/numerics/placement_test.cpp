@@ -23,9 +23,8 @@ Mat44d placed(double scale, const Vec3d& at, bool mirrored) {
   return m;
 }
 
-// A closed, emitting, reflecting sphere (its value is Le / (1 - rho) everywhere), seen from inside.
-// A ray that leaks out finds no light, one that hits its own surface again counts a bounce too
-// many: a leak of one ray in ten thousand shows.
+// A closed, emissive, reflecting sphere (Le / (1 - rho) everywhere), seen from inside. A leaking
+// ray finds no light and a self-hit adds a bounce, so one leak in ten thousand rays shows.
 RenderedImage cavity(double scale, const Vec3d& at, bool instanced, bool mirrored,
                      const RenderSettings& s) {
   SceneBuilderForTests b;
@@ -65,7 +64,7 @@ TEST_P(Placement, MirrorDoesNotShow) {
 INSTANTIATE_TEST_SUITE_P(BakedAndInstanced, Placement, testing::Bool(),
                          [](const auto& p) { return p.param ? "instanced" : "baked"; });
 
-// Point lights keep their irradiance when the scene is scaled together with intensity times s^2.
+// Scaling the scene by s and the intensities by s^2 leaves irradiance unchanged.
 TEST(PlacementOfLights, PointLightScales) {
   for (const double scale : {1e-6, 1.0, 1e6}) {
     SceneBuilderForTests b;
@@ -79,7 +78,7 @@ TEST(PlacementOfLights, PointLightScales) {
   }
 }
 
-// One picture, far away and near: the same seeds give the same picture to rounding.
+// The same scene near and far: the same seeds give the same picture up to rounding.
 TEST(PlacementOfPictures, FarSceneLooksTheSame) {
   const auto picture = [](double distance, double scale) {
     SceneBuilderForTests b;
@@ -107,19 +106,18 @@ TEST(PlacementOfPictures, FarSceneLooksTheSame) {
   for (const auto& [distance, scale] :
        {std::pair{1e5, 1.0}, std::pair{1e7, 1.0}, std::pair{0.0, 1e-6}, std::pair{0.0, 1e6}}) {
     const RenderedImage other = picture(distance, scale);
-    // Rounding changes a hit at an edge or a roulette decision here and there, never the mean.
+    // Rounding changes single hits at edges or roulette decisions, never the mean.
     EXPECT_NEAR(other.mean, near.mean, 1e-4 * near.mean)
         << "distance " << distance << " scale " << scale;
   }
 }
 
-// Single-sided faces do not exist from behind, for camera and shadow rays alike; on request they
-// do.
+// Single-sided faces are invisible from behind for all rays, unless backfaces are shown.
 TEST(Backfaces, CulledForEveryRay) {
   for (const bool shown : {false, true}) {
     SceneBuilderForTests b;
     b.add_floor(10, 0, b.add_material(lambert(Rgb(1.0f))));
-    // A roof that faces up: from below it is not there, and light passes.
+    // A roof that faces up: from below it is invisible and lets light pass.
     b.add_floor(10, 1, b.add_material(lambert(Rgb(0.0f))), /*up=*/true);
     b.set_environment(Rgb(1.0f));
     SceneBuildOptions options;
@@ -137,7 +135,7 @@ TEST(Backfaces, CulledForEveryRay) {
   }
 }
 
-// A blend of alpha a in front of an emitter, and in its shadow: coverage decides both.
+// Coverage of alpha a decides both for camera rays and for shadow rays.
 TEST(Coverage, BlendWeighsCameraAndShadowRays) {
   const double alpha = 0.3;
   SceneBuilderForTests b;
@@ -146,7 +144,7 @@ TEST(Coverage, BlendWeighsCameraAndShadowRays) {
   veil.alpha = float(alpha);
   veil.alpha_mode = AlphaMode::kBlend;
   veil.double_sided = true;
-  // Off centre: a ray along the quad's diagonal would meet both of its triangles.
+  // Off centre: a ray along the quad's diagonal would hit both of its triangles.
   b.add_quad({-3, 1, 8}, {8, 1, 8}, {8, 1, -3}, {-3, 1, -3}, b.add_material(veil));
   b.add_point_light({1, 3, 0}, Rgb(9.0f));
   const auto scene = b.build();

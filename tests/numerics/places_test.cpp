@@ -1,5 +1,5 @@
-// The channels P and UV and the camera's matrices: each pixel's position, put through the matrices
-// of the header, is where the pixel is, and as deep as Z says.
+// The channels P and UV and the camera matrices: a pixel's position, transformed by the matrices in
+// the header, gives that pixel and the depth in Z.
 #include <gtest/gtest.h>
 
 #include "support/render.h"
@@ -50,7 +50,7 @@ Places places(const CameraDescription& view, const Vec3d& middle, const RenderSe
   return {render(*scene, view, s), camera.world_matrices(scene->origin())};
 }
 
-// `error`: of a coordinate that float holds.
+// `error` is that of a coordinate in float.
 void expect_in_place(const Places& places, double error) {
   int hits = 0;
   for (int y = 0; y < kHeight; ++y) {
@@ -89,7 +89,7 @@ TEST(Places, OfAMirroredCameraToo) {
   expect_in_place(places(view, Vec3d(0.0), settings()), 1e-6);
 }
 
-// Rays through a lens start elsewhere, and meet what is sharp in its pixel.
+// Lens rays start elsewhere but hit points in focus within their pixel.
 TEST(Places, OfWhatALensHasInFocus) {
   CameraDescription view = perspective({0, 4, 0.001}, {0, -0.5, 0}, 40);
   view.lens_radius = 0.3;
@@ -106,7 +106,7 @@ TEST(Places, OfWhatALensHasInFocus) {
 TEST(Uv, IsTheFirstSetsWithVUpwards) {
   SceneBuilderForTests b;
   const int grey = b.add_material(lambert(Rgb(0.5f)));
-  // Corners (0, 0), (1, 0), (1, 1), (0, 1) of glTF, whose V goes down, from the upper left on.
+  // Corners (0, 0), (1, 0), (1, 1), (0, 1) in glTF, whose V points down, from the upper left on.
   b.add_quad({-1.5f, 1, 0}, {1.5f, 1, 0}, {1.5f, -1, 0}, {-1.5f, -1, 0}, grey);
   b.description.materials[size_t(grey)].double_sided = true;
   b.set_environment(Rgb(1.0f));

@@ -1,6 +1,6 @@
-// What a compositor lays over a plate: shadows on catchers, holdouts, and panes before nothing.
+// Compositing over a plate: shadow catchers, holdouts, and panes in front of nothing.
 //
-// Statistical tests have fixed seeds and repeat themselves exactly.
+// The statistical tests have fixed seeds and are exactly reproducible.
 #include <cmath>
 
 #include "renderer/core/errors.h"
@@ -16,7 +16,7 @@ namespace {
 
 using namespace test;
 
-// A builder whose instances are nodes, by name.
+// A builder whose instances are named nodes.
 struct Plate : SceneBuilderForTests {
   void call(const std::string& name) {
     for (size_t i = description.nodes.size(); i < description.instances.size(); ++i) {
@@ -56,7 +56,7 @@ double mean_of(const RenderedImage& image, const char* name) {
   return sum / double(image.crop.area());
 }
 
-// A lamp of which a board hides the half at x > 0.
+// A lamp whose half at x > 0 is hidden by a board.
 Plate half_a_lamp() {
   Plate p;
   p.add_floor(3, 0, p.add_material(lambert(Rgb(0.5f))));
@@ -93,7 +93,8 @@ TEST(ShadowCatcher, IsAlphaAlone) {
   }
 }
 
-// What is of the plate casts its shadows there: neither another catcher's nor a holdout's is shown.
+// Objects of the plate are assumed to cast their shadows in it already, so shadows of other
+// catchers and of holdouts are not shown.
 TEST(ShadowCatcher, ShowsNoShadowOfThePlate) {
   EXPECT_EQ(
       mean_of(image_of(half_a_lamp(), from_below_the_board(), settings("floor,board")), "shadow.G"),
@@ -103,12 +104,12 @@ TEST(ShadowCatcher, ShowsNoShadowOfThePlate) {
             1.0);
 }
 
-// Under a sky of radiance 1, at the distance d from a wall of height h that is a thousand times as
-// long: (1 + d / sqrt(d^2 + h^2)) / 2 of the irradiance is left.
+// Under a sky of radiance 1, at distance d from a very long wall of height h, (1 + d / sqrt(d^2 +
+// h^2)) / 2 of the irradiance remains.
 TEST(ShadowCatcher, BesideAWall) {
   for (const double d : {0.5, 1.0, 3.0}) {
     Plate p;
-    p.add_floor(5000, 0, p.add_material(metal(Rgb(0.3f), 0.2f)));  // whatever it is made of
+    p.add_floor(5000, 0, p.add_material(metal(Rgb(0.3f), 0.2f)));  // the material does not matter
     p.call("floor");
     const int wall = p.add_material(lambert(Rgb(0.2f)));
     const auto x = float(d);
@@ -121,8 +122,8 @@ TEST(ShadowCatcher, BesideAWall) {
   }
 }
 
-// A red lamp behind a ball and a blue one beside it: I cos / r^2 of each.
-// Under a map whose darker half a wall hides: what is darker than the mean counts as well.
+// A red lamp behind a ball and a blue one beside it: I cos / r^2 of each. Then a map whose darker
+// half is hidden by a wall: light darker than the mean counts, too.
 TEST(ShadowCatcher, UnderAMapOfTwoHalves) {
   const auto image = float_map(1024, 32, [](int column, int) {
     return Rgb(column < 512 ? 0.5f : 2.0f);  // z < 0, and z > 0
@@ -131,7 +132,7 @@ TEST(ShadowCatcher, UnderAMapOfTwoHalves) {
   p.add_floor(5000, 0, p.add_material(lambert(Rgb(0.3f))));
   p.call("floor");
   const int wall = p.add_material(lambert(Rgb(0.0f)));
-  const float z = -0.02f, top = 100;  // just beside what is seen
+  const float z = -0.02f, top = 100;  // just beside the visible part
   p.add_quad({-1000, 0, z}, {1000, 0, z}, {1000, top, z}, {-1000, top, z}, wall);
   p.call("wall");
   p.set_environment(image);
@@ -157,7 +158,7 @@ TEST(ShadowCatcher, IsOfTheColourOfTheLightThatIsLeft) {
   EXPECT_EQ(mean_of(image, "shadow.B"), 1.0);
 }
 
-// A pane before a lamp keeps back what it reflects, and its shadow is that faint.
+// A pane in front of a lamp blocks only what it reflects, so its shadow is faint.
 TEST(ShadowCatcher, UnderAPane) {
   Plate p;
   p.add_floor(3, 0, p.add_material(lambert(Rgb(0.5f))));
@@ -170,7 +171,7 @@ TEST(ShadowCatcher, UnderAPane) {
   EXPECT_NEAR(mean_of(image, "shadow.G"), 1 - fresnel(std::atan(1.0), 1.5), 1e-4);
 }
 
-// Half of a pixel is catcher and half of it nothing: the plate shows in both.
+// Half of a pixel is catcher and half empty: the plate shows in both.
 TEST(ShadowCatcher, AtAnEdge) {
   Plate p;
   p.add_quad({-3, 0, 3}, {0, 0, 3}, {0, 0, -3}, {-3, 0, -3}, p.add_material(lambert(Rgb(0.5f))));
@@ -185,7 +186,7 @@ TEST(ShadowCatcher, AtAnEdge) {
   EXPECT_NEAR(mean_of(image, "shadow.G"), 0.5, 0.01);
   EXPECT_NEAR(mean_of(image, "A"), 0.5, 0.01);
   s.transparent = false;
-  p.set_environment(Rgb(1e-9f));  // seen, and gives nothing to speak of
+  p.set_environment(Rgb(1e-9f));  // visible, but gives almost no light
   EXPECT_NEAR(mean_of(image_of(p, from_above(), s), "A"), 1.0, 1e-6);
 }
 
@@ -220,7 +221,7 @@ Plate still_life() {
 
 CameraDescription still_view() { return perspective({0.2, 1.0, 5.0}, {0, 1.2, 0}, 45); }
 
-// Paths are the same, so that what is composited is the picture but for rounding, sample by sample.
+// The paths are the same, so compositing gives the same picture up to rounding, sample by sample.
 TEST(TransparentGlass, OverABackgroundIsThePictureWithIt) {
   RenderSettings s = settings("");
   s.width = s.height = 48;
@@ -243,7 +244,7 @@ TEST(TransparentGlass, OverABackgroundIsThePictureWithIt) {
   EXPECT_GT(partial, 300u) << "panes before nothing";
 }
 
-// Of two panes seen straight on, of which each lets 0.96 through.
+// Two panes at normal incidence, each of which transmits 0.96.
 TEST(TransparentGlass, HasTheAlphaOfWhatItKeepsBack) {
   Plate p;
   MaterialDescription pane = glass(1.5f, 0.0f, false);
@@ -251,14 +252,14 @@ TEST(TransparentGlass, HasTheAlphaOfWhatItKeepsBack) {
   p.add_floor(2, 0, p.add_material(pane));
   p.add_floor(2, -1, p.add_material(pane));
   p.call("panes");
-  p.add_point_light({0, 9, 0}, Rgb(1.0f));  // and no environment: nothing is behind
+  p.add_point_light({0, 9, 0}, Rgb(1.0f));  // no environment: nothing is behind
   RenderSettings s = settings("");
   s.spp = 256;
   const double one = 1 - fresnel(0.0, 1.5);
   EXPECT_NEAR(mean_of(image_of(p, from_above(), s), "A"), 1 - one * one, 0.003);
 }
 
-// A holdout is a hole: over what stands there instead, the picture is what it would be.
+// A holdout is a hole: composited over its contents, the picture looks complete.
 TEST(Holdout, HidesWhatIsBehindAndLeavesNoAlpha) {
   RenderSettings s = settings("");
   s.width = s.height = 48;
@@ -282,7 +283,7 @@ TEST(Holdout, HidesWhatIsBehindAndLeavesNoAlpha) {
   EXPECT_GT(hidden, 50u);
   EXPECT_GT(behind_glass, 30u) << "the panes before it are still there";
 
-  // Not transparent, the sky beside it is seen.
+  // Without --transparent, the sky beside it is visible.
   s.transparent = false;
   const RenderedImage sky = image_of(still_life(), still_view(), s);
   EXPECT_EQ(sky.pixel(0, 0)[3], 1.0f);
@@ -292,7 +293,7 @@ TEST(Holdout, HidesWhatIsBehindAndLeavesNoAlpha) {
   for (int c = 0; c < 4; ++c) EXPECT_EQ(p[c], 0.0f) << "black, and no alpha";
 }
 
-// Law 2: alpha and shadows are the same whoever renders, and alone or beside what else is asked.
+// Law 2: alpha and shadows are the same for every schedule, whatever other channels are requested.
 TEST(Plate, HasTheSameBitsWhoeverRenders) {
   for (const bool transparent : {false, true}) {
     RenderSettings s = settings("floor", "ball");
@@ -307,7 +308,7 @@ TEST(Plate, HasTheSameBitsWhoeverRenders) {
   }
 }
 
-// Catchers behind each other, of which those in front are panes: the last one counts.
+// Catchers in a row, the front ones panes: the last one counts.
 TEST(Plate, CatchersThatArePanes) {
   Plate p = half_a_lamp();
   const int pane = p.add_material(glass(1.5f, 0.0f, false));
@@ -325,7 +326,7 @@ TEST(Plate, CatchersThatArePanes) {
       s, {4, 3, 21, 17}, [&](const RenderSettings& each) { return image_of(p, view, each); });
 }
 
-// A catcher that is seen changes no other bit.
+// A visible catcher changes no other bit.
 TEST(Plate, CatchersChangeNoBitOfAPictureThatShowsThem) {
   RenderSettings s = settings("");
   s.width = 33;
@@ -340,7 +341,7 @@ TEST(Plate, CatchersChangeNoBitOfAPictureThatShowsThem) {
   }
 }
 
-// ---- which nodes are meant
+// ---- node selection
 
 std::string message_of(const SceneDescription& scene, const char* catchers, const char* holdouts) {
   try {

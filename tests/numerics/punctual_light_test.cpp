@@ -1,4 +1,4 @@
-// Case 10: lights without extent. Nothing is random about them but the point that a pixel sees.
+// Case 10: lights without extent. Only the position within a pixel is random.
 #include "receiver.h"
 #include "renderer/core/moments.h"
 #include "renderer/description/framing.h"
@@ -26,8 +26,8 @@ PunctualLightDescription lamp(PunctualType type, const Vec3d& position, const Ve
   return light;
 }
 
-// I cos / d^2. Over the view, 1e-6 d to either side, E changes by 3e-6 of it; float rounds the
-// light's height, cos d, and the receiver's by 6e-8 d each.
+// I cos / d^2. Over the view, 1e-6 d to either side, E changes by 3e-6 of itself; float rounds the
+// heights of the light (cos d) and of the receiver by 6e-8 d each.
 TEST(PunctualLight, PointFromNearAndFar) {
   for (const double d : {.01, 1.0, 1e3, 1e6})
     for (const double cosine : {1.0, .3, .01}) {
@@ -64,9 +64,9 @@ TEST(PunctualLight, Range) {
     }
 }
 
-// The flux through a closed box is 4 pi I, wherever the light stands in it: the sum over six walls
-// of area times mean irradiance. The spread over seeds is the standard error: a wall's pixels have
-// different expected values.
+// The flux through a closed box is 4 pi I, wherever the light is: the sum over six walls of area
+// times mean irradiance. The standard error comes from the spread over seeds, since a wall's pixels
+// have different expected values.
 TEST(PunctualLight, FluxThroughAClosedBox) {
   constexpr double kIntensity = 2;
   for (const Vec3d& at : {Vec3d(0, 0, 0), Vec3d(.3, -.4, .5), Vec3d(.9, .9, .9)}) {
@@ -114,14 +114,14 @@ TEST(PunctualLight, SpotProfile) {
     const double falloff = square(std::clamp((cosine - outer) / (inner - outer), 0.0, 1.0));
     const double exact = 5 * falloff * cosine * square(cosine / 2);
     const RenderSettings s = direct_light_settings(16);
-    // 1e-4 of the light's own E: near the outer edge the falloff doubles float's rounding of the
-    // cosine over the cone's narrow range.
+    // 1e-4 of the light's own E: near the outer edge the falloff doubles the rounding of the cosine
+    // over the cone's narrow range.
     expect_case({"10", "spot at " + shown(angle) + " of .3 to .7"},
                 measured_irradiance(lit(light, r, s), exact, 1e-4 * exact + 1e-6), replay(s));
   }
 }
 
-// All that a spot sends out: 2 pi I [(1 - cos_inner) + (cos_inner - cos_outer) / 3], the third
+// Total flux of a spotlight: 2 pi I [(1 - cos_inner) + (cos_inner - cos_outer) / 3], the third
 // being the integral of the squared ramp.
 TEST(PunctualLight, SpotFlux) {
   constexpr double kHalf = 2;  // the floor; the spot's circle has a radius of 2 tan .7 = 1.68
@@ -152,7 +152,7 @@ TEST(PunctualLight, Directional) {
     const Receiver r;
     const RenderSettings s = direct_light_settings(16);
     const double exact = 7 * std::max(0.0, cosine);
-    // Float rounds the direction by 6e-8, a cosine of .01 thus by 6e-6.
+    // Float rounds the direction by 6e-8, and so a cosine of .01 by 6e-6.
     expect_case({"10", "directional, cosine " + shown(cosine)},
                 measured_irradiance(lit(lamp(PunctualType::kDirectional, {3, 4, 5}, axis, 7), r, s),
                                     exact, 1e-5 * exact),

@@ -19,11 +19,11 @@ struct Emitters {
   std::vector<Polygon> polygons;
 
   void add(std::vector<Vec3d> corners, double radiance = 1) {
-    // As the mesh will hold them.
+    // Rounded as in the mesh.
     for (Vec3d& c : corners) c = Vec3d(Vec3f(c));
     polygons.push_back({std::move(corners), radiance});
   }
-  // One triangle of `mesh` after another, moved to `center`.
+  // Adds each triangle of `mesh`, moved to `center`.
   void add_mesh(const MeshDescription& mesh, const Vec3d& center, double radiance = 1) {
     for (const std::array<uint32_t, 3>& t : mesh.triangles) {
       std::vector<Vec3d> corners;
@@ -31,7 +31,7 @@ struct Emitters {
       add(std::move(corners), radiance);
     }
   }
-  // A regular polygon in the plane y = height that faces down.
+  // Adds a regular polygon in the plane y = height that faces down.
   void add_disk(double radius, double height, int sides, double radiance = 1) {
     std::vector<Vec3d> corners;
     for (int i = 0; i < sides; ++i) {
@@ -42,8 +42,7 @@ struct Emitters {
   }
 };
 
-// What no polygon hides from the point: emitters here are faces of one convex body, or do not
-// overlap seen from it.
+// Assumes no occlusion: emitters form one convex body, or do not overlap as seen from the point.
 inline double exact_irradiance(const Emitters& emitters, const Vec3d& point, const Vec3d& n) {
   double sum = 0;
   for (const Emitters::Polygon& p : emitters.polygons) {
@@ -57,9 +56,9 @@ inline double exact_irradiance(const Emitters& emitters, const Vec3d& point, con
 struct Receiver {
   Vec3d point = Vec3d(0.0);
   Vec3d normal = Vec3d(0, 1, 0);
-  double half_size = 0.2;        // of the square that is there
-  double camera_height = 0.2;    // it looks at the point along the normal, from this side of lamps
-  double view_half_size = 1e-5;  // what it sees: too little for E to change
+  double half_size = 0.2;        // of the receiver's square
+  double camera_height = 0.2;    // distance along the normal, on the near side of all lamps
+  double view_half_size = 1e-5;  // of the camera's view, within which E is constant
 };
 
 inline void add_receiver(SceneBuilderForTests& b, const Receiver& r, float albedo = 1) {
@@ -75,7 +74,7 @@ inline CameraDescription view_of(const Receiver& r) {
   return orthographic(r.point + r.normal * r.camera_height, r.point, r.view_half_size);
 }
 
-// One mesh for all polygons of a radiance.
+// Adds one mesh for all polygons of a radiance.
 inline void add_emitters(SceneBuilderForTests& b, const Emitters& emitters) {
   std::vector<double> radiances;
   for (const Emitters::Polygon& p : emitters.polygons)
@@ -110,7 +109,7 @@ inline RenderSettings direct_light_settings(uint32_t spp = 1024) {
   return s;
 }
 
-// Light and BSDF sampling together, and, if `bsdf_alone`, the latter alone.
+// Light and BSDF sampling together and, if `bsdf_alone`, also BSDF sampling alone.
 inline void expect_irradiance_of(const Emitters& emitters, const Receiver& receiver,
                                  const CaseName& name, bool bsdf_alone) {
   const double tolerance = 1e-5;  // float arithmetic

@@ -1,10 +1,10 @@
-// E52: rough metals against a random walk on the Smith microsurface (support/smith_walk.h), which
-// gives what microfacets reflect after any number of bounces. First the walk itself: it keeps
-// energy, it is reciprocal, and its single bounces are the renderer's lobe.
+// E52: rough metals compared with a random walk on the Smith microsurface (support/smith_walk.h),
+// which gives the reflection after any number of bounces. The walk itself is tested first: it
+// conserves energy, is reciprocal, and its single bounces equal the renderer's lobe.
 //
 // Multiple scattering after Kulla & Conty 2017 has the right energy and an approximate shape. The
-// tolerances below state how good that shape is; they are not derived. Directions that are worse
-// are known failures, so that a better lobe shows.
+// tolerances below state measured errors of that shape; they are not derived. Directions beyond
+// them are known failures, so that a better lobe shows.
 #include <map>
 
 #include "closed_form.h"
@@ -50,8 +50,8 @@ std::string alpha_and_view(double alpha, double view) {
   return ", alpha " + shown(alpha) + ", view " + shown(view);
 }
 
-// What the walk says, F = 1: f after one bounce, after more, and of all bounces. The last takes the
-// single bounce from its closed form, and both directions of each pair for the others.
+// Results of the walk, F = 1: f after one bounce, after more, and in total. The total uses the
+// closed form of the single bounce, and both directions of each pair for the rest.
 struct Walked {
   Moments once[kPairs], more[kPairs];
   double f[kPairs], standard_error[kPairs];
@@ -70,7 +70,7 @@ void walk_from(int view, double alpha, Walked* result) {
     surface.walk(towards(kMetalAngles[view], 0), random,
                  [&](int order, const Vec3d& v, double c, double weight) {
                    for (int k = 0; k < 9; ++k) {
-                     // Azimuths have one escape().
+                     // Azimuths share one escape().
                      if (k % 3 == 0) escaped = surface.escape(c, lights[k]) * weight / lights[k].z;
                      (order == 1 ? once : more)[k] += escaped * surface.phase(v, lights[k]);
                    }
@@ -100,7 +100,7 @@ const Walked& walked(double alpha) {
 
 // ---- the walk
 
-// The largest of up to 27 deviations in standard errors: 5.5 are allowed, which a right walk
+// The largest of up to 27 deviations in standard errors; 5.5 are allowed, which a correct walk
 // exceeds once in a million.
 void expect_worst(const std::string& what, double worst, double alpha) {
   expect_case({"E52", what + ", alpha " + shown(alpha)}, {0, worst, 1, .5}, walk_replay(alpha));
@@ -113,7 +113,7 @@ TEST(RoughMetal, WalkReflectsWithItsDensity) {
   const SmithWalk surface(.5);
   for (const double theta : {50, 110, 150}) {  // two are from below
     const Vec3d v = towards(theta, 0);
-    // Compared are the microfacets' normals m, whose density has no sharp edges.
+    // Compares the microfacet normals m, whose pdf has no sharp edges.
     EXPECT_TRUE(chi_square_directions(
         [&](TestRandom& random) {
           const double u = random.next_double();
@@ -160,9 +160,9 @@ TEST(RoughMetal, WalkIsReciprocal) {
   }
 }
 
-// What a metal returns in radiance 1, by walks that each look in one direction. Half of these are
-// around the mirror's, with the first bounce's density, half even in theta: light that has gone
-// straight up comes back near the normal in rare, large pieces.
+// Albedo of a metal in radiance 1, by walks that each gather in one direction. Half of the
+// directions are around the mirror direction, with the first bounce's pdf, and half uniform in
+// theta: light that went straight up returns near the normal in rare, large contributions.
 Moments walked_albedo(double alpha, double f0, const Vec3d& wo, uint32_t seed) {
   const SmithWalk surface(alpha, f0), white(alpha);
   Moments albedo;
@@ -194,9 +194,9 @@ TEST(RoughMetal, WalkKeepsEnergy) {
     }
 }
 
-// In radiance 1 light is in balance: every microfacet gets radiance 1 from every side, so walks
-// from cosine-distributed views meet as many microfacets as there are, by area, evenly over all
-// heights. Their area is the integral of D: 1 + alpha^2 artanh(k) / k, k^2 = 1 - alpha^2.
+// In radiance 1 every microfacet receives radiance 1 from every side, so walks from
+// cosine-distributed views visit microfacets in proportion to area, uniformly over heights. Their
+// area is the integral of D: 1 + alpha^2 artanh(k) / k, k^2 = 1 - alpha^2.
 TEST(RoughMetal, WalkMeetsEveryHeightAlike) {
   for (const double alpha : kMetalAlphas) {
     const double k = std::sqrt(1 - alpha * alpha);
@@ -221,11 +221,10 @@ TEST(RoughMetal, WalkMeetsEveryHeightAlike) {
   }
 }
 
-// ---- metals over the walk
+// ---- metals against the walk
 
-// The renderer lets the same share of the light go on after every bounce, with the mean of
-// Schlick's Fresnel. In the walk less goes on each time, at more grazing angles. .09: how dark F0 =
-// .5 is.
+// The renderer scales the light by the mean of Schlick's Fresnel at every bounce. In the walk later
+// bounces are at other angles and lose more. .09: the error for F0 = .5.
 TEST(RoughMetal, GreyMetalInAFurnace) {
   for (const double alpha : kMetalAlphas)
     for (const double view : kMetalAngles) {
@@ -238,8 +237,8 @@ TEST(RoughMetal, GreyMetalInAFurnace) {
     }
 }
 
-// Light that comes back towards the view, where little arrives: multiple scattering goes forward at
-// this roughness, and the renderer's lobe is even. .37: the worst is 1.34.
+// Light scattered back towards the view, where little arrives: at this roughness multiple
+// scattering is forward, but the renderer's lobe is uniform. .37: the worst ratio is 1.34.
 bool is_too_bright(double alpha, double view, double light, double azimuth) {
   return alpha == .25 && azimuth < 180 && view + light >= (azimuth == 0 ? 95 : 100);
 }
@@ -268,7 +267,7 @@ TEST(RoughMetal, EveryViewAndLight) {
     }
 }
 
-// A lobe's ratios to the walk, all pairs together.
+// Ratios of a lobe to the walk over all pairs.
 class Shape {
  public:
   void add(double ratio, double standard_error) {
@@ -289,11 +288,12 @@ class Shape {
   double squares_ = 0, errors_ = 0;
 };
 
-// Our shape, and two others with the same energy.
-// Scaled: single scattering over its albedo at the view (Turquin 2019; Cycles). Not reciprocal.
-// Split: (1 + gain) times single scattering, and Kulla & Conty's lobe for the rest. The rest is
-// negative at grazing angles; the sum is not. The gains are fitted to a finer grid of directions.
-struct Stated {  // rms is at most, extremes are, and the gain of the split
+// Our shape and two others with the same energy.
+// Scaled: single scattering divided by its albedo at the view (Turquin 2019; Cycles). Not
+// reciprocal. Split: (1 + gain) times single scattering, plus Kulla & Conty's lobe for the rest.
+// The rest is negative at grazing angles; the sum is not. The gains are fitted to a finer grid of
+// directions.
+struct Stated {  // upper bounds of the rms, exact extremes, and the split's gain
   double alpha, ours, scaled, scaled_least, scaled_most, gain, split;
 };
 

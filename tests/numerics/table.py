@@ -26,7 +26,7 @@ ROUNDING = 1e-7
 
 
 def case_key(case):
-    """Catalogue cases by number, then our own: 2 before 12 before E1."""
+    """Sorts catalogue cases by number, then our own: 2 before 12 before E1."""
     return [(0, int(p)) if p.isdigit() else (1, p) for p in re.findall(r"\d+|\D+", case)]
 
 
@@ -46,7 +46,7 @@ def deviation(row):
 
 
 def load(row):
-    """The share of what is allowed that a comparison uses: above 1 it fails."""
+    """Deviation as a share of the allowed one: above 1 the comparison fails."""
     if any(not isinstance(row[k], (int, float)) for k in ("measured", "exact", "standard_error")):
         return math.inf  # JSON writes a NaN as null
     allowed = 5 * row["standard_error"] + row["tolerance"]

@@ -1,6 +1,6 @@
-// Light through smooth thin walls. A light sample looks straight through them, and a scattered ray
-// may come the same way: closed forms say what there is to find (E40), BSDF sampling alone, which
-// asks no light, that nothing is found twice (E41).
+// Light through smooth thin walls. Light samples pass straight through them, and BSDF samples can
+// take the same path. Closed forms check the total (E40), BSDF sampling alone checks that nothing
+// is counted twice (E41).
 #include <cstring>
 
 #include "lamp_over_floor.h"
@@ -23,20 +23,19 @@ MaterialDescription two_sided(MaterialDescription m) {
   return m;
 }
 
-// What a pane of index 1.5 lets through at this cosine.
+// Transmittance of a pane of index 1.5 at this cosine.
 double passes(double cosine) { return 1 - fresnel(std::acos(cosine), 1.5); }
 
 // ---- closed forms
-// ----------------------------------------------------------------------------------
+// --------------------------------------------------------------------------------
 
-// Under a sky of radiance 1 and a pane a thousand times as wide as it is high: the rest of the sky
-// weighs 1e-6.
+// A sky of radiance 1 above a pane a thousand times as wide as high; the rest of it weighs 1e-6.
 TEST(ThinWalls, ConstantSky) {
   const struct {
     std::string what;
     MaterialDescription material;
     int panes;
-    double weight;  // of each pane, beside Fresnel's
+    double weight;  // of each pane, besides Fresnel
   } cases[] = {
       {"sky through a pane", pane(), 1, 1},
       {"sky through a tinted pane", pane(.4f), 1, .4},
@@ -80,13 +79,13 @@ TEST(ThinWalls, Lamp) {
     add_lamp(b);
     const double exact =
         lamp_irradiance([&](double mu) { return std::pow(.9 * passes(mu), panes); });
-    // 1e-4: the lamp's corners are floats, midpoints err by 1 / 24 steps^2.
+    // 1e-4: the lamp's corners are floats, and the midpoint rule errs by 1 / 24 steps^2.
     expect_irradiance_at("E40", b, exact, 1e-4, "lamp through " + std::to_string(panes) + " panes");
   }
 }
 
-// Coverage is decided once on the way: a pane that is there to four tenths lets through the rest
-// unseen. Two keys for one way had let through more.
+// Coverage is decided once per path: a pane of coverage .4 lets the rest through unchanged. Two
+// random keys for one path would let more through.
 TEST(ThinWalls, BlendedPane) {
   for (const bool point_light : {false, true}) {
     SceneBuilderForTests b = white_floor();
@@ -108,7 +107,7 @@ TEST(ThinWalls, BlendedPane) {
   }
 }
 
-// A blended card that lets nothing through where it is, in a scene with a pane somewhere.
+// A blended card that blocks light where it is present, in a scene with a pane elsewhere.
 TEST(ThinWalls, BlendedCardBesideAPane) {
   SceneBuilderForTests b = white_floor();
   MaterialDescription m = two_sided(lambert(Rgb(.5f)));
@@ -122,9 +121,9 @@ TEST(ThinWalls, BlendedCardBesideAPane) {
 }
 
 // ---- two estimators
-// --------------------------------------------------------------------------------
+// ------------------------------------------------------------------------------
 
-// A room, 2 on a side, open towards +Z; what closes it and what shines from outside are the tests'.
+// A room, 2 on a side, open towards +Z; the tests add panes and lamps.
 struct Room {
   SceneBuilderForTests b;
   CameraDescription view = perspective({.2, 1.1, .8}, {-.1, .7, -1}, 70);
@@ -149,7 +148,7 @@ struct Room {
     b.set_environment(patterned_sky(4.0f));
     b.description.environment->image = grey(*b.description.environment->image);
   }
-  // mean_of looks at one channel.
+  // Grey, since mean_of reads one channel.
   static std::shared_ptr<const Image> grey(const Image& colours) {
     auto image = std::make_shared<Image>(colours);
     for (size_t i = 0; i < image->texels.size(); i += 12) {
@@ -229,7 +228,7 @@ TEST(ThinWalls, EstimatorsAgreeAtEveryDepth) {
   }
 }
 
-// Texels decide what a pane lets through, whether it is smooth, and how bright a lamp is.
+// Textures control a pane's transmission, its roughness, and a lamp's brightness.
 TEST(ThinWalls, EstimatorsAgreeOnTextures) {
   const auto checkers = [](Room& room) {
     auto image = std::make_shared<Image>();
@@ -266,7 +265,7 @@ TEST(ThinWalls, EstimatorsAgreeOnTextures) {
   expect_estimators_agree(lamp, "checkered lamp behind a pane");
 }
 
-// A drinking glass, its wall two panes; around a ball, and around the lamp.
+// A drinking glass whose wall is two panes, around a ball and around the lamp.
 TEST(ThinWalls, EstimatorsAgreeOnDrinkingGlasses) {
   const auto put = [](Room& room, const Vec3d& at, float radius) {
     const int wall = room.b.add_material(pane(.95f));
@@ -291,8 +290,8 @@ TEST(ThinWalls, EstimatorsAgreeOnDrinkingGlasses) {
   expect_estimators_agree(lamp, "lamp in a drinking glass");
 }
 
-// Triangles so small that they are sampled by area, in walls glossy enough for either way of
-// finding them to count: their density asks for the distance from the wall, not from the pane.
+// Triangles small enough to be sampled by area, in walls glossy enough for both strategies to
+// matter. The pdf must use the distance from the wall, not from the pane.
 TEST(ThinWalls, EstimatorsAgreeOnSmallTriangles) {
   Room room(metal(Rgb(.8f), .35f));
   room.close(pane(.9f));
@@ -317,7 +316,7 @@ TEST(ThinWalls, EstimatorsAgreeOnSmallTriangles) {
   expect_estimators_agree(room, "lamp of small triangles behind a pane");
 }
 
-// A pane in a solid that absorbs, and one seen from outside that scatters light of its own lamp.
+// A pane inside an absorbing solid, and one seen from outside that scatters its own lamp's light.
 TEST(ThinWalls, EstimatorsAgreeOnPanesElsewhere) {
   Room room;
   const int solid = room.b.add_material(changed(glass(1.0f, 0), [](MaterialDescription& m) {
@@ -337,7 +336,7 @@ TEST(ThinWalls, EstimatorsAgreeOnPanesElsewhere) {
   expect_estimators_agree(outside, "pane of transmission .5 from outside");
 }
 
-// Sampled light is what makes a room behind a pane smooth: a small lamp is found by chance no more.
+// Light samples through the pane reduce noise: BSDF samples hit the small lamp only by chance.
 TEST(ThinWalls, TakeATwentiethOfTheVariance) {
   Room room;
   room.close(pane());
@@ -353,8 +352,8 @@ TEST(ThinWalls, TakeATwentiethOfTheVariance) {
   EXPECT_LT(20 * square(both.standard_error), square(alone.standard_error));
 }
 
-// A floor under a solid slab gets nothing from a lamp above it, and all light samples of the floor
-// are counted as blocked. A scene without solid glass counts nothing.
+// A floor under a solid slab gets nothing from a lamp above it, and all of the floor's light
+// samples are counted as blocked. Without solid glass nothing is counted.
 TEST(SolidGlass, LightSamplesThatItBlocksAreCounted) {
   for (const bool solid : {true, false}) {
     SceneBuilderForTests b;

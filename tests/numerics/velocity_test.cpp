@@ -1,5 +1,5 @@
-// The velocity channel: what closed forms say of things and cameras that go straight or turn, of an
-// instant and of an open shutter; and that the picture does not know of it.
+// The velocity channel: closed forms for objects and cameras that translate or rotate, at an
+// instant and with an open shutter. The picture itself must not change.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -56,12 +56,12 @@ MeshDescription sheet(int material, float half, float z = 0) {
   return mesh;
 }
 
-// A square in the middle, at `to_world`, that is `motion` of that later: of an instant, or of a
-// shutter that is open for `frames`.
+// A square at `to_world` that is moved by `motion` one frame later (an instant), or while the
+// shutter is open for `frames`.
 struct MovingSquare {
   double frames = 0.0;    // 0: an instant
-  bool vertices = false;  // move, and not the transform
-  bool twice = false;     // another one of the same mesh, out of sight
+  bool vertices = false;  // moves the vertices instead of the transform
+  bool twice = false;     // a second instance of the mesh, out of sight
   Mat44d to_world;
   float half = 0.5f;
 
@@ -89,7 +89,7 @@ struct MovingSquare {
   }
 };
 
-// Half a pixel of the square's edge counts as the square, and what lies behind does not.
+// A pixel half covered by the square has the square's velocity, not the background's.
 TEST(Velocity, OfASquareThatPasses) {
   const Mat44d way = translation(2.5 * kPixelWidth, -1.25 * kPixelWidth, 3);
   for (const double frames : {0.0, 1.0, 0.5, 2.0}) {
@@ -117,8 +117,7 @@ TEST(Velocity, OfASquareThatPasses) {
   }
 }
 
-// A wheel that turns: at r from the axis an instant has the chord, which of small angles is
-// omega r.
+// At r from a rotating wheel's axis an instant's velocity is the chord, omega r for small angles.
 TEST(Velocity, OfAWheelThatTurns) {
   constexpr double kHalfHeight = 0.01;
   const Vec3d at(.6, .3, 0);
@@ -129,12 +128,11 @@ TEST(Velocity, OfAWheelThatTurns) {
         const MovingSquare wheel{frames, false, twice, Mat44d(), 2};
         const Vec2d found = mean_velocity(wheel.seen(turned(omega), view));
         Vec3d way = transform_point(turned(omega), at) - at;
-        // The point seen at a time t has come from -t omega and goes to (1 - t) omega: the mean
-        // over t lies along the tangent.
+        // A point seen at time t moves from -t omega to (1 - t) omega: the mean over t is
+        // tangential.
         if (frames > 0) way = Vec3d(-at.y, at.x, 0) * (2 * (1 - std::cos(omega)) / omega);
         const double pixel = 2 * kHalfHeight / kFrame;
-        // The mean over a pixel's samples is that of its middle to a thousandth of the pixel, and
-        // over times that of all of them to a thousandth.
+        // Sample means match the pixel centre, and the mean over times, to a thousandth.
         const double tolerance =
             2e-3 * std::abs(omega) + (frames > 0 ? 1e-3 * way.length() / pixel : 0);
         expect_velocity(found, Vec2d(way.x, way.y) / pixel, tolerance,
@@ -148,7 +146,7 @@ TEST(Velocity, OfAWheelThatTurns) {
 
 CameraDescription straight_view() { return perspective({0, 0, 4}, {0, 0, 0}, 90); }
 
-// A camera that goes aside: things go by the other way, those at twice the depth half as far.
+// When the camera moves sideways, objects move the other way, and half as far at twice the depth.
 TEST(Velocity, OfACameraThatPasses) {
   for (const bool open : {false, true}) {
     for (const bool lens : {false, true}) {
@@ -172,8 +170,8 @@ TEST(Velocity, OfACameraThatPasses) {
   }
 }
 
-// What turns to the left shows everything going to the right, the infinitely far as what is near; a
-// camera that rolls turns the picture about its middle.
+// When the camera pans left, everything moves right, at any distance; when it rolls, the picture
+// rotates about its centre.
 TEST(Velocity, OfACameraThatTurns) {
   constexpr double kAngle = .02;
   const auto turn = [](bool roll, double angle) {  // about the camera's own axis, or its +Y
@@ -199,7 +197,8 @@ TEST(Velocity, OfACameraThatTurns) {
         const RenderedImage image = render(*b.build(), view, settings_of(shutter));
         for (int i = 0; i < kFrame; ++i) {
           const Vec3d seen((i + .5) * kPixelWidth - 1, 1 - 4.5 * kPixelWidth, -1);
-          // As the camera sees it at first and at last, in the mean over when it is seen.
+          // First and last position in camera space, averaged over the times at which the point is
+          // seen.
           Vec2d exact(0.0);
           const int times = open ? 100 : 1;
           for (int t = 0; t < times; ++t) {
@@ -236,7 +235,8 @@ TEST(Velocity, OfACameraThatComesNearer) {
   }
 }
 
-// Whatever is behind the camera, beside it or out of all bounds: numbers that half floats hold.
+// Positions behind, beside and extremely far from the camera give velocities that fit into half
+// floats.
 TEST(Velocity, IsFiniteWhereverThingsAre) {
   CameraDescription description = straight_view();
   description.later = turned(.5) * description.to_world * translation(0, 0, .5);
@@ -257,7 +257,7 @@ TEST(Velocity, IsFiniteWhereverThingsAre) {
       EXPECT_LE(std::max(std::abs(sideways.x), std::abs(sideways.y)), 65504.0f);
     }
   }
-  // All the time behind it.
+  // Behind the camera all the time.
   description.orthographic = false;
   const Camera camera(description, kFrame, kFrame, Vec3d(0.0), 1.0);
   EXPECT_EQ(camera.velocity(Vec3d(1, 0, 9), Vec3d(2, 0, 8), 1), Vec2f(0.0f));
@@ -271,15 +271,15 @@ TEST(Velocity, OfWhatIsAtRestIsNothing) {
   for (int y = 0; y < kFrame; ++y) {
     for (int x = 0; x < kFrame; ++x) EXPECT_EQ(velocity(image, x, y), Vec2d(0.0));
   }
-  // Beside an open shutter, too: what does not move in a scene that does.
+  // Objects at rest in a scene that moves, too, with an open shutter.
   const RenderedImage room =
       render(*moving.at_all_times().build(), moving.view_at(0), settings_of(Shutter{0, 1}));
   EXPECT_EQ(velocity(room, 0, kFrame - 1), Vec2d(0.0));  // the floor
   EXPECT_GT(mean_velocity(room).length(), 0.01);
 }
 
-// A sharp picture whose pixels are drawn out along their velocities is nearly the picture of the
-// open shutter; things shine on black, so what they hide is of no account.
+// A sharp picture blurred along its velocities nearly equals the picture with an open shutter.
+// Objects emit on black, so occlusion does not matter.
 TEST(Velocity, BlursASharpPictureAsTheShutterDoes) {
   constexpr int kSize = 64;
   SceneBuilderForTests b;
@@ -326,7 +326,7 @@ TEST(Velocity, BlursASharpPictureAsTheShutterDoes) {
   EXPECT_LT(std::sqrt(error), .25 * std::sqrt(without));
 }
 
-// Places a frame later are not in the picture.
+// Positions one frame later do not change the picture.
 TEST(Velocity, LeavesThePictureItsBits) {
   const MovingScene moving;
   const SceneBuilderForTests plain = moving.at(.3);

@@ -1,5 +1,5 @@
-// Case 27: closed meshes let nothing out. EMBERLINE_WATERTIGHT_RAYS sets the number of rays for
-// each way of aiming (default 8e5, 1e7 and more over all; 1e7 makes it 2e8).
+// Case 27: closed meshes do not leak. EMBERLINE_WATERTIGHT_RAYS sets the number of rays per way of
+// aiming (default 8e5, more than 1e7 in total; 1e7 makes it 2e8).
 #include <atomic>
 #include <cstdlib>
 
@@ -19,14 +19,14 @@ uint64_t ray_count() {
   return text && *text ? uint64_t(std::strtod(text, nullptr)) : 800'000;
 }
 
-// A ball with bumps, no two triangles coplanar, tessellated by longitude and latitude: needles at
-// the poles, vertices of 48 triangles there.
+// A bumpy ball without coplanar triangles, tessellated by longitude and latitude: needles at the
+// poles, with vertices of 48 triangles.
 MeshDescription bumpy(int material) {
   MeshDescription mesh = SceneBuilderForTests::sphere(1.0f, 24, material, true);
   for (Vec3f& p : mesh.positions) {
     p *= 1 + 0.1f * std::sin(7 * p.x) * std::sin(5 * p.y + 1) * std::sin(6 * p.z + 2);
   }
-  // The poles' vertices are one per column, all in the same place: to the bit.
+  // Each pole has one vertex per column, made identical here.
   for (size_t i = 0; i < 48; ++i) {
     mesh.positions[i] = mesh.positions[0];
     mesh.positions[mesh.positions.size() - 1 - i] = mesh.positions.back();
@@ -52,7 +52,7 @@ Mat44d sheared() {
 enum class Aim { kAnywhere, kAlongAxes, kAtEdges, kAtVertices };
 constexpr const char* kAims[] = {"anywhere", "along the axes", "at edges", "at vertices"};
 
-// Rays from random points well inside; `corner(i)` are the mesh's vertices in internal space.
+// Counts escaping rays from random points well inside; `vertices` are in internal space.
 double escapes(const Scene& scene, const std::vector<Vec3f>& vertices,
                const std::vector<std::array<uint32_t, 3>>& triangles, const Vec3f& center,
                Aim aim) {
@@ -61,7 +61,7 @@ double escapes(const Scene& scene, const std::vector<Vec3f>& vertices,
     uint64_t missed = 0;
     for (size_t i = begin; i < end; ++i) {
       TestRandom random(27 + uint64_t(aim), i);
-      // Between the center and a vertex, which is inside: the ball is star-shaped about it.
+      // Between the centre and a vertex, which is inside: the ball is star-shaped about it.
       const Vec3f& some = vertices[random.bits() % vertices.size()];
       const Vec3f from = center + (some - center) * (0.6f * random.next());
       Vec3f direction;
@@ -71,13 +71,13 @@ double escapes(const Scene& scene, const std::vector<Vec3f>& vertices,
         const uint32_t axis = random.bits() % 3;
         direction = Vec3f(0.0f);
         direction[int(axis)] = random.bits() & 1 ? 1.0f : -1.0f;
-        // Half of them in a coordinate plane, one component of a zero of either sign.
+        // Half of them lie in a coordinate plane, with one component a zero of either sign.
         if (random.bits() & 1) direction[int((axis + 1) % 3)] = random.next() - .5f;
         direction[int((axis + 2) % 3)] = random.bits() & 1 ? -0.0f : 0.0f;
       } else {
         const auto& t = triangles[random.bits() % triangles.size()];
         const Vec3f &a = vertices[t[0]], &b = vertices[t[1]];
-        // At a third of the edges' middles, at other points for the rest.
+        // A third aim at the middles of edges, the rest at other points on them.
         const uint32_t which = random.bits() % 3;
         const float s = aim == Aim::kAtVertices ? 0.0f : which == 0 ? .5f : random.next();
         direction = a + (b - a) * s - from;
@@ -124,7 +124,7 @@ TEST(Watertight, ClosedMeshesLetNothingOut) {
                   {0, lost, 0, 0}, "TestRandom(" + std::to_string(27 + int(aim)) + ", ray)");
     }
   }
-  // Reported apart. A ray meets a vertex to its last bits by chance in one of 1e14.
+  // Reported separately: a random ray hits a vertex exactly once in 1e14.
   expect_known_failure({"27", "rays lost from closed meshes, aimed at vertices"},
                        {0, at_vertices, 0, 0}, 0.02 * rays / 4,
                        "Embree's robust triangle test is watertight at edges, not at vertices "
@@ -133,8 +133,8 @@ TEST(Watertight, ClosedMeshesLetNothingOut) {
   std::printf("measured: %.3g rays, lost at vertices %.0f\n", rays, at_vertices);
 }
 
-// Neighbours that share an edge by their coordinates, not by their indices, and with different
-// partners: two meshes (one of them instanced elsewhere as well) that close a box between them.
+// Two meshes that share an edge by coordinates, not indices, close a box between them. They have
+// different partners, and one is also instanced elsewhere.
 TEST(Watertight, MeshesMeetAlongTheirVertices) {
   SceneBuilderForTests b;
   const int material = b.add_material(lambert(Rgb(.5f)));
@@ -142,7 +142,7 @@ TEST(Watertight, MeshesMeetAlongTheirVertices) {
   const size_t half = ball.triangles.size() / 2 / 48 * 48;
   upper.triangles.resize(half);
   lower.triangles.erase(lower.triangles.begin(), lower.triangles.begin() + std::ptrdiff_t(half));
-  // Other diagonals below: pairs of triangles that follow one another share theirs.
+  // The diagonals below differ: consecutive triangles share theirs.
   b.place(b.add_mesh(upper));
   b.place(b.add_mesh(lower));
   b.set_environment(Rgb(1.0f));

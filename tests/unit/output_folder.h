@@ -1,4 +1,4 @@
-// A test fixture with an empty folder of its own, and helpers for what tests do with files in it.
+// A test fixture with an empty folder of its own, and helpers for tests of files.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ namespace emberline {
 
 using test::read_text;
 
-// The folder is removed with everything in it when the test ends.
+// The folder and its contents are removed when the test ends.
 class OutputFolder : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -32,7 +32,7 @@ class OutputFolder : public ::testing::Test {
 
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
 
-  // Names of what is in the folder, sorted.
+  // Sorted names of the folder's entries.
   std::vector<std::string> contents() const {
     std::vector<std::string> names;
     for (const auto& entry : std::filesystem::directory_iterator(folder_)) {

@@ -1,4 +1,4 @@
-// Frames that every way of planning is tried on, and what it makes of them.
+// Synthetic frames shared by the tests of all planners, and figures of their plans.
 #pragma once
 
 #include <cmath>
@@ -8,7 +8,7 @@
 
 namespace emberline::test {
 
-// Noise of +-1.7 deviations about a mean: uniform, so that pixels' spreads are soon known.
+// Uniform noise of +-1.7 deviations about a mean, so that the spread of a pixel is soon known.
 inline SyntheticFrame::Sample noisy(TestRandom& random, float mean, float deviation,
                                     uint32_t rays = 2) {
   return {mean + deviation * 3.4641016f * (random.next() - 0.5f), rays};
@@ -19,7 +19,7 @@ inline SyntheticFrame even_noise(int width, int height, uint64_t seed) {
           [](int, int, TestRandom& random) { return noisy(random, 0.4f, 0.1f); }};
 }
 
-// With two streams, whose counts are free; `nested` goes by steps (step_planner_test.cpp).
+// Settings with two streams, where counts need no steps; step_planner_test.cpp tests `nested`.
 inline AdaptiveSettings of_budget(uint32_t budget, ErrorMetric allocation = ErrorMetric::kMse) {
   AdaptiveSettings s;
   s.estimator = "two-stream";
@@ -28,7 +28,7 @@ inline AdaptiveSettings of_budget(uint32_t budget, ErrorMetric allocation = Erro
   return s;
 }
 
-// Samples of a pixel without noise, in a frame of which one half is noisy.
+// Mean samples of a noise-free pixel in a frame of which one half is noisy.
 inline double samples_beside_noise(const AdaptiveSettings& settings) {
   SyntheticFrame frame(64, 64, 6, [](int x, int, TestRandom& random) {
     return x < 32 ? noisy(random, 0.5f, 0.2f) : SyntheticFrame::Sample{0.5f, 2};
@@ -43,7 +43,7 @@ inline double samples_beside_noise(const AdaptiveSettings& settings) {
   return quiet;
 }
 
-// How many times as many samples a half gets whose deviation is four times the other's.
+// Ratio of the samples of two halves, one with four times the other's deviation.
 inline double counts_at_four_times_the_noise(const AdaptiveSettings& settings) {
   SyntheticFrame frame(96, 48, 13, [](int x, int, TestRandom& random) {
     return noisy(random, 0.4f, x < 48 ? 0.03f : 0.12f);
@@ -60,7 +60,7 @@ inline double counts_at_four_times_the_noise(const AdaptiveSettings& settings) {
   return loud / quiet;
 }
 
-// How many times as many samples a half gets whose samples cost 1.17 where the other's cost 8.17.
+// Ratio of the samples of two halves, one with a cost of 1.17 per sample and the other with 8.17.
 inline double counts_at_a_seventh_of_the_cost(const AdaptiveSettings& settings) {
   SyntheticFrame frame(96, 48, 12, [](int x, int, TestRandom& random) {
     return noisy(random, 0.4f, 0.1f, x < 48 ? 2 : 9);
@@ -74,7 +74,7 @@ inline double counts_at_a_seventh_of_the_cost(const AdaptiveSettings& settings) 
   return cheap / dear;
 }
 
-// Samples of a frame of even noise, over those that bring its error to the threshold.
+// Samples of a uniformly noisy frame, relative to those that bring its error to the threshold.
 inline double spent_over_needed(const AdaptiveSettings& settings) {
   SyntheticFrame frame = even_noise(64, 64, 9);
   RoundPlanner planner(settings, 64, 64, 5);

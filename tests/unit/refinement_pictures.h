@@ -1,4 +1,4 @@
-// Pictures for the tests of the refinement tree, and how they are fed to it.
+// Pictures for the tests of the refinement tree, and functions that insert them.
 #pragma once
 
 #include <algorithm>
@@ -40,7 +40,7 @@ inline Rgb test_picture(int x, int y) {
   return Rgb(float(value));
 }
 
-// Inserts one round of `picture`, of `limit` samples at most. Returns the pixels wanted.
+// Inserts one round of `picture` with at most `limit` samples. Returns the requested pixels.
 inline std::vector<Vec2i> insert_round(RefinementTree& tree, const Picture& picture,
                                        size_t limit = ~size_t(0)) {
   const std::span<const Vec2i> wanted = tree.next_round(limit);
@@ -66,7 +66,7 @@ inline std::vector<Rect> leaf_rects(const RefinementTree& tree) {
   return rects;
 }
 
-// Until the tree has `samples`, or every pixel.
+// Refines until the tree has `samples`, or every pixel.
 inline void refine(RefinementTree& tree, const Picture& picture, size_t samples = ~size_t(0)) {
   while (!tree.finished() && tree.sample_count() < samples) {
     insert_round(tree, picture, samples - tree.sample_count());
@@ -78,7 +78,7 @@ inline std::string name_of(const Rect& r) {
          std::to_string(r.x0) + "," + std::to_string(r.y0);
 }
 
-// Windows of every awkward kind: one pixel, one row, one column, primes, away from the origin.
+// Edge cases: one pixel, one row, one column, primes, windows away from the origin.
 inline std::vector<Rect> awkward_windows() {
   return {{0, 0, 1, 1},   {3, 4, 4, 5},    {0, 0, 1, 97},      {-8, 2, 89, 3}, {0, 0, 2, 2},
           {0, 0, 64, 64}, {5, 9, 118, 40}, {-50, -70, 51, 33}, {0, 0, 37, 256}};

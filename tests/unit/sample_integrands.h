@@ -1,5 +1,4 @@
-// Further integrands with exact means for the convergence tests of samplers, and the error of their
-// means.
+// More integrands with exact means for the convergence tests of samplers, and their error curves.
 #pragma once
 
 #include <cmath>
@@ -11,7 +10,7 @@
 
 namespace emberline {
 
-// Couples two pairs of the camera's other than the pixel's.
+// Couples two pairs of the camera other than the pixel's.
 inline double coupled_shuffled(const SlotNumbers& n) {
   const double x = n.u[4] - n.u[2], y = n.u[5] - n.u[3];
   return std::exp(-4.0 * (x * x + y * y));
@@ -23,7 +22,7 @@ inline double signs(const SlotNumbers& n) {
 inline double fine_signs(const SlotNumbers& n) {
   return ((int(n.u[0] * 16.0f) ^ int(n.u[2] * 16.0f)) & 1) == 0 ? 1.0 : -1.0;
 }
-// An edge seen by the pixel times the soft shadow of a light.
+// An edge within the pixel times the soft shadow of a light.
 inline double edge_and_shadow(const SlotNumbers& n) {
   return n.u[1] < 0.3f + 0.37f * n.u[0] && n.u[2] + n.u[3] < 0.8f + 0.4f * n.u[0] ? 1.0 : 0.0;
 }
@@ -57,7 +56,7 @@ inline std::vector<double> error_curve(const Sampler& sampler, const Integrand& 
   return error;
 }
 
-// Variance over that of independent samples, both exact: 10000 seeds know it to about 1.5 %.
+// Variance relative to the exact one of independent samples; 10000 seeds give it to about 1.5 %.
 inline double ratio_to_random(const Sampler& sampler, const Integrand& integrand, double variance,
                               uint32_t count) {
   return error_curve(sampler, integrand, 10000, {count})[0] * count / variance;

@@ -1,4 +1,4 @@
-// What the statistical tests of samplers and filters share: the chi-square threshold, a reader of
+// Shared by the statistical tests of samplers and filters: the chi-square threshold, a reader of
 // sample points, a straight-line fit.
 #pragma once
 
@@ -14,7 +14,7 @@
 namespace emberline {
 
 // The value that a chi-square variate with `degrees` of freedom exceeds with probability 1e-6
-// (Wilson & Hilferty 1931; z = 4.7534 is the normal quantile; good to 1 % from 5 degrees on).
+// (Wilson & Hilferty 1931; z = 4.7534 is the normal quantile; accurate to 1 % from 5 degrees on).
 inline double chi_square_limit(double degrees) {
   const double a = 2.0 / (9.0 * degrees);
   const double root = 1.0 - a + 4.7534 * std::sqrt(a);
@@ -45,7 +45,7 @@ inline double slope(const std::vector<double>& x, const std::vector<double>& y) 
   return xy / xx;
 }
 
-// The numbers of one sample in one slot, by the smallest fill there is.
+// The numbers of one sample in one slot, from the smallest possible fill.
 inline SlotNumbers read_sample(const Sampler& sampler, const PixelKey& pixel, uint32_t slot,
                                uint32_t sample) {
   SlotBlock block;
@@ -55,7 +55,7 @@ inline SlotNumbers read_sample(const Sampler& sampler, const PixelKey& pixel, ui
   return numbers;
 }
 
-// How to see a failing sample again, for messages.
+// Describes how to replay a failing sample, for messages.
 inline std::string where(std::string_view sampler, const PixelKey& pixel, uint32_t slot,
                          uint32_t sample) {
   return "replay: sampler " + std::string(sampler) + ", pixel (" + std::to_string(pixel.x) + ", " +

@@ -1,4 +1,4 @@
-# The files in scenes/ are what scenes/make_scenes.py writes: it writes each again and compares, byte for byte.
+# Checks that scenes/make_scenes.py reproduces the files in scenes/ byte for byte.
 find_package(Python3 3.9 REQUIRED COMPONENTS Interpreter)
 foreach(scene teapot spheres cornell_box roughness_spheres mis_plates checker_plane thin_wires glass_metal
               material_rows moving_blade shallow_focus night_street window_room caustics studio dusk)

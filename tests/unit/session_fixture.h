@@ -1,4 +1,4 @@
-// A session over small frames of the scenes that stand in the tree, and what it is compared with.
+// A session with small frames of the committed scenes, and references for it.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -34,7 +34,7 @@ class SessionFixture : public OutputFolder {
     return result;
   }
 
-  // What `render` writes with these options: R G B A, rows from the top.
+  // The output of `render` with these options: R G B A, rows from the top.
   std::vector<float> rendered(RenderOptions options) const {
     options.outputs = {path("rendered.exr")};
     EXPECT_EQ(run_render(options), 0);
@@ -67,7 +67,7 @@ class SessionFixture : public OutputFolder {
     return testing::AssertionFailure() << "not finished; problem: " << owner.session.problem();
   }
 
-  // Something of everything that an edit of the Cornell box can reach.
+  // One edit of every kind that applies to the Cornell box.
   static SceneEdits some_edits(float amount = 1.0f) {
     SceneEdits edits;
     edits.camera.look_from = Vec3d(278 + 10 * double(amount), 273, -700);

@@ -1,4 +1,4 @@
-// A text of every setting that is not its default, for tests of tables of settings.
+// A non-default text for every setting, for tests of tables of settings.
 #pragma once
 
 #include <map>

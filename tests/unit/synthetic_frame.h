@@ -1,5 +1,4 @@
-// A frame whose samples are made up: what stands in for the renderer in tests of what decides where
-// samples go.
+// A frame with made-up samples that replaces the renderer in tests of sample planning.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +15,7 @@ namespace emberline::test {
 
 class SyntheticFrame {
  public:
-  // Sample k of pixel (x, y): a pure function of them and of the random numbers, which are its own.
+  // Sample k of pixel (x, y): a pure function of these and of its own random numbers.
   struct Sample {
     float radiance = 0.0f;
     uint32_t rays = 2;
@@ -32,7 +31,7 @@ class SyntheticFrame {
     film_.reset({0, 0, width, height});
   }
 
-  // What every sample sees: features that tell a filter nothing.
+  // All samples have the same features, so that they tell a filter nothing.
   static constexpr float kAlbedo = 0.5f, kNearness = 1.0f;
 
   // Adds samples in index order, streams in blocks of eight (samplers/sampler.h).
@@ -50,8 +49,8 @@ class SyntheticFrame {
     }
   }
 
-  // Pilot, then round after round until the planner has had enough. `look` sees each round's
-  // targets before it is carried out.
+  // Renders the pilot and all rounds until the planner ends. `look` is called before each round,
+  // when its targets are known.
   template <typename Look>
   void render(RoundPlanner& planner, const Look& look) {
     bring_to(planner.targets());

@@ -1,4 +1,4 @@
-// Pictures made up for the tests of the denoiser: a known truth, and two halves of samples of it.
+// Synthetic pictures for the tests of the denoiser: a known truth, and two halves of samples of it.
 #pragma once
 
 #include <cmath>
@@ -22,7 +22,7 @@ class SyntheticHalves {
         random_(seed),
         counts_(size(), samples_per_half) {}
 
-  // Grey samples of the mean `truth` and the standard deviation `spread`, normal.
+  // Grey samples, normally distributed with mean `truth` and standard deviation `spread`.
   void set_colour(const Function& truth, const Function& spread) {
     truth_ = plane(truth);
     colour_ = noisy(truth, spread);
@@ -39,8 +39,8 @@ class SyntheticHalves {
     parts_.push_back(part);
   }
 
-  // Each pixel's samples count the same for all nine pixels around it: a pixel's value is the mean
-  // of those of 3 x 3, but at the border.
+  // Shares each pixel's samples equally with its 3 x 3 neighbours: except at the border, a pixel's
+  // value is their mean.
   void share_evenly() {
     shared_ = colour_;
     for (size_t s = 0; s < 2; ++s) {
@@ -90,7 +90,7 @@ class SyntheticHalves {
     }
     return sum / double(size());
   }
-  // How many times denoising makes the squared error less.
+  // Factor by which denoising reduces the squared error.
   double gain() const { return squared_error(raw()) / squared_error(denoise(input()).colour[0]); }
 
  private:

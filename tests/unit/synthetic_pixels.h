@@ -1,5 +1,5 @@
-// Pixels made up for the tests of error estimators: constant ones, and ones whose samples are drawn
-// from a distribution that is known.
+// Synthetic pixels for the tests of error estimators: constant ones, and ones whose samples have a
+// known distribution.
 #pragma once
 
 #include <algorithm>
@@ -10,8 +10,8 @@
 
 namespace emberline::test {
 
-// A pixel of one channel, its samples shared out to two streams in blocks of eight as the samplers
-// do (samplers/sampler.h).
+// A pixel of one channel, whose samples go to two streams in blocks of eight as in the samplers
+// (samplers/sampler.h).
 class SamplePixel {
  public:
   void add(double x) {
@@ -36,7 +36,7 @@ class SamplePixel {
   uint32_t counts_[2] = {0, 0}, count_ = 0;
 };
 
-// Every pixel with `count` samples of the same value, half of them of the second stream.
+// Pixels with `count` equal samples each, half of them in the second stream.
 inline PixelStatistics constant_pixels(int width, int height, float value, float count) {
   PixelStatistics pixels;
   pixels.resize(width, height);
@@ -47,8 +47,7 @@ inline PixelStatistics constant_pixels(int width, int height, float value, float
   return pixels;
 }
 
-// Grey pixels of `count` samples draw(random); `seed` and the pixel's index give the random
-// numbers.
+// Grey pixels of `count` samples draw(random); `random` depends on `seed` and the pixel's index.
 template <typename Draw>
 PixelStatistics drawn_pixels(int width, int height, uint32_t count, uint64_t seed,
                              const Draw& draw) {

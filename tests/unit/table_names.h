@@ -5,7 +5,7 @@
 
 namespace emberline::test {
 
-// The names of a table's rows (samplers, filters), for tests with a case for each.
+// The names of a table's rows (samplers, filters), for tests with one case per row.
 template <class Table>
 std::vector<std::string> names_of(const Table& table) {
   std::vector<std::string> names;

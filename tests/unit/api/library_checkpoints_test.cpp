@@ -1,4 +1,4 @@
-// Frames that are saved, resumed, extended and merged, as other programs have them.
+// The library's frames that are saved, resumed, extended and merged.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -44,7 +44,7 @@ class LibraryCheckpoints : public ::testing::Test {
       ("library_" + std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
 };
 
-// Stopped on its way, resumed: the bits of a frame that was never stopped.
+// A stopped and resumed frame has the bits of one that was never stopped.
 TEST_F(LibraryCheckpoints, AStoppedFrameGoesOn) {
   for (const char* const driver : {"bucket", "bisection", "adaptive"}) {
     const Settings settings =
@@ -71,7 +71,8 @@ TEST_F(LibraryCheckpoints, AStoppedFrameGoesOn) {
   }
 }
 
-// Given up, or ended by an exception of its watcher, before the file was saved for the first time.
+// The frame is abandoned, or ended by an exception from its observer, before the file was first
+// saved.
 TEST_F(LibraryCheckpoints, AnAbandonedFrameGoesOn) {
   for (const char* const driver : {"bucket", "bisection", "adaptive"}) {
     for (const bool throws : {false, true}) {
@@ -98,7 +99,7 @@ TEST_F(LibraryCheckpoints, AnAbandonedFrameGoesOn) {
   }
 }
 
-// A frame that can go on is not done when its time is over.
+// A resumable frame is not complete when its time limit ends it.
 TEST_F(LibraryCheckpoints, AFrameWhoseTimeIsOverIsNotComplete) {
   const Settings settings = small("bisection").set("spp", "1000000").set("time-limit", "0.1");
   const Scene scene = box(settings);
@@ -213,7 +214,7 @@ TEST_F(LibraryCheckpoints, PartsBecomeTheWhole) {
   EXPECT_EQ(RenderedPicture(read_picture(file)).rec709(), RenderedPicture(whole).rec709());
 }
 
-// A checkpoint is of the scene as it was loaded: no other file is taken for it.
+// A checkpoint belongs to the scene as loaded: replaced files are detected.
 TEST_F(LibraryCheckpoints, TheScenesFilesAreThoseThatWereLoaded) {
   const auto copy = [&](const std::string& name, const std::string& from) {
     fs::copy_file(EMBERLINE_SCENES "/" + from, path(name), fs::copy_options::overwrite_existing);
@@ -250,8 +251,8 @@ TEST_F(LibraryCheckpoints, TheScenesFilesAreThoseThatWereLoaded) {
   EXPECT_TRUE(refused(scene)) << "its time is another";
 }
 
-// Some tiles meet the threshold while a few of their pixels have met no noise: every pixel must get
-// samples in a round all the same. A tile that is saved can be read again.
+// Some tiles meet the threshold while a few of their pixels have seen no noise: every pixel must
+// get samples in a round all the same. A saved tile can be read again.
 TEST_F(LibraryCheckpoints, UnbiasedTilesAreFiniteAndCanBeRead) {
   const Settings settings = small("bucket")
                                 .set("size", "64x64")
@@ -274,8 +275,8 @@ TEST_F(LibraryCheckpoints, UnbiasedTilesAreFiniteAndCanBeRead) {
   }
 }
 
-// What settings and edits file would give is another pose than the scene has: the checkpoint says
-// so, and neither the command nor a scene at rest goes on with it.
+// Settings and edits file describe another pose than the scene has. The checkpoint records the
+// scene's pose, so neither the command nor an unposed scene can resume it.
 TEST_F(LibraryCheckpoints, AreOfTheScenesPose) {
   const std::string edits = path("edits.json");
   std::ofstream(edits) << R"({"emberline_edits": 1, "animation": {"time": 0.1}})";

@@ -1,4 +1,3 @@
-// Heatmaps as other programs have them.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Light groups, mattes, working spaces and denoising as other programs have them.
+// Light groups, mattes, working spaces and denoising in the library.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -136,7 +136,7 @@ TEST_F(LibraryLayers, FilesAreTheCommands) {
   std::filesystem::remove(file);
 }
 
-// What was rendered is what the file says, whatever the scene is by then.
+// Files show the rendered scene, even if the scene changes afterwards.
 TEST_F(LibraryLayers, FilesAreOfTheSceneThatWasRendered) {
   const Settings settings = small().set("time", "0.25").set("spp", "1");
   Scene scene = Scene::animated(scene_file("moving_blade.glb"), settings);

@@ -1,4 +1,3 @@
-// Pictures of the library in files, and against each other.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -94,7 +93,7 @@ TEST_F(LibraryPictures, WhatCannotBeWrittenIsRefused) {
   EXPECT_THROW(read_picture(file("none.exr")), InputError);
 }
 
-// Of equal differences in closed form.
+// Uniform differences, in closed form.
 TEST_F(LibraryPictures, Compares) {
   std::vector<float> reference(3 * 8 * 8, 0.5f), image(reference.size(), 0.75f);
   const Comparison errors = compare(image.data(), reference.data(), 8, 8);

@@ -1,4 +1,3 @@
-// Emberline as other programs have it.
 #include "renderer/api/emberline.h"
 
 #include <gtest/gtest.h>
@@ -76,7 +75,7 @@ TEST_F(Library, RendersWhatIsAskedFor) {
   EXPECT_EQ(scene.cameras(), std::vector<std::string>{"camera"});
 }
 
-// Light is linear: half of the only lamp gives half of every pixel, to the bit.
+// Light is linear: halving the only lamp halves every pixel, to the bit.
 TEST_F(Library, EditsAreThoseOfTheCommand) {
   const Settings settings = small();
   Scene scene(kScenes + "cornell_box.glb", settings);
@@ -238,7 +237,7 @@ TEST_F(Library, SaysWhatIsWrong) {
   }
 }
 
-// What the machine gives has the ranges of the command's options.
+// Resources have the same ranges as the command's options.
 TEST_F(Library, SaysWhichResourcesAreNone) {
   const std::string file = kScenes + "cornell_box.glb";
   const Scene scene(file);

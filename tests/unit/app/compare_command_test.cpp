@@ -1,4 +1,4 @@
-// emberline compare on files: what it prints, what it writes, and which errors it gives.
+// emberline compare on files: its output, the files that it writes, and its errors.
 #include "renderer/app/commands.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ namespace {
 
 class CompareTest : public OutputFolder {
  protected:
-  // One tile of `channels` x width x height floats.
+  // Writes one tile of `channels` x width x height floats.
   std::string write_exr(const std::string& name, int width, int height,
                         const std::vector<std::string>& channels,
                         const std::vector<float>& pixels) {
@@ -89,7 +89,7 @@ TEST_F(CompareTest, EqualPicturesHaveNullPsnr) {
   EXPECT_EQ(json["ssim"], 1);
 }
 
-// The same place of the same frame is compared, whatever part of it either file holds.
+// Pixels are matched by their position in the frame, whatever part of it a file holds.
 TEST_F(CompareTest, CropsAreComparedWhereTheyLie) {
   const auto write_part = [&](const std::string& name, const Rect& crop, int width, int height) {
     ExrHeader header;
@@ -183,7 +183,7 @@ TEST_F(CompareTest, DifferencePictures) {
   const FloatImage picture = read_float_image(path("d.png"));
   ASSERT_EQ(picture.width, size);
   ASSERT_EQ(picture.channels(), 3);
-  // The pixel that is not finite is pure green; an equal one is the map's black, a different one
+  // The non-finite pixel is pure green, an equal one is the map's black, and a different one is
   // not.
   EXPECT_EQ(picture.values[0], 0.0f);
   EXPECT_EQ(picture.values[1], 1.0f);

@@ -23,7 +23,7 @@ std::string refusal(const RenderOptions& options) {
   return "";
 }
 
-// Of two frames' options that are otherwise right.
+// The error for options of two frames that are otherwise valid.
 template <typename Set>
 std::string says(const Set& set) {
   RenderOptions options;
@@ -106,7 +106,7 @@ TEST(FrameRange, RefusesWhatIsNone) {
 TEST(FrameRange, HasAtMostAMillionFrames) {
   EXPECT_EQ(parse_frames("1-1000000").size(), kMostFrames);
   EXPECT_EQ(parse_frames("-999999999-999999999x2000").size(), 1'000'000u);
-  std::string repeated = "1-1000000";  // which would take long to find out
+  std::string repeated = "1-1000000";  // rejected at once, although the list is long
   for (int i = 0; i < 10'000; ++i) repeated += ",1-1000000";
   for (const std::string& text : {std::string("1-1000001"), std::string("1-1000000,-1"),
                                   std::string("-999999999-999999999"), repeated}) {
@@ -143,12 +143,12 @@ TEST(FrameRange, ATextGivesTheSameFrames) {
   EXPECT_EQ(frames_text(all), "1-1000000");
 }
 
-// Anything may stand in a farm's field: it is frames or one line.
+// A farm's text field may hold anything: it gives frames or a one-line error.
 TEST(FrameRange, AnyTextIsFramesOrRefused) {
   std::mt19937 random(2);
   constexpr std::string_view kLetters = "0123456789-,x #";
   for (int round = 0; round < 5'000; ++round) {
-    std::string text;  // of five digits at most
+    std::string text;  // at most five digits
     for (size_t i = random() % 8; i > 0; --i) text += kLetters[random() % kLetters.size()];
     try {
       const Frames frames = parse_frames(text);
@@ -197,7 +197,7 @@ TEST(FrameRange, EachFrameHasItsOwnNames) {
   EXPECT_EQ(own.reference, "ref.0004.exr");
   EXPECT_EQ(own.frame, 4.0);
   EXPECT_TRUE(own.frames.empty());
-  // The range's, whatever is in their names.
+  // These belong to the range, whatever their names contain.
   EXPECT_EQ(own.save_settings, "take#2.json");
   EXPECT_EQ(own.progress_file, "p#.json");
 }
@@ -214,7 +214,7 @@ TEST(FrameRange, AnOutputForAllFramesIsRefused) {
   EXPECT_TRUE(says([](RenderOptions& o) { o.checkpoint = "c"; }).starts_with("--checkpoint"));
   EXPECT_TRUE(says([](RenderOptions& o) { o.snapshots = "s"; }).starts_with("--snapshots"));
   EXPECT_EQ(says([](RenderOptions& o) { o.range_report = "r.json"; }), "");
-  // One frame's name may be another's of another pattern.
+  // One frame's name may equal another's from a different pattern.
   EXPECT_EQ(says([](RenderOptions& o) {
               o.frames = {2, 12};
               o.outputs = {"a.#.exr", "a.1#.exr"};
@@ -234,7 +234,7 @@ TEST(FrameRange, ATurntableIsARangeOfItsOwn) {
   EXPECT_EQ(options_of_frame(options, 2).frame, 2.0);
   options.frames = {7};
   EXPECT_EQ(frames_of(options), (Frames{7}));
-  // One of it is one frame.
+  // A turntable of one frame is a single frame.
   options = {};
   options.turntable = Turntable{2, 3};
   EXPECT_TRUE(frames_of(options).empty());

@@ -12,9 +12,9 @@
 namespace emberline {
 namespace {
 
-// Any input bit flips any output bit half of the time. 32768 trials: standard deviation .0028, the
-// band .02 is seven of them; the finalisers' own biases (below .01) fit in it. Inputs count up from
-// 0, as pixel coordinates and sample indices do.
+// Every input bit flips every output bit half of the time. With 32768 trials the standard deviation
+// is .0028, and the tolerance of .02 is seven of them; the finalisers' own biases (below .01) fit
+// in it. Inputs count up from 0, as pixel coordinates and sample indices do.
 template <typename Word, typename Hash>
 void expect_avalanche(Hash hash) {
   constexpr int kBits = 8 * sizeof(Word);
@@ -46,8 +46,8 @@ TEST(Hash, AvalancheOfCombinedHash) {
   expect_avalanche<uint64_t>([](uint64_t h) { return hash_combine64(h, 7u); });
 }
 
-// A bijection of 2^32 values has no two equal images; all images of a million inputs differ (a
-// random function would have 116 collisions).
+// A bijection of 2^32 values maps a million inputs to distinct images (a random function would have
+// 116 collisions).
 template <typename Word, typename Hash>
 size_t distinct_images(Hash hash, Word stride) {
   std::vector<Word> images(1000000);
@@ -67,7 +67,7 @@ TEST(Hash, NoTwoInputsMeet) {
   EXPECT_EQ(distinct_images<uint64_t>([](uint64_t x) { return hash64(x); }, 1ull << 20), 1000000u);
 }
 
-// Undo the finaliser step by step: proof, not sample, that it is a bijection.
+// Inverts the finaliser step by step, which proves that it is a bijection.
 uint32_t inverse_of_odd(uint32_t a) {
   uint32_t x = a;                               // 3 bits are right
   for (int i = 0; i < 4; ++i) x *= 2u - a * x;  // Newton doubles them
@@ -98,7 +98,7 @@ TEST(Hash, OrderOfWordsMatters) {
   EXPECT_NE(hash_combine64(0, 0), 0u);
 }
 
-// A pixel grid has no correlated neighbours: the lag-1 correlation of hashed coordinates.
+// Neighbours in a pixel grid are uncorrelated: the lag-1 correlation of hashed coordinates.
 TEST(Hash, NeighbouringPixelsAreUncorrelated) {
   constexpr int kSize = 512;
   const auto u = [](int x, int y) {

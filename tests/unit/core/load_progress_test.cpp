@@ -1,4 +1,4 @@
-// What somebody who waits for a scene is told, and that it can be called off at any moment.
+// Progress reports while a scene loads, and cancelling at any moment.
 #include "renderer/core/load_progress.h"
 
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ namespace {
 
 constexpr int kImages = 5;
 
-// Two textured squares, one of them placed twice, and a lamp that lies in one.
+// Two textured squares, one of them placed twice, and a lamp flush in one.
 class LoadProgressTest : public testing::Test {
  protected:
   void SetUp() override {
@@ -37,7 +37,7 @@ class LoadProgressTest : public testing::Test {
     settings_.scene = scene_file(small_png());
   }
 
-  // The last image's bytes are `last_image`.
+  // `last_image` holds the bytes of the last image.
   std::string scene_file(const std::vector<uint8_t>& last_image) const {
     GltfBuilder gltf;
     const int uv = gltf.add_accessor<float>("VEC2", {0, 0, 1, 0, 1, 1, 0, 1});
@@ -105,7 +105,7 @@ TEST_F(LoadProgressTest, FractionsGrowToOneThroughAllStages) {
       reports, [](const Entry& entry) { return entry.stage == "images 4 of 5"; }));
 }
 
-// Called off when the n-th report comes, for every n: every stage is left in the middle.
+// Cancels at the n-th report, for every n, so that every stage is interrupted.
 TEST_F(LoadProgressTest, IsCalledOffAtEveryReport) {
   for (const int threads : {1, 3}) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
@@ -148,7 +148,7 @@ TEST_F(LoadProgressTest, TheSceneIsTheSameWhoeverLooks) {
   expect_same_bits(a, b, "watched against unwatched");
 }
 
-// Whoever calls a load off does not want to hear what is wrong with the file.
+// A cancelled load reports the cancellation, not errors in the file.
 TEST_F(LoadProgressTest, CallingOffComesBeforeTheFilesErrors) {
   settings_.scene = scene_file({'n', 'o', 'n', 'e'});
   EXPECT_THROW(load(LoadProgress::unwatched()), InputError);
@@ -193,7 +193,7 @@ SceneDescription large_scene(uint32_t n, int instances) {
   return scene.description;
 }
 
-// Embree itself tells of its progress, and stops.
+// Embree reports its progress during a build and can be cancelled.
 TEST(LoadProgressOfEmbree, ABuildIsToldOfAndCalledOffWithin) {
   for (const int instances : {1, 2}) {
     const SceneDescription description = large_scene(300, instances);
@@ -218,8 +218,8 @@ TEST(LoadProgressOfEmbree, ABuildIsToldOfAndCalledOffWithin) {
   }
 }
 
-// Called off from another thread at moments spread over the whole of it. The header says 100 ms as
-// a rule, and memory is given back after that.
+// Cancels from another thread at moments spread over the whole build. The header promises about 100
+// ms, after which memory is freed.
 TEST_F(LoadProgressTest, IsCalledOffAtOnce) {
   const SceneDescription description = large_scene(500, 1);
   const double start = processor_seconds();

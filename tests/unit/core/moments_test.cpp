@@ -35,7 +35,7 @@ Moments running(const std::vector<double>& xs, size_t begin, size_t end) {
   return m;
 }
 
-// The offset is what kills the textbook's sum of squares: at 1e9 it has lost every digit.
+// A large offset breaks the naive sum of squares: at 1e9 it has no correct digit left.
 TEST(Moments, AgreeWithTwoPasses) {
   for (const double offset : {0.0, 1.0, -1e4, 1e9}) {
     for (const double scale : {1e-3, 1.0, 1e6}) {
@@ -44,7 +44,7 @@ TEST(Moments, AgreeWithTwoPasses) {
       const Moments m = running(xs, 0, xs.size());
       EXPECT_EQ(m.count(), xs.size());
       EXPECT_NEAR(m.mean(), double(expected.mean), 1e-13 * (std::abs(offset) + scale));
-      // The deviation is known to the rounding of the inputs' own magnitude.
+      // The deviation is limited by the rounding of the inputs' own magnitude.
       const double known = 1e-12 + 1e-14 * std::abs(offset) / scale;
       EXPECT_NEAR(m.variance() / double(expected.variance), 1.0, known) << offset << " " << scale;
       EXPECT_DOUBLE_EQ(m.standard_error(), std::sqrt(m.variance() / 10001.0));

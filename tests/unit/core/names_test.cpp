@@ -28,7 +28,7 @@ TEST(Names, MessageListsAndSuggests) {
   EXPECT_EQ(unknown_name_message("integrator", "ambient-occlusion", kNames),
             "unknown integrator 'ambient-occlusion' (did you mean 'ambient_occlusion'?); valid "
             "names are path, direct, ambient_occlusion");
-  // Nothing near: no suggestion.
+  // No similar name: no suggestion.
   EXPECT_EQ(unknown_name_message("integrator", "photon", kNames),
             "unknown integrator 'photon'; valid names are path, direct, ambient_occlusion");
   EXPECT_EQ(unknown_name_message("integrator", "", kNames),
@@ -37,7 +37,7 @@ TEST(Names, MessageListsAndSuggests) {
             std::string::npos);
 }
 
-// Whatever anybody calls a thing: a message keeps its beginning, which says where, and its end.
+// However long a name is, a message keeps its beginning, which names the place, and its end.
 TEST(Names, MessagesCutNamesOfMegabytes) {
   const std::string name(3'000'000, 'n');
   const std::string_view valid[] = {"sobol", "independent"};

@@ -1,4 +1,3 @@
-// How messages name settings.
 #include "renderer/core/setting_names.h"
 
 #include <gtest/gtest.h>

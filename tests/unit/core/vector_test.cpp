@@ -39,7 +39,7 @@ TEST(ShadingFrame, OrthonormalForAMillionNormals) {
   for (uint32_t i = 0; i < 1000000; ++i) expect_orthonormal(random_unit(i));
 }
 
-// The axes, both zeros, and normals next to -Z, where one divides by sign + z.
+// The axes, both zeros, and normals close to -Z, where the formula divides by sign + z.
 TEST(ShadingFrame, OrthonormalAtTheHardPlaces) {
   for (const float one : {1.0f, -1.0f}) {
     for (const float zero : {0.0f, -0.0f}) {
@@ -70,7 +70,7 @@ TEST(ShadingFrame, LocalAndWorldAreInverse) {
   EXPECT_EQ(up.to_local({0.1f, 0.2f, 0.3f}), Vec3f(0.1f, 0.2f, 0.3f));
 }
 
-// Lengths whose squares leave float's range, 1e-60 and 1e60, keep their direction.
+// Vectors whose squared length is outside float's range, 1e-60 and 1e60, keep their direction.
 TEST(NormalizeOr, AnyLengthThatHasADirection) {
   const Vec3f fallback(0, 0, 1);
   for (uint32_t i = 0; i < 10000; ++i) {
@@ -127,7 +127,7 @@ TEST(Rect, HalfOpen) {
   EXPECT_FALSE(r.contains(4, 7));
   EXPECT_FALSE(r.contains(1, 3));
   EXPECT_EQ(r.intersect({0, 0, 4, 4}), (Rect{2, 3, 4, 4}));
-  const Rect apart = r.intersect({5, 0, 9, 9});  // they touch, and share nothing
+  const Rect apart = r.intersect({5, 0, 9, 9});  // they touch without overlapping
   EXPECT_TRUE(apart.empty());
   EXPECT_EQ(apart.area(), 0);
   EXPECT_TRUE((Rect{7, 7, 3, 9}).empty());

@@ -1,4 +1,4 @@
-// Every warp of renderer/core/warps.h: density by chi-square, inverse by round trip, edges of u.
+// Every warp of renderer/core/warps.h: pdf by chi-square, inverse by round trip, edges of u.
 #include "renderer/core/warps.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ ChiSquareSettings settings(uint64_t seed) {
   return s;
 }
 
-// u at the corners and edges, then at random.
+// Values of u at the corners and edges, then random ones.
 std::vector<Vec2f> probes() {
   std::vector<Vec2f> result;
   const float edges[] = {0.0f, 0x1p-24f, 0.25f, 0.5f, 0.75f, kOneMinusEpsilon};
@@ -33,7 +33,7 @@ std::vector<Vec2f> probes() {
   return result;
 }
 
-// The distance between two values of u; an angle's 0 and 1 are one point.
+// The distance between two values of u, where 0 and 1 are the same angle.
 float wrapped(float a, float b) { return std::min(std::abs(a - b), 1 - std::abs(a - b)); }
 
 TEST(Warps, DiskHasItsDensity) {
@@ -87,7 +87,7 @@ TEST(Warps, SphereInverts) {
     ASSERT_NEAR(dot(w, w), 1, 1e-6f) << u;
     const Vec2f back = test::sphere_to_square(w);
     ASSERT_NEAR(back.x, u.x, 1e-6f) << u;
-    if (u.x == 0) continue;  // at the pole phi has no meaning
+    if (u.x == 0) continue;  // phi is arbitrary at the pole
     ASSERT_LT(wrapped(back.y, u.y), 1e-6f) << u;
   }
 }
@@ -113,7 +113,7 @@ TEST(Warps, TriangleInvertsAndStaysInside) {
   }
 }
 
-// The harness must be able to fail: a density 5 % too high on one half is found.
+// The harness must be able to fail: it finds a pdf that is 5 % too high on one half.
 TEST(ChiSquare, FindsAWrongDensity) {
   const auto uniform = [](TestRandom& r) -> std::optional<ChiSquarePoint> {
     return ChiSquarePoint{r.next(), r.next(), 1};
@@ -125,7 +125,7 @@ TEST(ChiSquare, FindsAWrongDensity) {
   EXPECT_FALSE(test::chi_square_test(uniform, [](double, double) { return 1.1; }));
 }
 
-// Draws that are refused count as the mass that the density lacks.
+// Rejected samples count as the missing mass of the pdf.
 TEST(ChiSquare, AccountsForRefusedDraws) {
   const auto half = [](TestRandom& r) -> std::optional<ChiSquarePoint> {
     const Vec2f u = r.vec2();
@@ -146,7 +146,7 @@ TEST(ChiSquare, ComparesWeightsWithAFunction) {
   EXPECT_FALSE(test::chi_square_test(weighted, [](double x, double) { return 2 * x; }));
 }
 
-// Table values: chi-square quantiles, Abramowitz & Stegun table 26.8.
+// Tabulated chi-square quantiles: Abramowitz & Stegun table 26.8.
 TEST(ChiSquare, PValuesMatchTables) {
   EXPECT_NEAR(test::chi_square_p_value(3.84146, 1), 0.05, 1e-6);
   EXPECT_NEAR(test::chi_square_p_value(18.3070, 10), 0.05, 1e-6);

@@ -1,4 +1,4 @@
-// Key frames against the formulas of glTF 2.0, appendix C, written out once more.
+// Key frames compared with the formulas of glTF 2.0, appendix C, implemented again here.
 #include "renderer/description/animation.h"
 #include "support/processor_time.h"
 
@@ -23,7 +23,7 @@ std::vector<double> at(const KeyFrames& frames, double time) {
   return value;
 }
 
-// "Spherical Linear Interpolation", as the appendix has it.
+// "Spherical Linear Interpolation", as in the appendix.
 Quaternion appendix_slerp(const Quaternion& v0, const Quaternion& v1, double t) {
   double d = 0;
   for (size_t i = 0; i < 4; ++i) d += v0[i] * v1[i];
@@ -54,7 +54,7 @@ TEST(Animation, StepsHoldUntilTheNextKey) {
   }
 }
 
-// Times are floats, frames are not.
+// Key times are floats, frame times are not.
 TEST(Animation, AFrameAtAKeyIsThere) {
   Values times, values;
   for (int frame = 0; frame <= 1000; ++frame) {
@@ -146,7 +146,7 @@ TEST(Animation, RotationsNeedNotHaveUnitLength) {
 TEST(Animation, RotationsBetweenKeysHaveUnitLength) {
   const KeyFrames linear = keys(Interpolation::kLinear, 4, {0, 1}, {0, 0, 0, 1, 0, 0, 1, 0}, true);
   expect_near(at(linear, 1.0 / 3), turn(3.14159265358979323846 / 3, 0, 0, 1), 1e-15);
-  // The spline's tangents swing far off the sphere.
+  // The spline's tangents lead far off the unit sphere.
   const Values spline = {0, 0, 0, 0, 0, 0, 0, 1, 3, 0, 0, 0,  //
                          0, 4, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0};
   const KeyFrames frames = keys(Interpolation::kCubicSpline, 4, {0, 1}, spline, true);
@@ -178,7 +178,7 @@ TEST(Animation, AMillionKeysAreSearchedInHalves) {
     const double expected = 0.5 * (double(i % 1000) + double((i + 1) % 1000));
     ASSERT_EQ(at(frames, double(i) + 0.5)[0], expected);
   }
-  // Walked, they would take minutes.
+  // A linear search would take minutes.
   EXPECT_LT(test::processor_seconds() - start, 20);
 }
 

@@ -1,5 +1,5 @@
-// The clear sky against integrals and random walks that share its air and nothing else, and against
-// what has been measured under real skies.
+// The clear sky compared with integrals and random walks that share only its atmosphere, and with
+// measurements of real skies.
 #include "renderer/description/clear_sky.h"
 
 #include <gtest/gtest.h>
@@ -43,7 +43,7 @@ struct Picture {
     return {std::sin(theta) * std::cos(phi), std::cos(theta), std::sin(theta) * std::sin(phi)};
   }
   Vec3d sun() const { return sky.sun ? to_double(sky.sun->irradiance) * kSkyUnit : Vec3d(0.0); }
-  // On level ground, of the sky alone.
+  // Irradiance on level ground from the sky alone.
   Vec3d fallen() const {
     Vec3d sum(0.0);
     const int w = sky.image->width, h = sky.image->height;
@@ -58,7 +58,7 @@ struct Picture {
   Vec3d zenith() const { return at(0, 0); }
 };
 
-// ---- the same air, walked otherwise
+// ---- independent integration of the same atmosphere
 
 float extinction(const Density& d, size_t band) {
   const Coefficients& c = coefficients();
@@ -66,7 +66,7 @@ float extinction(const Density& d, size_t band) {
                double(c.haze_extinction) * d.haze);
 }
 
-// The way to the ground or out of the air, in steps of Simpson's rule; negative: it ends there.
+// Distance to the ground or out of the atmosphere; `ground` tells which.
 double way_out(const Vec3d& from, const Vec3d& direction, bool* ground = nullptr) {
   const double b = dot(from, direction), r2 = from.length2();
   const double d = b * b - r2 + square(kGround);
@@ -75,7 +75,8 @@ double way_out(const Vec3d& from, const Vec3d& direction, bool* ground = nullptr
   return down ? -b - std::sqrt(d) : -b + std::sqrt(b * b - r2 + square(kTop));
 }
 
-// Of each band: optical depth out of the air; infinite where the earth is in the way.
+// Optical depth of each band out of the atmosphere, by Simpson's rule; infinite if the earth is in
+// the way.
 Spectrum depth_out(const Vec3d& from, const Vec3d& direction, int steps) {
   Spectrum depth{};
   bool ground = false;
@@ -92,7 +93,7 @@ Spectrum depth_out(const Vec3d& from, const Vec3d& direction, int steps) {
   return depth;
 }
 
-// Light scattered once, by small equal steps.
+// Single scattering, by small equal steps.
 Vec3d scattered_once(const Vec3d& direction, const Vec3d& sun) {
   constexpr int kSteps = 6000;
   const Vec3d eye(0, kGround + 1, 0);
@@ -115,8 +116,8 @@ Vec3d scattered_once(const Vec3d& direction, const Vec3d& sun) {
   return to_rgb(light);
 }
 
-// Steps, tables and the interpolation between rays: 1 %, and 3 % of a channel; where the sun is low
-// and reddens within a table's step 3 and 5 %.
+// 1 % for steps, tables and the interpolation between rays, and 3 % in a channel. Where the sun is
+// low and reddens within a table's step, 3 and 5 %.
 TEST(ClearSky, ScatteredOnceIsTheIntegral) {
   for (const double elevation : {70.0, 30.0, 5.0, -3.0}) {
     const Picture sky({elevation, 40, 0.0, false, 64});
@@ -141,7 +142,7 @@ Vec3d turned(const Vec3d& axis, double cosine, double turns) {
   return axis * cosine + (x * std::cos(a) + y * std::sin(a)) * sine;
 }
 
-// A random walk of one band, with the sun asked for at every place.
+// A random walk in one band, which samples the sun at every event.
 double walk(Vec3d at, Vec3d direction, const Vec3d& sun, size_t band, double albedo,
             TestRandom& random) {
   const Coefficients& c = coefficients();
@@ -174,7 +175,7 @@ double walk(Vec3d at, Vec3d direction, const Vec3d& sun, size_t band, double alb
     const double cosine = dot(direction, sun);
     light += weight * (air * rayleigh_phase(cosine) + dust * haze_phase(cosine)) / (air + dust) *
              sunlight(at);
-    // Evenly, weighed by the phase function: its peak is 7 times the mean.
+    // A uniform direction, weighted by the phase function, whose peak is 7 times the mean.
     const double turn = 2 * random.next_double() - 1;
     weight *= 4 * kPiD * (air * rayleigh_phase(turn) + dust * haze_phase(turn)) / (air + dust);
     direction = turned(direction, turn, random.next_double());
@@ -182,9 +183,9 @@ double walk(Vec3d at, Vec3d direction, const Vec3d& sun, size_t band, double alb
   return light;
 }
 
-// Light that is scattered again, a third to a half of all, is not quite as even as Hillaire's
-// method takes it to be: of all that is 5 % under a high sun and 12 % under a low one. With 600,000
-// walks the largest differences are 3 and 9 %.
+// Multiple scattering, a third to a half of all light, is less uniform than Hillaire's method
+// assumes: the tolerance is 5 % of the total under a high sun and 12 % under a low one. With
+// 600,000 walks the largest differences are 3 and 9 %.
 TEST(ClearSky, ScatteredAgainIsWhatARandomWalkMeets) {
   constexpr int kWalks = 30'000;
   for (const double elevation : {50.0, 10.0}) {
@@ -208,22 +209,22 @@ TEST(ClearSky, ScatteredAgainIsWhatARandomWalkMeets) {
   }
 }
 
-// ---- what has been measured
+// ---- measurements
 
-// The sun's illuminance outside the air is 133.1 klx (ASTM E-490's spectrum).
+// The sun's illuminance outside the atmosphere is 133.1 klx (ASTM E-490's spectrum).
 TEST(ClearSky, TheSunOutsideTheAir) {
   Spectrum all;
   all.fill(1.0f);
   EXPECT_NEAR(luminance_of(to_rgb(all)), 133.1e3, 0.5e3);
   // A Rayleigh depth of 0.0973 at 550 nm: D. Bodhaine et al., "On Rayleigh Optical Depth
-  // Calculations" (1999). Ours falls off as an exponential, which theirs does not quite: 12 %.
+  // Calculations" (1999). Our exponential profile differs slightly from theirs: 12 %.
   EXPECT_NEAR(double(coefficients().rayleigh[8]) * 8000, 0.0973, 0.012);
 }
 
-// Illuminances under clear skies: about 100 klx at noon, of which the sky gives a tenth; 400 to
-// 1000 lx at sunset, 3.4 lx when civil twilight ends and 0.008 lx when nautical does (IES Lighting
-// Handbook; P. Seidelmann, "Explanatory Supplement to the Astronomical Almanac"). Those are of one
-// place's air and ours is clean and does not refract: within a factor of 2.
+// Illuminances under clear skies: about 100 klx at noon, a tenth of it from the sky; 400 to 1000 lx
+// at sunset, 3.4 lx at the end of civil twilight and 0.008 lx at the end of nautical twilight (IES
+// Lighting Handbook; P. Seidelmann, "Explanatory Supplement to the Astronomical Almanac"). Those
+// are for particular conditions, while our air is clean and does not refract: within a factor of 2.
 TEST(ClearSky, IsAsBrightAsRealOnes) {
   const auto level = [](double elevation) {
     const Picture sky({elevation, 0});
@@ -249,11 +250,11 @@ TEST(ClearSky, IsAsBrightAsRealOnes) {
     EXPECT_LT(now, before) << elevation;
     before = now;
   }
-  EXPECT_LT(before, 1e-4);          // starlight, which there is none of, is 1e-3
-  EXPECT_EQ(level(-45).second, 0);  // the whole of the air is in the shadow
+  EXPECT_LT(before, 1e-4);          // starlight, which is not modelled, is 1e-3
+  EXPECT_EQ(level(-45).second, 0);  // the whole atmosphere is in shadow
 }
 
-// Blue overhead, white at the horizon, yellow and red before a low sun.
+// Blue overhead, white at the horizon, yellow and red in front of a low sun.
 TEST(ClearSky, HasItsColours) {
   const Picture noon({50, 0}), evening({1, 0});
   const Vec3d zenith = noon.zenith();
@@ -288,7 +289,7 @@ TEST(ClearSky, StandsWhereItsAnglesSay) {
         if (sky.at(x, y).x > sky.at(brightest.first, brightest.second).x) brightest = {x, y};
       }
     }
-    // Haze glows around it; the horizon below is brighter still.
+    // Haze glows around the sun; the horizon below is brighter still.
     Vec3d at = sky.direction(brightest.first, brightest.second);
     at.y = 0;
     EXPECT_GT(dot(at.normalized(), direction), std::cos(3 * kRadian)) << azimuth;

@@ -1,4 +1,4 @@
-// What each edit does to a description, how far it reaches, and what it is refused for.
+// The effects of each edit on a description, and the errors of invalid ones.
 #include "renderer/description/scene_edits.h"
 
 #include <gtest/gtest.h>
@@ -78,7 +78,7 @@ TEST(SceneEdits, AnEmissiveMaterialIsALight) {
   edit.intensity = 0.5f;
   edit.color = {1.0f, 2.0f, 3.0f};
   EXPECT_EQ(edited_by(edits_of(edit)).materials[kLampMaterial].emission, Rgb(3.0f, 6.0f, 9.0f));
-  // After the material's own edit, and of one that is dark nothing comes.
+  // A light edit scales the result of the material's own edit, and a dark material stays dark.
   SceneEdits both = edits_of(edit);
   both.materials.push_back(material_edit(kLampMaterial));
   both.materials.back().emission = Rgb(1.0f);
@@ -129,7 +129,7 @@ TEST(SceneEdits, MaterialFactorsAreReplaced) {
   EXPECT_EQ(m.transmission, 0.6f);
   EXPECT_EQ(m.normal_scale, -0.7f);
   EXPECT_EQ(m.emission, Rgb(8.0f));
-  // What is not named stays.
+  // Parameters without an edit stay the same.
   const MaterialDescription untouched =
       edited_by(edits_of(material_edit(kBallMaterial))).materials[kBallMaterial];
   EXPECT_EQ(untouched.roughness, 0.4f);
@@ -187,13 +187,13 @@ TEST(SceneEdits, WhatReflectsEverythingHasNoIndexOfRefraction) {
 }
 
 TEST(SceneEdits, ANameFindsItsOneBearerWhereverItIs) {
-  MaterialEdit edit = material_edit(0);  // where it was before the file was exported again
+  MaterialEdit edit = material_edit(0);  // its index before the file was exported again
   edit.target.name = "glass";
   edit.roughness = 0.9f;
   EXPECT_EQ(edited_by(edits_of(edit)).materials[kGlassMaterial].roughness, 0.9f);
   edit.target.index = -1;
   EXPECT_EQ(edited_by(edits_of(edit)).materials[kGlassMaterial].roughness, 0.9f);
-  // Of two with one name, the index tells.
+  // The index selects among equal names.
   edit.target.name = "lamp";
   edit.target.index = kPanelMaterial;
   const SceneDescription scene = edited_by(edits_of(edit));
@@ -375,7 +375,7 @@ TEST(SceneEdits, AnOutlineHasAllButTheVertices) {
   EXPECT_EQ(kept.images, scene.images);
 }
 
-// Once: what is turned off afterwards is dark.
+// The default light is added only once: lights turned off later leave darkness.
 TEST(SceneEdits, OnlyAFileWithoutLightIsGivenOne) {
   SceneBuilderForTests b;
   b.add_floor(1, 0, -1);

@@ -1,4 +1,4 @@
-// What a denoiser gets of a frame: halves, and what samples saw, in mirrors and glass, too.
+// The channels for a denoiser: sample halves and features, also seen in mirrors and through glass.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -25,7 +25,7 @@ FilmTile film_of(int width, int groups = -1) {
   return film;
 }
 
-// A channel of a film's pixel.
+// The value of a channel in one pixel of a film.
 float value_of(const FilmTile& film, size_t pixel, const std::string& name) {
   const std::vector<std::string> names = film_channel_names(film.aovs());
   const auto at = std::ranges::find(names, name);
@@ -61,8 +61,8 @@ TEST(HalfChannels, AreMeansOfEachHalf) {
   }
 }
 
-// Of an average over rounds, say: the halves' weighted mean is what the pixel shows, their
-// difference that of the samples.
+// If the pixel shows another value, such as an average over rounds, the halves' weighted mean
+// follows it, and their difference stays that of the samples.
 TEST(HalfChannels, FollowWhatThePixelShows) {
   FilmTile film = film_of(1);
   const DenoiserFeatures seen;
@@ -108,7 +108,7 @@ TEST(HalfChannels, WhatIsSeenIsFinite) {
   EXPECT_EQ(value_of(film, 0, "half1.R"), 0.0f);
 }
 
-// Law 3, and what is said of memory.
+// Law 3, and the documented memory.
 TEST(HalfChannels, CostWhatTheyAreSaidTo) {
   FilmTile without((AovSet()));
   without.reset({0, 0, 1000, 1});
@@ -153,8 +153,8 @@ TEST(HalfChannels, AreCopiedAddedAndArchived) {
   EXPECT_EQ(value_of(loaded, 0, "half2.shared.0.A"), 0.5f);
 }
 
-// A film of 5 x 4 pixels as rows of its channels; every sample counts for the pixel at its right
-// with .75, for its own with .25.
+// A film of 5 x 4 pixels as rows of its channels. Every sample counts for the pixel to its right
+// with .75 and for its own with .25.
 class Sharing : public ::testing::Test {
  protected:
   static constexpr Rect kCrop = {3, 7, 8, 11};
@@ -205,7 +205,7 @@ TEST_F(Sharing, APixelIsWhatCountsForIt) {
       const bool inside = x > 3 && x < 7 && y > 7 && y < 10;
       const float own = float(x), shared = 0.25f * own + 0.75f * (own - 1);
       EXPECT_EQ(sum_at(pixels, x, y), inside ? shared : own) << x << "," << y;
-      // All else is as it was.
+      // The other channels are unchanged.
       std::vector<float> of_film;
       read_film({3, y, 8, y + 1}, of_film);
       const float* pixel = &pixels[kCrop.index_of(x, y) * summed_names_.size()];
@@ -233,11 +233,11 @@ TEST_F(Sharing, RowsAreThoseOfTheWhole) {
   EXPECT_EQ(names, summed_names_);
 }
 
-// Beside pixels with less than half its samples, or with none, a pixel has its own mean; so it has
-// where the weights do not tell.
+// A pixel keeps its own mean if its neighbours have less than half its samples or none, and where
+// the weights are unknown.
 TEST_F(Sharing, NeedsNeighboursThatKnowEnough) {
   add_all();
-  add(5, 8, 5.0f, 5);  // 9 of them: its neighbours' 4 are less than half
+  add(5, 8, 5.0f, 5);  // 9 in all: its neighbours' 4 are less than half
   EXPECT_EQ(sum_at(summed(), 5, 8), 5.0f);
   EXPECT_EQ(sum_at(summed(), 4, 9), 3.25f);
   film_.reset(kCrop);
@@ -254,7 +254,7 @@ TEST_F(Sharing, StaysFinite) {
 
 class Seen : public ::testing::Test {
  protected:
-  // The mean of a channel over both halves, in the frame's middle.
+  // The mean of a channel over both halves, at the frame's centre.
   float middle(const std::string& name) const {
     const auto at = std::ranges::find(image_.channels, "half1." + name);
     EXPECT_NE(at, image_.channels.end()) << name;
@@ -274,7 +274,7 @@ class Seen : public ::testing::Test {
   RenderedImage image_;
 };
 
-// A mirror 3 below, at 45 degrees, shows the wall beside it, 2 further away.
+// A mirror 3 below, at 45 degrees, shows the wall beside it, 2 farther away.
 TEST_F(Seen, MirrorsShowWhatIsInThem) {
   const int mirror = scene_.add_material(metal(Rgb(0.5f, 1.0f, 1.0f), 0.0f));
   const int wall = scene_.add_material(lambert(Rgb(0.8f, 0.4f, 0.2f)));
@@ -288,7 +288,7 @@ TEST_F(Seen, MirrorsShowWhatIsInThem) {
   EXPECT_NEAR(middle("albedo.B"), 0.2f, 0.02f);
 }
 
-// A pane is seen through; 1 in 13 samples sees the empty background in it.
+// Features are seen through a pane; 1 in 13 samples sees the empty background reflected in it.
 TEST_F(Seen, ThroughAPaneOfGlass) {
   const int pane = scene_.add_material(glass(1.5f, 0.0f, false));
   const int floor = scene_.add_material(lambert(Rgb(0.6f)));
@@ -323,7 +323,8 @@ TEST_F(Seen, AShadowIsNotLit) {
   EXPECT_EQ(middle("visibility"), 1.0f);
 }
 
-// Laws 2 and 3: whatever the driver, threads and crop; and R G B and all else as without.
+// Laws 2 and 3: equal bits for all drivers, thread counts and crops, and R G B and all other
+// channels as without denoising.
 TEST(DenoisingChannels, DependOnTheSamplesAlone) {
   const std::unique_ptr<Scene> scene = busy_scene();
   RenderSettings s;
@@ -352,7 +353,7 @@ TEST(DenoisingChannels, DependOnTheSamplesAlone) {
   expect_same_bits(render(*scene, busy_view(), s), with, "a crop");
 }
 
-// Few samples are halved; more come from a stream each.
+// A small sample count is halved; a larger one alternates between the two streams.
 TEST(HalfOfASample, ChangesWithTheStreamOrInTheMiddle) {
   const auto block = [](uint32_t spp) {
     FrameSettings settings;

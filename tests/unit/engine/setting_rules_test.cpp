@@ -19,7 +19,7 @@
 namespace emberline {
 namespace {
 
-// How options that are no settings, and what of a setting is a state of its own, come to hold.
+// Makes conditions true that are not settings, or that are special values of a setting.
 const std::map<std::string, void (*)(RenderOptions&)> kOptions = {
     {"output FILE.exr", [](RenderOptions& o) { o.outputs = {"a.exr"}; }},
     {"report FILE.html", [](RenderOptions& o) { o.reports = {"a.html"}; }},
@@ -60,7 +60,7 @@ std::vector<std::string> values_of(const Setting& setting) {
   return values;
 }
 
-// What is given of the options; all else has its default.
+// The settings and options that are given; everything else has its default.
 struct Given {
   std::map<std::string, std::string> settings;
   std::set<std::string> options;
@@ -96,7 +96,7 @@ std::vector<SettingRule> all_rules() {
   return all;
 }
 
-// Looks for options for which `about` holds, and that break the rule `wanted` alone, or none.
+// Searches options for which `about` holds and that break only `wanted`, or no rule if it is null.
 class Search {
  public:
   Search(const std::vector<SettingRule>& rules, const SettingRule* wanted, const SettingIs& about)
@@ -179,7 +179,7 @@ TEST(SettingRules, EveryRuleCanBeBrokenAloneAndObeyed) {
   }
 }
 
-// None of what is excluded is so for another reason anyway.
+// Every exclusion is needed: none follows from another rule.
 TEST(SettingRules, EverythingExcludedIsRefusedByItsRuleAlone) {
   const std::vector<SettingRule> rules = all_rules();
   for (size_t i = 0; i < rules.size(); ++i) {
@@ -283,7 +283,7 @@ bool contains(const AnySetting& list, const SettingIs& is) {
   return std::ranges::any_of(list, [&](const SettingIs& of_list) { return same(is, of_list); });
 }
 
-// Two rules of which one needs what the other excludes, by their reasons; or nothing.
+// The reasons of two rules of which one needs what the other excludes, or an empty string.
 std::string contradiction(std::span<const SettingRule> rules) {
   for (const SettingRule& one : rules) {
     for (const SettingRule& other : rules) {

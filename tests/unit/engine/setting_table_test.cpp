@@ -25,7 +25,7 @@ FrameSettings all_others() {
   return settings;
 }
 
-// Fails to compile when FrameSettings gets a member: give it a row, or name it here.
+// Fails to compile when FrameSettings gets a new member: give it a row, or list it here.
 TEST(SettingTable, HasEveryMember) {
   const FrameSettings settings;
   const auto& [scene, resource_root, driver, integrator, sampler, filter, filter_radius, spp,
@@ -39,7 +39,7 @@ TEST(SettingTable, HasEveryMember) {
                cryptomatte_levels, catchers, holdouts, light_groups, half, exr_compression,
                exr_parts, denoise] = settings;
   constexpr size_t kMembers = 64;
-  // All but the scene; width and height are one.
+  // All but the scene; width and height share a row.
   EXPECT_EQ(setting_table().size(), kMembers - 2);
   EXPECT_EQ(kOthers.size(), setting_table().size());
   EXPECT_TRUE(scene.empty());
@@ -103,7 +103,7 @@ TEST(SettingTable, AFileGivesTheSameSettings) {
   std::ofstream(path) << settings_json(settings, path);
   FrameSettings read;
   read_settings(path, read);
-  // Paths come back relative to the file.
+  // Paths are read back relative to the file.
   for (const Setting& setting : setting_table()) {
     const std::string text = setting.text(read);
     if (!setting.file) {

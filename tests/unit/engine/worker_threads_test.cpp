@@ -1,4 +1,3 @@
-// Threads that the system refuses.
 #include "renderer/engine/worker_threads.h"
 
 #include <gtest/gtest.h>
@@ -20,7 +19,7 @@
 namespace emberline {
 namespace {
 
-// Becomes a user who may run so many threads more than there are: libraries have started some.
+// Becomes a user who may start `more` threads beyond those that libraries have started.
 void limit_threads(rlim_t more) {
   const std::filesystem::directory_iterator threads("/proc/self/task");
   const auto there = rlim_t(std::distance(begin(threads), end(threads)));
@@ -34,7 +33,7 @@ TEST(WorkerThreads, AsManyAsAskedFor) {
   EXPECT_EQ(WorkerThreads(0).count(), usable_processors());
 }
 
-// As taskset, containers and batch systems set it, for this thread and those that it starts.
+// The mask that taskset, containers and batch systems set for a thread and its children.
 TEST(WorkerThreads, TheAffinityMaskCounts) {
   cpu_set_t before;
   ASSERT_EQ(sched_getaffinity(0, sizeof before, &before), 0);
@@ -53,8 +52,8 @@ TEST(WorkerThreads, TheAffinityMaskCounts) {
   ASSERT_EQ(sched_setaffinity(0, sizeof before, &before), 0);
 }
 
-// Whether the thread that works needs the one that is refused (the second), or one of TBB's own
-// does.
+// The error is one line whether the refused thread is the one that work waits for (the second), or
+// one of TBB's own.
 TEST(WorkerThreads, AThreadThatTbbIsRefusedIsOneLine) {
   if (::getuid() != 0) GTEST_SKIP() << "limits count all that a user runs; root can become another";
   ::testing::GTEST_FLAG(death_test_style) = "threadsafe";

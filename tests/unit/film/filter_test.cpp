@@ -1,5 +1,5 @@
-// Pixel filters: the map against the profiles, whose integrals are known in closed form. Every row
-// of the table is tested.
+// Pixel filters: the map compared with the profiles, whose integrals are known in closed form.
+// Every row of the table is tested.
 #include "renderer/film/filter.h"
 
 #include <gtest/gtest.h>
@@ -68,9 +68,8 @@ TEST_P(EveryFilter, OffsetsStayInTheSupport) {
   }
 }
 
-// Increasing in u, so that stratified numbers give stratified offsets; and as the profile says: the
-// part of |f| up to the offset is u, by quadrature in double. The table is linear between 253
-// knots.
+// The map increases in u, so that stratified numbers give stratified offsets. The integral of |f|
+// up to the offset is u, by quadrature in double; the table is linear between 253 knots.
 TEST_P(EveryFilter, MapInvertsTheProfilesIntegral) {
   const FilterEntry& e = entry();
   const PixelFilter f = filter();
@@ -106,7 +105,7 @@ TEST_P(EveryFilter, SymmetricAboutTheCentre) {
   }
 }
 
-// Offsets fall into cells as the profile says: chi-square over a 20 x 20 grid, false alarm 1e-6.
+// Offsets follow the profile: chi-square over a 20 x 20 grid, false alarm 1e-6.
 TEST_P(EveryFilter, ChiSquare) {
   const FilterEntry& e = entry();
   const PixelFilter f = filter();
@@ -124,14 +123,14 @@ TEST_P(EveryFilter, ChiSquare) {
       {-1, 1, -1, 1}, {.bins_x = 20, .bins_y = 20, .samples = 1'000'000, .min_expected = 10}));
 }
 
-// The sign of the weight is the sign of the profile where the sample fell; its size is constant.
+// The weight has the profile's sign at the sample and a constant magnitude.
 TEST_P(EveryFilter, WeightsAreSignedAndAverageToOne) {
   const FilterEntry& e = entry();
   const PixelFilter f = filter();
   const double integral = integrate([&](double x) { return e.profile(x); });
   const double magnitude = integrate([&](double x) { return std::abs(e.profile(x)); });
   const double size = square(magnitude / integral);
-  // Stratified u: an n x n grid knows the mean to the strips that straddle a sign change.
+  // With stratified u, an n x n grid gives the mean except for strips that straddle a sign change.
   constexpr int kGrid = 1024;
   double sum = 0;
   for (int y = 0; y < kGrid; ++y) {
@@ -153,8 +152,8 @@ TEST_P(EveryFilter, WeightsAreSignedAndAverageToOne) {
   }
 }
 
-// A linear ramp across the frame comes out unchanged, whatever the filter: E[w (a + b x + c y)] =
-// a. And the second moment is the profile's: the blur is as wide as it should be.
+// Every filter reproduces a linear ramp across the frame: E[w (a + b x + c y)] = a. The second
+// moment is the profile's, so the blur has the right width.
 TEST_P(EveryFilter, ReconstructsALinearRamp) {
   const FilterEntry& e = entry();
   const PixelFilter f = filter();
@@ -175,8 +174,8 @@ TEST_P(EveryFilter, ReconstructsALinearRamp) {
   EXPECT_NEAR(second / (kGrid * double(kGrid)), exact, 2e-3);
 }
 
-// What the pixels around a pixel count of their samples for it has the expectation that its own
-// samples have, at a smooth place and at an edge; and so have the weights.
+// The neighbours' samples that count for a pixel have the same expectation as the pixel's own, at a
+// smooth place and at an edge, and so do the weights.
 TEST_P(EveryFilter, SharesOfNeighboursMakeThePixel) {
   constexpr int kGrid = 2048;
   for (const float radius : {entry().default_radius, 0.7f}) {
@@ -193,7 +192,7 @@ TEST_P(EveryFilter, SharesOfNeighboursMakeThePixel) {
         const auto here = light(s.offset);
         for (size_t i = 0; i < 3; ++i) own[i] += double(s.weight) * here[i];
         for (size_t k = 0; k < kSharing; ++k) {
-          // Drawn by the pixel on the other side.
+          // A sample of the pixel on the opposite side.
           const Vec2f from = {1.0f - float(k % 3), 1.0f - float(k / 3)};
           const auto there = light(from + s.offset);
           for (size_t i = 0; i < 3; ++i) shared[i] += double(shares[k]) * there[i];
@@ -212,8 +211,9 @@ TEST(PixelFilterBox, SharesNothingOfThePixelsOwn) {
   for (size_t k = 0; k < kSharing; ++k) EXPECT_EQ(shares[k], k == 4 ? 1.0f : 0.0f) << k;
 }
 
-// With the sobol sampler, a filtered edge converges faster than Monte Carlo: the maps keep the
-// stratification. 400 pixels know each variance to 7 %; random would give a ratio of 16.
+// With the sobol sampler a filtered edge converges faster than Monte Carlo, because the maps keep
+// the stratification. 400 pixels give each variance to 7 %; random sampling would give a ratio of
+// 16.
 TEST_P(EveryFilter, KeepsStratification) {
   const PixelFilter f = filter();
   const auto sampler = create_sampler("sobol", {});
@@ -238,7 +238,7 @@ TEST(PixelFilterClosedForms, Normalisation) {
   const auto integral = [&](size_t i) { return 2 * integrate(entries[i].profile); };
   ASSERT_EQ(entries[0].name, "box");
   EXPECT_NEAR(integral(0), 2.0, 1e-12);
-  ASSERT_EQ(entries[1].name, "gaussian");  // integral of exp(-4.5 x^2) less its edge, on [-1, 1]
+  ASSERT_EQ(entries[1].name, "gaussian");  // integral of exp(-4.5 x^2) minus its edge, on [-1, 1]
   EXPECT_NEAR(integral(1), std::sqrt(kPiD / 4.5) * std::erf(std::sqrt(4.5)) - 2 * std::exp(-4.5),
               1e-9);
   ASSERT_EQ(entries[2].name, "blackman-harris");  // the cosines integrate to zero
@@ -272,8 +272,8 @@ TEST(PixelFilterBox, IsExactlyThePixel) {
   }
 }
 
-// The mean weight without sampling noise: the share of u on each side of the sign change at 8/7 of
-// Mitchell's 2 pixels, found by halving. Without the change (the others), 1 exactly.
+// The mean weight without sampling noise, from the share of u on each side of the sign change at
+// 8/7 of Mitchell's 2 pixels, found by bisection.
 TEST(PixelFilterClosedForms, MitchellWeightsAverageToOne) {
   const PixelFilter f = PixelFilter::create("mitchell");
   float low = 0.5f, high = 1.0f;
@@ -284,8 +284,8 @@ TEST(PixelFilterClosedForms, MitchellWeightsAverageToOne) {
   const double positive = 2.0 * double(low) - 1.0;
   const double weight = std::sqrt(double(f.sample({0.5f, 0.5f}).weight));
   EXPECT_NEAR(weight * (positive - (1.0 - positive)), 1.0, 1e-6);
-  // A negative lobe is 7/18 s^2 (d - s) with s = 2 - t and d = 6/7, whose integral is
-  // 7/18 d^4 / 12; the two of them turn a unit integral into 1 + 4 * 7/18 d^4 / 12.
+  // A negative lobe is 7/18 s^2 (d - s) with s = 2 - t and d = 6/7, and its integral is 7/18 d^4 /
+  // 12; the two of them turn a unit integral into 1 + 4 * 7/18 d^4 / 12.
   const double d = 6.0 / 7.0;
   EXPECT_NEAR(weight, 1.0 + 4.0 * 7.0 / 18.0 * d * d * d * d / 12.0, 2e-5);
 }

@@ -1,5 +1,4 @@
-// Samples of an environment that follow what regions of a scene see of it: their densities, and
-// the regions.
+// Environment samples guided by the visibility in regions of a scene: their pdfs, and the regions.
 #include "renderer/lights/environment_guide.h"
 
 #include <fmt/format.h>
@@ -31,7 +30,7 @@ std::shared_ptr<const Image> map_of(int width, int height, bool spikes) {
   });
 }
 
-// One region, in which tiles are seen as `seen` says; of all points that face up.
+// One region of upward-facing points, whose visibility of each tile is given by `seen`.
 SkyRegions one_region(const std::function<float(int tile)>& seen, uint32_t places = 100) {
   SkyRegions regions(Vec3f(-1.0f), Vec3f(1.0f));
   const int region = regions.find_or_add(Vec3f(0.0f), Vec3f(0, 1, 0));
@@ -42,7 +41,7 @@ SkyRegions one_region(const std::function<float(int tile)>& seen, uint32_t place
   return regions;
 }
 
-// Most tiles are closed, the others open in part.
+// Most tiles are closed, the others partly open.
 float through_a_window(int tile) {
   TestRandom random(3, uint64_t(tile));
   return random.next() < 0.2f ? random.next() : 0.0f;
@@ -151,7 +150,7 @@ TEST(SkyRegions, AreNotMoreThanTheirNumbersHold) {
   EXPECT_EQ(regions.find(Vec3f(0.5f), Vec3f(0, 1, 0)), 0);
 }
 
-// All that is needed for the estimate to be right: what is drawn is what is stated.
+// Correctness requires only that samples have the stated pdf.
 TEST(EnvironmentGuide, SamplesHaveTheDensityThatTheyState) {
   const std::vector<LightCase> cases = lights();
   for (const auto& [name, light] : cases) {
@@ -183,7 +182,7 @@ TEST(EnvironmentGuide, ASampleIsWhatALookInItsDirectionFinds) {
       ASSERT_GT(s.pdf, 0.0f) << name;
       float pdf;
       const Rgb radiance = look(guide, s.direction, &pdf);
-      // Beside the edge of a tile or of the sun rounding may choose the other side.
+      // At the edge of a tile or of the sun, rounding may choose the other side.
       const bool same = std::abs(pdf - s.pdf) <= 1e-2f * s.pdf &&
                         (radiance - s.radiance).length() <= 1e-2f * s.radiance.length();
       differ += same ? 0 : 1;
@@ -192,7 +191,7 @@ TEST(EnvironmentGuide, ASampleIsWhatALookInItsDirectionFinds) {
   }
 }
 
-// Where all is seen alike, and where nothing was, samples go where the light is.
+// Without knowledge, or with equal visibility everywhere, samples follow the light.
 TEST(EnvironmentGuide, WithoutKnowledgeGoesByLight) {
   const EnvironmentLight light(map_of(64, 32, false), 1.0f, 0.0f,
                                EnvironmentLightSettings{.mis_compensation = 0});
@@ -226,7 +225,7 @@ TEST(EnvironmentGuide, PointsOfNoRegionHaveTheLightsOwnBits) {
   }
 }
 
-// A batch of all kinds gives each what it gets alone.
+// A batch of mixed requests gives each what it gets alone.
 TEST(EnvironmentGuide, ABatchIsItsSamples) {
   for (const auto& [name, light] : lights()) {
     EnvironmentGuide guide(*light);
@@ -249,7 +248,7 @@ TEST(EnvironmentGuide, ABatchIsItsSamples) {
   }
 }
 
-// What is open has hardly any light: nothing is to be gained, and nothing overflows.
+// The open part has hardly any light, so guiding gains nothing; nothing may overflow.
 TEST(EnvironmentGuide, AnOpeningToTheDark) {
   for (const float dim : {1e-6f, 1e-20f, 1e-40f, 0.0f}) {
     const auto image = float_map(64, 32, [&](int, int row) { return Rgb(row < 16 ? dim : 1.0f); });
@@ -267,8 +266,8 @@ TEST(EnvironmentGuide, AnOpeningToTheDark) {
   }
 }
 
-// A dim texel among black ones, which the tables leave out, is in no tile that cannot be sampled:
-// a shadow catcher has no other technique.
+// A dim texel among black ones, which the tables omit, must still be sampled: a shadow catcher has
+// no other technique.
 TEST(EnvironmentGuide, NothingThatShinesIsLeftOut) {
   constexpr int kWidth = 1024, kHeight = 512;
   for (int dot = 0; dot < 20; ++dot) {
@@ -281,7 +280,7 @@ TEST(EnvironmentGuide, NothingThatShinesIsLeftOut) {
     EnvironmentGuide guide(light);
     guide.set_regions(SkyRegions::everywhere());
     const double theta = (row + 0.5) * kPiD / kHeight;
-    // In whichever direction the texel is.
+    // In every direction in which the texel may be.
     int found = 0;
     for (int c = 0; c < kWidth; ++c) {
       const double phi = (c + 0.5) * 2 * kPiD / kWidth;
@@ -298,7 +297,7 @@ TEST(EnvironmentGuide, NothingThatShinesIsLeftOut) {
   }
 }
 
-// The less was looked from, the more samples go by light alone.
+// The fewer points a region's visibility comes from, the more samples ignore it.
 TEST(EnvironmentGuide, DoubtsWhatFewPointsSaw) {
   const EnvironmentLight light(Rgb(1.0f));
   const auto closed = [&](uint32_t places) {

@@ -1,4 +1,4 @@
-// The environment: its picture, its density, and the irradiance that it gives.
+// The environment: radiance, pdf, and irradiance.
 #include "renderer/lights/environment_light.h"
 
 #include <Imath/half.h>
@@ -92,7 +92,7 @@ Vec3f direction_of(double theta, double phi) {
 }
 
 // Integral over the sphere of f(theta, phi) sin theta by 4-point Gauss-Legendre in every cell
-// between texel centres (halved at the equator): f is smooth inside a cell.
+// between texel centres (halved at the equator), within which f is smooth.
 double integrate_sphere(int width, int height, const std::function<double(double, double)>& f) {
   static const double kNode[4] = {-0.8611363115940526, -0.3399810435848563, 0.3399810435848563,
                                   0.8611363115940526};
@@ -127,8 +127,8 @@ double reference_irradiance(const Map& map) {
 
 enum class Technique { kLight, kBsdf, kMis };
 
-// One sample (of each technique, for MIS with the balance heuristic) of that irradiance, for a
-// Lambertian receiver: BSDF sampling is cosine-weighted about +Y.
+// One sample of that irradiance for a Lambertian receiver (for MIS, one of each technique with the
+// balance heuristic). BSDF sampling is cosine-weighted about +Y.
 Moments estimate_irradiance(const EnvironmentLight& light, Technique technique, int samples,
                             uint64_t seed) {
   const ShadingFrame frame = ShadingFrame::from_normal(Vec3f(0, 1, 0));
@@ -203,7 +203,7 @@ TEST(EnvironmentLight, TellsRowsApartAtThePole) {
     }
 }
 
-// 90 degrees bring what was at +X to -Z.
+// A rotation of 90 degrees moves +X to -Z.
 TEST(EnvironmentLight, RotatesAsDocumented) {
   Map map{64, 32, std::vector<Rgb>(64 * 32, Rgb(0.0f))};
   for (int row = 14; row < 18; ++row)  // phi = 0 is column 32's left edge: +X
@@ -232,7 +232,7 @@ TEST(EnvironmentLight, SurvivesOddDirections) {
     EXPECT_TRUE(is_finite(test::radiance_of(light, w))) << w;
     EXPECT_TRUE(std::isfinite(test::pdf_of(light, w))) << w;
   }
-  test::radiance_of(light, Vec3f(nan, nan, nan));  // reads inside the map: the sanitizers watch
+  test::radiance_of(light, Vec3f(nan, nan, nan));  // must read inside the map; sanitizers check it
   test::pdf_of(light, Vec3f(nan, 1, nan));
 }
 
@@ -275,7 +275,7 @@ TEST(EnvironmentLight, SamplesHaveTheirDensity) {
     ChiSquareSettings settings;
     settings.seed = ++seed;
     settings.tests = 9;
-    // In (theta, phi) the density is finite at the poles.
+    // In (theta, phi) the pdf is finite at the poles.
     EXPECT_TRUE(test::chi_square_test(
         [&](TestRandom& r) -> std::optional<ChiSquarePoint> {
           const Vec3f w = light.sample(r.vec2()).direction;
@@ -290,10 +290,9 @@ TEST(EnvironmentLight, SamplesHaveTheirDensity) {
   }
 }
 
-// A sample's radiance and density are those of its place in the map; a ray along its direction
-// looks them up where the rounded direction leads. That is off by up to a millionth of the map's
-// width, divided by the sine of the angle to the pole, and what they differ by is so many columns
-// (or rows) times the step between two texels.
+// A sample's radiance and pdf are those of its place in the map; a ray looks them up at the rounded
+// direction. That is off by up to a millionth of the map's width divided by the sine of the angle
+// to the pole, and the tolerance is this many columns (or rows) times the step between two texels.
 TEST(EnvironmentLight, SampleAndLookupAgree) {
   for (const DensityCase& c : density_cases()) {
     const EnvironmentLight light(image_of(c.map, c.type), 3.0f, c.rotation, c.settings);
@@ -328,7 +327,7 @@ TEST(EnvironmentLight, SampleAndLookupAgree) {
 
 TEST(EnvironmentLight, PlainDensityIsPositiveWhereverThereIsLight) {
   Map map = random_map(512, 256, 30);
-  map.at(100, 60) *= 1e9f;  // no texel of its row may vanish beside it
+  map.at(100, 60) *= 1e9f;  // no other texel of its row may get pdf 0
   const EnvironmentLight light(image_of(map), 1.0f, 0.0f, kPlain);
   for (uint64_t draw = 0; draw < 200'000; ++draw) {
     const Vec3f w = square_to_sphere(TestRandom(31, draw).vec2());
@@ -344,7 +343,7 @@ TEST(EnvironmentLight, ConstantIsUniform) {
   EXPECT_EQ(light.sample({0.3f, 0.3f}).radiance, Rgb(2, 3, 4));
   EXPECT_EQ(test::radiance_of(light, {0, 1, 0}), Rgb(2, 3, 4));
   EXPECT_FLOAT_EQ(light.mean_luminance(), luminance(Rgb(2, 3, 4)));
-  // An even picture has nothing above its mean: compensation steps back.
+  // A uniform picture has nothing above its mean, so MIS compensation is disabled.
   const Map even{32, 16, std::vector<Rgb>(32 * 16, Rgb(0.7f))};
   const EnvironmentLight picture(image_of(even), 1.0f, 0.0f);
   EXPECT_NEAR(picture.mean_luminance(), 0.7f, 1e-5f);
@@ -380,21 +379,21 @@ TEST(EnvironmentLight, IrradianceOfRandomMaps) {
       for (const auto& [name, m] : estimates)  // 24 comparisons: 1e-6 for all of them
         EXPECT_NEAR(m.mean(), exact, 5.5 * m.standard_error() + 2e-5 * exact)
             << name << " " << seed;
-      if (map.width == 8) {  // spikes are not for BSDF sampling
+      if (map.width == 8) {  // BSDF sampling would miss spikes
         const Moments m = estimate_irradiance(plain, Technique::kBsdf, 100'000, seed);
         EXPECT_NEAR(m.mean(), exact, 5.5 * m.standard_error()) << "BSDF " << seed;
       }
     }
 }
 
-// One texel a million times brighter than an even sky, 1k and 4k maps: exact, and within 1 % at 64
-// samples with MIS (algorithms: case 22 of the hard cases).
+// One texel a million times brighter than a uniform sky, in 1k and 4k maps: exact, and within 1 %
+// at 64 samples with MIS (case 22 of the hard cases).
 TEST(EnvironmentLight, TinySunIsExact) {
   for (int width : {1024, 4096}) {
     Map map{width, width / 2, std::vector<Rgb>(size_t(width) * size_t(width / 2), Rgb(1.0f))};
     map.at(width / 5, width / 11) = Rgb(1e6f);
-    // The sky is pi; the sun is its texel's tent, in closed form: d phi times the tent's integral
-    // of sin cos = sin(2 theta) / 2.
+    // The sky gives pi. The sun is its texel's tent, in closed form: d phi times the tent's
+    // integral of sin cos = sin(2 theta) / 2.
     const double step = 2 * kPiD / width, theta = (width / 11 + 0.5) * step;
     const double sine = std::sin(step) / step;
     const double exact = kPiD + (1e6 - 1) * step * step * 0.5 * std::sin(2 * theta) * sine * sine;

@@ -1,4 +1,4 @@
-// The tree itself: its probabilities, its reach, its depth.
+// The light BVH itself: probabilities, ranges, depth.
 #include "renderer/lights/light_bvh.h"
 
 #include <gtest/gtest.h>
@@ -72,7 +72,7 @@ LightQuery random_query(TestRandom& random, float scale) {
   return query;
 }
 
-// Whether any light reaches the query from a few places on the emitter, by its definition.
+// By definition: whether any light reaches the query from some points on the emitter.
 bool contributes(const Emitter& e, const LightQuery& query, TestRandom& random) {
   const EmitterBounds& b = e.bounds;
   for (int i = 0; i < 12; ++i) {
@@ -105,8 +105,8 @@ TEST(LightBvh, PickTellsItsProbabilityToTheBit) {
   }
 }
 
-// An even grid of u visits each emitter as often as its probability says, to a few grid steps: a
-// test without chance.
+// A regular grid of u visits each emitter as often as its probability says, to a few grid steps: a
+// deterministic test.
 TEST(LightBvh, ProbabilitiesAreTheLengthsOfTheirIntervals) {
   const int kGrid = 200'000;
   for (int count : {2, 7, 60}) {
@@ -159,8 +159,8 @@ TEST(LightBvh, WhatContributesIsPicked) {
         }
       }
     }
-  EXPECT_GT(contributing, 10000);  // the test must have something to say,
-  EXPECT_GT(refused, 10000);       // and the tree must be of some use
+  EXPECT_GT(contributing, 10000);  // the test covers enough contributing emitters,
+  EXPECT_GT(refused, 10000);       // and the tree rejects enough of them
 }
 
 TEST(LightBvh, PowersOfTwoOfScaleChangeNothing) {
@@ -185,7 +185,7 @@ TEST(LightBvh, PowersOfTwoOfScaleChangeNothing) {
   }
 }
 
-// Every level of cost-driven splitting peels one emitter off: the depth must stay within the path.
+// Cost-driven splits could separate one emitter per level: the depth must stay limited.
 TEST(LightBvh, DepthIsBounded) {
   std::vector<EmitterBounds> geometric, same_place;
   for (int i = 0; i < 4000; ++i) {
@@ -209,7 +209,7 @@ TEST(LightBvh, DepthIsBounded) {
   }
 }
 
-// Lights that mirror each other in x: a query in the mirror plane sees both halves alike.
+// Lights mirrored in x: from the mirror plane both halves are equally likely.
 TEST(LightBvh, MirroredLightsAreEquallyLikely) {
   std::vector<Emitter> emitters;
   for (int i = 0; i < 64; ++i) {

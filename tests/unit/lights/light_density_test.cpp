@@ -1,4 +1,4 @@
-// The light sampler's densities: of samples, of hits, over the sphere; and what has none.
+// Pdfs of the light sampler: of samples, of hits, over the sphere; and lights without one.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -59,7 +59,7 @@ TEST(LightSampler, SampleAndHitAgreeToTheBit) {
         if (s.kind != LightKind::kTriangle) continue;
         ++seen;
         ASSERT_EQ(s.pdf, lights.pdf_triangle(query, s.index, s.distance));
-        // The position, barycentrics, direction and distance are one and the same point.
+        // The position, barycentrics, direction and distance describe the same point.
         const EmissiveTriangle& t = lights.triangles()[s.index];
         const Vec3f at = t.p0 * (1 - s.barycentric.x - s.barycentric.y) + t.p1 * s.barycentric.x +
                          t.p2 * s.barycentric.y;
@@ -74,7 +74,7 @@ TEST(LightSampler, SampleAndHitAgreeToTheBit) {
     }
 }
 
-// Kinds of light are picked with the probabilities that are told, which factors change.
+// Kinds of light are chosen with the stated probabilities, which factors change.
 TEST(LightSampler, KindsArePickedAsTold) {
   const MixedScene scene = mixed_scene(30, 1.0f);
   const LightSampler lights = make(scene.triangles, scene.points, scene.sky);
@@ -116,7 +116,7 @@ TEST(LightSampler, KindsArePickedAsTold) {
   }
 }
 
-// A sun that no path of a survey has met is looked for all the same, where it can shine.
+// A sun that no survey path has reached keeps a minimum share of the samples where it can shine.
 TEST(LightSampler, SunsKeepTheirLeastShare) {
   const auto sky = std::make_shared<EnvironmentLight>(Rgb(1.0f));
   const std::vector<PointLight> suns =
@@ -127,7 +127,7 @@ TEST(LightSampler, SunsKeepTheirLeastShare) {
   EXPECT_NEAR(lights.kind_probabilities(up, &guide)[kDirectionalKind], 0.05f / 1.05f, 1e-6f);
   EXPECT_EQ(lights.kind_probabilities(down, &guide)[kDirectionalKind], 0.0f);
   EXPECT_LT(lights.kind_probabilities(up)[kDirectionalKind], 0.01f);
-  // Both suns and the sky, each with the density that is told.
+  // Both suns and the sky, each with the stated pdf.
   Moments irradiance;
   for (uint64_t draw = 0; draw < 100'000; ++draw) {
     TestRandom random(43, draw);
@@ -144,7 +144,7 @@ TEST(LightSampler, SunsKeepTheirLeastShare) {
   EXPECT_NEAR(irradiance.mean(), exact, 5.5 * irradiance.standard_error());
 }
 
-// Lights so bright that their sum is no float are weighed against each other all the same.
+// Lights whose sum overflows float are still weighted against each other.
 TEST(LightSampler, TheBrightestLightsHaveDensities) {
   const auto sky = std::make_shared<EnvironmentLight>(Rgb(1.6e38f));
   const std::vector<PointLight> suns =
@@ -168,8 +168,8 @@ TEST(LightSampler, TheBrightestLightsHaveDensities) {
   }
 }
 
-// Over uniform directions, the densities of all triangles that a ray meets add up to the
-// probability of sampling a triangle at all; points and environment are the rest.
+// Over uniform directions, the pdfs of all triangles that a ray hits add up to the probability of
+// sampling a triangle; points and environment are the rest.
 TEST(LightSampler, DensitiesAddUpToOne) {
   const MixedScene scene = mixed_scene(30, 1.0f);
   for (uint32_t threshold : {1u, 1000u}) {
@@ -205,7 +205,7 @@ TEST(LightSampler, DensitiesAddUpToOne) {
   }
 }
 
-// Frequencies of the picks against the probabilities that the samples state: chi-square.
+// Frequencies of the choices against the probabilities that the samples state: chi-square.
 TEST(LightSampler, PicksAreAsFrequentAsStated) {
   const MixedScene scene = mixed_scene(40, 1.0f);
   for (uint32_t threshold : {1u, 1000u}) {
@@ -220,7 +220,7 @@ TEST(LightSampler, PicksAreAsFrequentAsStated) {
       if (s.kind == LightKind::kNone) continue;
       auto& [probability, count] = bins[{int(s.kind), s.index}];
       probability = double(s.pdf);
-      // Divide the shape's own density away: a triangle's is what a lone one has.
+      // Divides out the pdf within the shape; a triangle's is that of a single one.
       if (s.kind == LightKind::kTriangle)
         probability /=
             double(make({lights.triangles()[s.index]}).pdf_triangle(query, 0, s.distance));
@@ -246,7 +246,7 @@ TEST(LightSampler, PicksAreAsFrequentAsStated) {
   }
 }
 
-// ---- what must not be sampled ------------------------------------------------------------------
+// ---- lights that must not be sampled -----------------------------------------------------------
 
 TEST(LightSampler, BrokenEmittersAreNeverSampled) {
   const float nan = std::nanf(""), inf = kInfinity;
@@ -282,7 +282,7 @@ TEST(LightSampler, BrokenEmittersAreNeverSampled) {
   }
 }
 
-// Everything at the edges of the random numbers, with the query where it hurts.
+// Random numbers at the ends of their range, with query points in degenerate positions.
 TEST(LightSampler, NothingIsEverNotANumber) {
   const MixedScene scene = mixed_scene(60, 1.0f);
   for (uint32_t threshold : {1u, 1000u}) {

@@ -15,14 +15,14 @@ using namespace test;  // NOLINT(google-build-using-namespace): the scenes of th
 // ---- closed forms ------------------------------------------------------------------------------
 
 TEST(LightSampler, Rectangle) {
-  Triangles quad;  // faces down to a receiver below its inside: algorithms' case 6
+  Triangles quad;  // faces down, towards the receiver: case 6
   add_quad(quad, {-.5f, 1.2f, -.3f}, {.9f, 1.2f, -.3f}, {.9f, 1.2f, .7f}, {-.5f, 1.2f, .7f});
   const LightQuery query{Vec3f(0.0f), Vec3f(0, 1, 0)};
   EXPECT_NEAR(exact_irradiance(quad, query), 0.683537, 1e-6);
   for (uint32_t threshold : {1u, 16u})
     expect_irradiance(make(quad, {}, nullptr, threshold), query, 0.683537, "threshold", 50'000,
                       1e-5);
-  // From behind there is nothing; a two-sided one shines there too.
+  // Nothing from behind, unless it is two-sided.
   const LightQuery behind{Vec3f(0, 2.4f, 0), Vec3f(0, -1, 0)};
   EXPECT_EQ(estimate(make(quad), behind, 1000, 1).mean(), 0);
   for (EmissiveTriangle& t : quad) t.two_sided = true;
@@ -85,7 +85,7 @@ TEST(LightSampler, PointAndSpot) {
 
   PointLight spot = point_light(position, 5);
   spot.type = PointLightType::kSpot;
-  const double cosine = 0.8;  // between the axis and the way to the query
+  const double cosine = 0.8;  // between the axis and the direction to the query
   const Vec3f down = normalize(-position), side = normalize(cross(down, Vec3f(0, 1, 0)));
   spot.direction = down * float(cosine) + side * float(std::sqrt(1 - cosine * cosine));
   struct Cone {
@@ -147,7 +147,6 @@ TEST(LightSampler, LightsHaveARange) {
   }
 }
 
-// Where no lamp reaches, all samples go to what else there is.
 TEST(LightSampler, LampsOutOfRangeTakeNoSamples) {
   for (const int count : {1, 40}) {
     std::vector<PointLight> points;
@@ -179,7 +178,7 @@ TEST(LightSampler, ARangeMayChange) {
 }
 
 TEST(LightSampler, PointPowerThroughAClosedBox) {
-  // Case 10: the flux of a point of intensity 2 through any closed surface around it is 8 pi.
+  // Case 10: the flux of a point light of intensity 2 through any closed surface around it is 8 pi.
   Moments flux;
   for (uint64_t draw = 0; draw < 200'000; ++draw) {
     TestRandom random(5, draw);
@@ -195,7 +194,7 @@ TEST(LightSampler, PointPowerThroughAClosedBox) {
   EXPECT_NEAR(flux.mean(), 8 * kPiD, 4.9 * flux.standard_error());
 }
 
-// Inside a closed box of emitters the irradiance is pi everywhere, wherever one stands.
+// Inside a closed box of emitters the irradiance is pi everywhere.
 TEST(LightSampler, InsideAnEmittingBox) {
   for (float scale : {1e-6f, 1.0f, 1e6f}) {
     Triangles box;
@@ -288,10 +287,10 @@ TEST(LightSampler, TwoLampsAtOneToTenThousand) {
     const LightSampler lights = make(two, {}, nullptr, threshold);
     const LightQuery query{Vec3f(0.0f), Vec3f(0, 1, 0)};
     expect_irradiance(lights, query, exact_irradiance(two, query), "near and far");
-    // The far one alone, seen among the samples of both.
+    // The far one alone, from the samples of both.
     Moments far;
     for (int i = 0; i < 200'000; ++i) {
-      // As dense a stratification as the tree's least probability asks for.
+      // Stratified as finely as the tree's smallest probability requires.
       const float pick = (float(i) + 0.5f) / 200'000;
       const LightSample s =
           test::sample_one(lights, query, pick, TestRandom(31, uint64_t(i)).vec2());

@@ -1,4 +1,4 @@
-// A sun before an environment's map: where it is, what it gives, and its share of the samples.
+// A sun in front of an environment map: its position, irradiance, and share of the samples.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -42,7 +42,7 @@ SunDisc sun_of(const Vec3f& direction, float radius, float irradiance = 100.0f) 
   return {direction.normalized(), radius, Rgb(irradiance, 0.5f * irradiance, 0.25f * irradiance)};
 }
 
-// What the sun adds to a surface that faces it, by samples of the whole sphere of directions.
+// The sun's contribution to a surface that faces it, by samples of the whole sphere.
 TEST(SunDisc, GivesItsIrradiance) {
   for (const float radius : {kTrueRadius, 0.05f}) {
     const SunDisc sun = sun_of({1, 2, -3}, radius);
@@ -54,7 +54,7 @@ TEST(SunDisc, GivesItsIrradiance) {
       const float facing = std::max(0.0f, dot(s.direction, sun.direction));
       if (s.pdf > 0) difference.add(double((s.radiance - sky_alone).x * facing / s.pdf));
     }
-    // A cosine of at most the radius is lost: 1e-3 of the larger.
+    // The cosine falls towards the disc's edge: 1e-3 at the larger radius.
     EXPECT_NEAR(difference.mean(), 100.0, 5 * difference.standard_error() + 0.13) << radius;
   }
 }
@@ -91,7 +91,7 @@ TEST(SunDisc, SampleAndLookupAgree) {
   EXPECT_NEAR(on_the_sun, 10'000, 400);
 }
 
-// 90 degrees bring what was at +X to -Z; and it dims and colours with the map.
+// A rotation of 90 degrees moves +X to -Z; intensity and colour change with the map's.
 TEST(SunDisc, GoesWithTheMap) {
   EnvironmentLight light = light_of(sun_of({1, 0, 0}, 0.1f));
   const float bright = test::radiance_of(light, {1, 0, 0}).x;

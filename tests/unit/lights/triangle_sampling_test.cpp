@@ -1,4 +1,4 @@
-// Triangles by solid angle: density, inverse, closed forms, and the shapes that break it.
+// Triangle sampling by solid angle: pdf, inverse, closed forms, and degenerate shapes.
 #include "renderer/lights/triangle_sampling.h"
 
 #include <gtest/gtest.h>
@@ -47,8 +47,8 @@ TriangleSample sample_one(const Case& c, const Vec2f& u, float scale = 1.0f) {
   return batch[0];
 }
 
-// Inverse of the spherical map: the solid angle of what is behind the arc from b through w, and how
-// far along that arc w is.
+// Inverse of the spherical map: the solid angle beyond the arc from b through w, and the position
+// of w along that arc.
 Vec2f to_square(const SeenTriangle& t, const Vec3d& w) {
   Vec3d end = test::unit(cross(cross(t.b, w), cross(t.c, t.a)));
   if (dot(end, t.a + t.c) < 0) end = -end;
@@ -58,7 +58,7 @@ Vec2f to_square(const SeenTriangle& t, const Vec3d& w) {
   return {float(part / t.solid_angle), float(dot(to_w, to_w) / dot(to_end, to_end))};
 }
 
-// The density that area measure sees, per unit of (b1, b2), from pdf per solid angle.
+// The pdf in barycentrics (b1, b2), from the pdf per solid angle.
 double density_in_barycentrics(const Case& c, double b1, double b2) {
   if (b1 + b2 > 1) return 0;
   const Vec3d e1 = Vec3d(c.p1) - Vec3d(c.p0), e2 = Vec3d(c.p2) - Vec3d(c.p0);
@@ -98,7 +98,7 @@ TEST(TriangleSampling, Inverts) {
       const Vec3d to_light =
           seen.to_p0 + seen.edge1 * double(s.barycentric.x) + seen.edge2 * double(s.barycentric.y);
       const Vec2f back = to_square(seen, test::unit(to_light));
-      // Barycentrics are floats: next to vertex b a whole range of u.x is one of them.
+      // Barycentrics are floats: near vertex b a whole range of u.x maps to one of them.
       ASSERT_NEAR(back.y, u.y, 2e-5) << c.name << " " << u;
       ASSERT_NEAR(back.x, u.x, 2e-5 + 2e-6 / std::sqrt(double(u.y) + 1e-9)) << c.name << " " << u;
     }
@@ -127,11 +127,11 @@ TEST(TriangleSampling, SolidAngleKeepsItsDigitsFarAway) {
   }
 }
 
-// The mean of the directions times the solid angle is Lambert's vector irradiance: exact.
+// The mean direction times the solid angle is Lambert's vector irradiance: exact.
 TEST(TriangleSampling, MeanDirectionIsVectorIrradiance) {
   for (const Case& c : kCases) {
     const SeenTriangle seen = see(c);
-    // By area, from so close, the variance is beyond any sample count: only MIS may use that.
+    // Sampled by area from this close, the variance is too high for any count; only MIS may use it.
     if (seen.solid_angle > kLargestSphericalAngle) continue;
     Vec3d sum(0.0), squares(0.0);
     constexpr int kSamples = 100'000;
@@ -147,7 +147,7 @@ TEST(TriangleSampling, MeanDirectionIsVectorIrradiance) {
     if (dot(exact, seen.a + seen.b + seen.c) < 0) exact = -exact;
     for (int i = 0; i < 3; ++i) {
       const double error = std::sqrt(std::max(0.0, squares[i] - sum[i] * sum[i]) / kSamples);
-      // 42 comparisons at 5.5 deviations: a false alarm in 1e6 runs of other seeds.
+      // 42 comparisons at 5.5 deviations: a false alarm in 1e6 runs with other seeds.
       EXPECT_NEAR(sum[i], exact[i], 5.5 * error + 1e-6 * seen.solid_angle)
           << c.name << " axis " << i;
     }
@@ -161,14 +161,14 @@ TEST(TriangleSampling, SampleAndHitAgreeAboutTheDensity) {
       const TriangleSample s = sample_one(c, TestRandom(11, draw).vec2());
       ASSERT_GT(s.pdf, 0) << c.name;
       ASSERT_NEAR(dot(s.direction, s.direction), 1, 1e-6) << c.name;
-      const Vec3d hit = Vec3d(s.position) - Vec3d(c.point);  // what a ray would find, rounded
+      const Vec3d hit = Vec3d(s.position) - Vec3d(c.point);  // as a ray would find it, rounded
       const float distance = float(std::sqrt(dot(hit, hit)));
       ASSERT_NEAR(distance / s.distance, 1, 1e-5) << c.name;
       ASSERT_NEAR(triangle_pdf(seen, distance) / s.pdf, 1, 1e-4) << c.name;
     }
 }
 
-// Whatever else is in the batch, and however it is filled up to whole vectors.
+// The result does not depend on the rest of the batch, nor on its padding to whole vectors.
 TEST(TriangleSampling, ABatchHasTheBitsOfEachAlone) {
   for (int count = 1; count <= kRayBatch; ++count) {
     for (uint64_t draw = 0; draw < 50; ++draw) {
@@ -201,7 +201,7 @@ TEST(TriangleSampling, ABatchHasTheBitsOfEachAlone) {
   }
 }
 
-// Powers of two scale exactly, so nothing but the scale may change.
+// Powers of two scale exactly, so only the scale may change.
 TEST(TriangleSampling, IsScaleFree) {
   for (const Case& c : kCases)
     for (float scale : {0x1p-40f, 0x1p-20f, 0x1p20f, 0x1p40f}) {

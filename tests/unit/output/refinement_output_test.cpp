@@ -1,4 +1,4 @@
-// The borders and the JSON of a refinement tree, against their definitions.
+// The borders and the JSON of a refinement tree, compared with their definitions.
 #include "renderer/output/refinement_output.h"
 
 #include <gtest/gtest.h>
@@ -10,8 +10,8 @@
 namespace emberline {
 namespace {
 
-// Changed are exactly the left columns and top rows of the leaves of two pixels or more, the
-// frame's own left and top border among them.
+// Only the left columns and top rows of leaves of at least two pixels change, including the frame's
+// own left and top border.
 TEST(RefinementOutput, BordersAreTheLeaves) {
   const Rect crop = {4, 2, 65, 50};
   constexpr int kStride = 70;  // the picture is wider than the crop

@@ -1,4 +1,4 @@
-// The report's page from a report made up for the purpose: what a small render hardly ever has.
+// The report's page for a made-up report with contents that a small render rarely has.
 #include "renderer/output/report_page.h"
 #include "renderer/core/setting_names.h"
 
@@ -75,7 +75,7 @@ TEST(ReportPageContent, NonFiniteSamplesWithTheirReplays) {
   const ReadMarkup read = page(options(), r, ReportPictures({}, kWindow, {}));
   expect_text(read, "12,345");
   expect_text(read, options().command_line + " --replay 11,22,3\n");
-  // Of a round that was drawn with a seed of its own.
+  // The sample belongs to a round with its own seed.
   expect_text(read, options().command_line + " --replay 12,22,1 --seed 99");
   spell_settings([](std::string_view name) { return std::string(name); });
 }
@@ -118,7 +118,7 @@ TEST(ReportPageContent, ManyPassesAreThinnedAndTheLastIsKept) {
 TEST(ReportPictures, CountEveryPixelAndGradeAsPngDoes) {
   ReportPictures pictures({}, kWindow, {});
   const FilmTile whole = film();
-  // In tiles that do not fit the crop evenly.
+  // Tiles that do not divide the crop evenly.
   for (const Rect& rect : {Rect{10, 20, 31, 44}, Rect{31, 20, 50, 44}}) {
     FilmTile tile{AovSet()};
     tile.reset(rect);
@@ -151,7 +151,7 @@ TEST(ReportPictures, PixelsThatNeverCameAreCountedAsWithoutSamples) {
   for (const float value : maps[0].plane.values) EXPECT_EQ(value, 0.0f);
 }
 
-// A frame too large for a page: means over squares, and exact counts all the same.
+// A frame too large for a page is averaged over squares, with exact counts.
 TEST(ReportPictures, LargeFramesAreAveraged) {
   const Rect crop{0, 0, 2 * ReportPictures::kMostPixels, 3};
   ReportPictures pictures({}, crop, {});
@@ -167,7 +167,7 @@ TEST(ReportPictures, LargeFramesAreAveraged) {
   const ByteImage picture = pictures.picture();
   EXPECT_EQ(picture.width, ReportPictures::kMostPixels);
   EXPECT_EQ(picture.height, 2);
-  for (const uint8_t value : picture.values) EXPECT_NEAR(value, 187.5, 1.0);  // of 0 and 1: 0.5
+  for (const uint8_t value : picture.values) EXPECT_NEAR(value, 187.5, 1.0);  // mean of 0 and 1
   const auto maps = pictures.maps();
   for (const float value : maps[0].plane.values) EXPECT_EQ(value, 1.5f);
   EXPECT_EQ(pictures.pixels_by_samples(),

@@ -32,7 +32,7 @@ SyntheticHalves some_picture(float samples = 8.0f, uint32_t seed = 1) {
 }
 
 // The regression is linear in the colours: with equal weights its error is that of a mean over
-// windows of 81 pixels, less what choosing by noise costs.
+// windows of 81 pixels, plus the cost of noisy weights.
 TEST(Denoise, ConstantLinearAndQuadraticPicturesComeBack) {
   const SyntheticHalves::Function truths[] = {
       constant(0.5f), [](int x, int y) { return 0.2f + 0.005f * float(x) + 0.002f * float(y); },
@@ -74,7 +74,7 @@ TEST(Denoise, LeavesAPictureWithoutNoiseAlone) {
 TEST(Denoise, NeverMuchWorseThanRaw) {
   for (const float samples : {1.0f, 4.0f, 16.0f, 64.0f, 256.0f, 4096.0f}) {
     EXPECT_GT(some_picture(samples).gain(), 0.98) << samples;
-    SyntheticHalves textured(kWidth, kHeight, samples);  // no feature knows of it
+    SyntheticHalves textured(kWidth, kHeight, samples);  // unknown to all features
     textured.set_colour([](int x, int y) { return float((x * 7919 + y * 104729) % 97) / 97.0f; },
                         constant(0.4f));
     EXPECT_GT(textured.gain(), 0.98) << samples;
@@ -121,13 +121,12 @@ TEST(Denoise, PartsStillAddUp) {
   halves.share_evenly();
   const DenoisedPicture out = denoise(halves.input());
   expect_sum_of_three(out);
-  // Each gets its own of what samples of others bring.
+  // Each pixel gets its own share of its neighbours' samples.
   for (size_t i = 0; i < out.error.size(); ++i) {
     ASSERT_NEAR(out.parts[1][1][i], 0.6f * out.colour[1][i], 1e-4f);
   }
 }
 
-// A part without light stays dark.
 TEST(Denoise, DarkPartsStayDark) {
   SyntheticHalves halves = some_picture();
   halves.add_part(1.0f);
@@ -178,7 +177,7 @@ TEST(Denoise, SameBitsForAnyThreadsAndBands) {
   expect_same_bits(sharing);
 }
 
-// Rows of the input itself, as a reader of a streamed file has them.
+// A band of input rows, as a reader of a streamed file has them.
 TEST(Denoise, ABandNeedsNoMoreThanTheMargin) {
   SyntheticHalves halves = some_picture();
   halves.share_evenly();
@@ -202,7 +201,7 @@ TEST(Denoise, ABandNeedsNoMoreThanTheMargin) {
                          whole.colour[1].begin() + std::ptrdiff_t(begin * kWidth)));
 }
 
-// A pixel whose neighbours share their samples is filtered as what they all say of it.
+// A pixel whose neighbours share their samples is filtered like their mean.
 TEST(Denoise, SamplesAreShared) {
   SyntheticHalves halves = some_picture();
   const DenoisedPicture unshared = denoise(halves.input());
@@ -214,7 +213,7 @@ TEST(Denoise, SamplesAreShared) {
   for (size_t i = 0; i < shared.error.size(); ++i) {
     ASSERT_NEAR(shared.colour[0][i], expected.colour[0][i], 1e-4f) << i;
   }
-  // That of what came, and of what is left.
+  // The squared error before and after filtering.
   EXPECT_NEAR(shared.squared_error_before / unshared.squared_error_before, 1.0, 0.1);
   EXPECT_NEAR(shared.squared_error_after / expected.squared_error_after, 1.0, 1e-3);
   halves.add_part(0.5f);
@@ -243,8 +242,8 @@ TEST(Denoise, NoNumberOutOfNonNumbers) {
   }
 }
 
-// Exposure, strength and units of a scene are a factor: the picture is that factor's, and the error
-// is a number, as small as the picture is dark and no more than a display shows.
+// A factor of exposure or light only scales the picture, and the error is finite, as small as the
+// picture is dark, and at most what a display shows.
 TEST(Denoise, AFramesScaleMakesNoNumberANonNumber) {
   const SyntheticHalves plain = some_picture();
   const DenoisedPicture reference = denoise(plain.input());
@@ -259,7 +258,7 @@ TEST(Denoise, AFramesScaleMakesNoNumberANonNumber) {
     double square = 0.0, of_reference = 0.0;
     for (size_t i = 0; i < out.error.size(); ++i) {
       ASSERT_TRUE(out.error[i] >= 0.0f && out.error[i] <= 0.5f) << i << ' ' << out.error[i];
-      // Nowhere more than a display's steepest slope makes of the noise.
+      // Nowhere larger than the noise times the display's steepest slope.
       ASSERT_LT(out.error[i], 12.92f * 0.5f * scale) << i;
       const double value = double(out.colour[0][i]) / double(scale);
       square += (value - double(plain.truth()[i])) * (value - double(plain.truth()[i]));
@@ -271,8 +270,7 @@ TEST(Denoise, AFramesScaleMakesNoNumberANonNumber) {
   }
 }
 
-// Pixels without noise in light of any size, and one value that no light has: its neighbours know
-// their error.
+// Pixels without noise have zero error at any brightness, even a negative one.
 TEST(Denoise, BrightLightWithoutNoiseHasNoError) {
   for (const float light : {1.0f, 8192.0f, 16385.0f, 32768.0f, 1e6f, 1e10f, 1e15f}) {
     for (const float sign : {1.0f, -1.0f}) {
@@ -284,7 +282,7 @@ TEST(Denoise, BrightLightWithoutNoiseHasNoError) {
   }
 }
 
-// Light is not negative: such a value stays where it is, and no neighbour is filtered with it.
+// Light is not negative: such a value stays in its pixel and does not affect its neighbours.
 TEST(Denoise, OneNegativeValueSpoilsOnePixel) {
   for (const float bad : {-1e3f, -1e4f, -1e10f, -1e15f, -3e38f}) {
     SCOPED_TRACE(bad);
@@ -322,7 +320,7 @@ TEST(Denoise, WithoutASecondHalfNothingIsKnown) {
   const DenoisedPicture out = denoise(input);
   EXPECT_EQ(out.colour[0], halves.colour(0));
   EXPECT_EQ(out.kept, none.size());
-  EXPECT_EQ(out.error[77], 0.5f);  // the most that a display can show
+  EXPECT_EQ(out.error[77], 0.5f);  // the maximum that a display can show
 }
 
 TEST(Denoise, SmallestPictures) {
@@ -343,8 +341,7 @@ TEST(Denoise, StopsWhenAsked) {
   });
 }
 
-// A sample a thousand times as bright as the picture: its light stays where it was, and nothing
-// glows around it.
+// A sample a thousand times as bright as the picture keeps its energy and does not smear.
 TEST(Denoise, AnOutlierNeitherSmearsNorVanishes) {
   SyntheticHalves halves(kWidth, kHeight, 16.0f);
   halves.set_colour(constant(0.2f), constant(0.1f));
@@ -362,8 +359,8 @@ TEST(Denoise, AnOutlierNeitherSmearsNorVanishes) {
   EXPECT_LT(most, 0.05f);
 }
 
-// Lamps' reflections in water: what a neighbourhood's rare light would gain by being spread does
-// not decide for the dark pixels beside it.
+// Reflections of lamps in water: spreading the rare light of a neighbourhood must not brighten the
+// dark pixels next to it.
 TEST(Denoise, DarkPixelsBesideRareLightStayDark) {
   SyntheticHalves halves(kWidth, kHeight, 16.0f);
   halves.set_colour(constant(0.0005f), constant(0.0002f));
@@ -384,9 +381,8 @@ TEST(Denoise, DarkPixelsBesideRareLightStayDark) {
   EXPECT_LT(std::sqrt(squares / dark), 0.2 * 0.0005);
 }
 
-// Speckles: a quarter of the pixels, here and there, is lit, by samples so few that no noise tells
-// them from those beside them; the others are dark. That either half sees no light where the other
-// saw none tells.
+// Speckles: a random quarter of the pixels is lit, by samples so few that their noise does not
+// separate them from their dark neighbours. The halves do, since dark pixels are dark in both.
 TEST(Denoise, DarkPixelsAmongRareLightStayDark) {
   SyntheticHalves halves(kWidth, kHeight, 16.0f);
   halves.set_colour(constant(0.002f), constant(0.001f));
@@ -408,7 +404,7 @@ TEST(Denoise, DarkPixelsAmongRareLightStayDark) {
   EXPECT_LT(std::sqrt(squares / dark), 0.006);
 }
 
-// Specks whose light few samples have: what neither half saw counts in the estimate as well.
+// Specks that few samples hit: the estimate includes light that neither half has seen.
 TEST(Denoise, TheErrorOfLightThatNeitherHalfSawIsExpected) {
   const auto speck = [](int x, int y) { return (x * 7919 + y * 104729) % 97 < 12; };
   double truth = 0.0, estimate = 0.0, raw = 0.0, before = 0.0;
@@ -453,7 +449,7 @@ TEST(Denoise, TheErrorOfLightThatNeitherHalfSawIsExpected) {
   EXPECT_GE(covered, 0.95 * blocks);
 }
 
-// Wires thinner than a pixel: each has its light in few samples of few pixels.
+// Wires thinner than a pixel, whose light is in few samples of few pixels.
 TEST(Denoise, ThinWiresKeepTheirLight) {
   SyntheticHalves halves(kWidth, kHeight, 16.0f);
   const auto wire = [](int x, int y) { return (x + 2 * y) % 23 == 0 ? 0.4f : 0.0f; };

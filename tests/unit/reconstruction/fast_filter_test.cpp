@@ -11,7 +11,7 @@
 namespace emberline::test {
 namespace {
 
-// A frame of which each pixel is a truth and noise of known variance.
+// A frame whose pixels are a true value plus noise of known variance.
 struct Frame {
   int width, height;
   std::vector<float> rgba, albedo, normal, nearness, samples, variance;
@@ -89,8 +89,8 @@ TEST(FastFilter, LeavesAPictureWithoutNoiseAlone) {
   for (size_t i = 0; i < out.size(); ++i) ASSERT_NEAR(out[i], frame.rgba[i], 1e-6f) << i;
 }
 
-// Of independent noise, what so many levels of [1 2 1] / 4 at strides 1, 2, 4 … leave of its
-// variance, in both dimensions.
+// Share of the variance of independent noise that remains after `levels` levels of [1 2 1] / 4 at
+// strides 1, 2, 4 ..., in two dimensions.
 double left_by_kernel(int levels) {
   std::vector<double> kernel = {1.0};
   for (int level = 0; level < levels; ++level) {
@@ -112,14 +112,14 @@ TEST(FastFilter, NoiseThatTellsNothingFallsAsTheKernelHasIt) {
   Frame frame(512, 256);
   frame.add_noise(0.1f);
   const double raw = squared_error(frame, frame.rgba, 0.5f);
-  for (float& v : frame.variance) v *= 100.0f;  // differences are then far below it
+  for (float& v : frame.variance) v *= 100.0f;  // so that differences are far below it
   for (int levels = 1; levels <= 4; ++levels) {
     const double left = squared_error(frame, frame.filtered(levels), 0.5f) / raw;
     EXPECT_NEAR(left / left_by_kernel(levels), 1.0, 0.15) << levels;
   }
 }
 
-// Weights by brightness cost some of that.
+// Weights by brightness reduce that gain.
 TEST(FastFilter, NoiseOnAPlaneFalls) {
   Frame frame(256, 128);
   frame.add_noise(0.1f);
@@ -135,7 +135,7 @@ TEST(FastFilter, OneSampleAPixelIsJudgedByItsNeighbours) {
             0.02 * squared_error(frame, frame.rgba, 0.5f));
 }
 
-// The step is as high as the noise, so that brightness alone does not tell it.
+// The step is as high as the noise, so brightness alone does not reveal it.
 TEST(FastFilter, EdgesOfFeaturesStay) {
   for (std::vector<float> Frame::*feature : {&Frame::normal, &Frame::nearness}) {
     Frame frame(96, 64);
@@ -156,7 +156,7 @@ TEST(FastFilter, EdgesOfFeaturesStay) {
   }
 }
 
-// Albedo is taken out before and comes back after.
+// Albedo is divided out before filtering and multiplied back afterwards.
 TEST(FastFilter, TextureStays) {
   Frame frame(96, 64);
   for (size_t i = 0; i < frame.albedo.size(); ++i) {
@@ -247,7 +247,7 @@ TEST(FastFilter, PixelsWithoutSamplesTakeTheirNeighbours) {
   }
   const std::vector<float> out = frame.filtered();
   for (size_t i = 0; i < out.size(); i += 4) ASSERT_NEAR(out[i], 0.5f, 1e-5f) << i / 4;
-  for (float& n : frame.samples) n = 0.0f;  // and without any: black
+  for (float& n : frame.samples) n = 0.0f;  // and without samples: black
   const std::vector<float> none = frame.filtered();
   for (size_t i = 0; i < none.size(); i += 4) ASSERT_NEAR(none[i], 0.0f, 1e-5f) << i / 4;
 }
@@ -260,7 +260,7 @@ TEST(FastFilter, SmallPictures) {
   }
 }
 
-// Nor does it matter what was filtered before.
+// Earlier use of the filter does not matter either.
 TEST(FastFilter, SameBitsForAnyThreads) {
   Frame frame(150, 99);
   frame.add_noise(0.1f);

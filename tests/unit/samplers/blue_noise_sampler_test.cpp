@@ -1,5 +1,4 @@
-// Blue noise: squares of pixels share nets, each pixel has its own, and the error of a frame lies
-// in its high frequencies.
+// Blue noise: squares of pixels share nets, each pixel has its own, and errors are high-frequency.
 #include "samplers/blue_noise_sampler.h"
 
 #include <gtest/gtest.h>
@@ -37,7 +36,7 @@ bool is_net(const std::vector<std::pair<float, float>>& points) {
   return true;
 }
 
-// The union over each aligned square of 1, 2, 4, 8 pixels a side, of each stream, in each pair.
+// The union over each aligned square of 1, 2, 4, 8 pixels per side, for each stream and each pair.
 TEST(BlueNoiseSampler, AlignedSquaresShareNets) {
   for (const uint32_t count : {1u, 2u, 4u, 8u, 16u, 64u}) {
     for (const StreamCount streams : {StreamCount::kOne, StreamCount::kTwo}) {
@@ -79,7 +78,7 @@ TEST(BlueNoiseSampler, PrefixesOfAPixelAreNets) {
   }
 }
 
-// Error of each pixel's mean over a frame of kSide^2 pixels, all with the same integrand of the
+// The error of each pixel's mean in a frame of kSide^2 pixels, all with the same integrand of the
 // numbers of `slot`.
 constexpr int kSide = 128;
 std::vector<double> error_image(const Sampler& sampler, const Integrand& integrand, uint32_t slot,
@@ -143,9 +142,9 @@ TEST(BlueNoiseSampler, ErrorIsInTheHighFrequencies) {
   }
 }
 
-// Where one sequence cannot serve the frame, each tile has its own.
+// If one sequence is too short for the frame, each tile has its own.
 TEST(BlueNoiseSampler, LargeFramesAreCutIntoTiles) {
-  constexpr uint32_t kCount = 1u << 24;  // 2^32 points are 16 x 16 pixels of these
+  constexpr uint32_t kCount = 1u << 24;  // 2^32 points are enough for 16 x 16 of these pixels
   const auto sampler = blue_noise(kCount, 65536, 65536);
   std::set<float> seen;
   for (uint32_t tile = 0; tile < 64; ++tile) {

@@ -1,5 +1,5 @@
-// Decisions of stochastic coverage: stratified over a pixel's samples, independent of each other
-// from surface to surface and of the numbers that they are paired with.
+// Decisions of stochastic coverage: stratified over a pixel's samples, and independent between
+// surfaces and of the sample's other numbers.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,11 +14,11 @@ namespace {
 constexpr uint32_t kSampleCount = 64, kPixelCount = 4096;
 
 struct Decision {
-  float first, second;  // of two surfaces that the camera's ray meets
+  float first, second;  // of two surfaces that the camera ray hits
   float pixel_x, pixel_y;
 };
 
-// Mean and variance, over pixels, of how many of 64 samples are counted.
+// Mean and variance, over pixels, of the number of counted samples out of 64.
 struct Count {
   double mean = 0.0, variance = 0.0;
 };
@@ -66,7 +66,7 @@ TEST(CoverageKey, APaneIsThereAsOftenAsItShouldBe) {
       EXPECT_EQ(exact.variance, 0) << name;
       const Count nearly = count(name, streams, third, 2);
       expect_mean(nearly, 0.3 * kSampleCount, name);
-      EXPECT_LT(nearly.variance, 0.51) << name;  // a stratum of each stream is cut; chance: 13.4
+      EXPECT_LT(nearly.variance, 0.51) << name;  // one stratum per stream is cut; random: 13.4
     }
   }
   const Count chance = count("independent", StreamCount::kOne, quarter, 3);
@@ -74,7 +74,7 @@ TEST(CoverageKey, APaneIsThereAsOftenAsItShouldBe) {
   EXPECT_NEAR(chance.variance, 12, 4.5 * 12 * std::sqrt(2.0 / kPixelCount));
 }
 
-// Also what is stratified in the pixel, and what is in one half of it.
+// Independent also of the pixel's stratified position, and of the half that it is in.
 TEST(CoverageKey, SurfacesAndPlacesAreIndependent) {
   const auto both = [](const Decision& d) { return d.first < 0.5f && d.second < 0.25f; };
   const auto either_half = [](const Decision& d) { return (d.first < 0.5f) == (d.pixel_x < 0.5f); };
@@ -101,7 +101,7 @@ TEST(CoverageKey, SurfacesAndPlacesAreIndependent) {
   }
 }
 
-// Two streams are two estimates: their difference says how far off their mean is.
+// Two streams are two estimates: their difference gives the error of their mean.
 TEST(CoverageKey, StreamsAreIndependent) {
   const auto sampler = create_sampler("sobol", {.streams = StreamCount::kTwo});
   PixelSamples samples(*sampler);

@@ -1,4 +1,4 @@
-// Kajiya's tree, rebuilt from the points alone: each sample fell to the emptier side, and the
+// Kajiya's tree, rebuilt from the points alone: each sample goes to the emptier side, and the
 // weights of hierarchical integration are the volumes of the leaves.
 #include "samplers/hierarchical_sampler.h"
 
@@ -34,8 +34,8 @@ std::vector<TreePoint> tree_points(StreamCount streams, uint32_t stream, const P
   return points;
 }
 
-// The side at each depth: depth b halves dimension b % 5 for the (b / 5)-th time. Nodes are named
-// by their path with a leading 1, so that the root is 1.
+// The side at each depth: depth b halves dimension b % 5 for the (b / 5)-th time. A node's name is
+// its path with a leading 1, so the root is 1.
 uint32_t node_at(const TreePoint& point, int depth) {
   uint32_t node = 1;
   for (int b = 0; b < depth; ++b) {
@@ -67,8 +67,8 @@ TEST(HierarchicalSampler, EachSampleGoesToTheEmptierSide) {
   }
 }
 
-// The coins are fair, and those of two nodes of a level independent: after 4 samples of many
-// pixels, each of the 8 orders of the four cells that a tree can have is as frequent.
+// The coins are fair, and those of two nodes of a level are independent: over the first 4 samples
+// of many pixels, the 8 possible orders of the four cells are equally frequent.
 TEST(HierarchicalSampler, CoinsAreFair) {
   std::map<uint32_t, uint32_t> orders;
   for (uint32_t pixel = 0; pixel < 8000; ++pixel) {
@@ -174,9 +174,9 @@ TEST(HierarchicalSampler, HierarchicalIntegrationIsUnbiased) {
   }
 }
 
-// What the tree does not resolve is independent noise: with n = 2^m (1 + t) samples, 1 - t leaves
-// of 1 and 2t of half the volume have (1 + t)(1 - t/2) times the variance of equal weights. Both
-// are known to 1 % and share their samples.
+// Detail that the tree does not resolve is independent noise: with n = 2^m (1 + t) samples, 1 - t
+// leaves of 1 and 2t of half the volume have (1 + t)(1 - t/2) times the variance of equal weights.
+// Both are known to 1 % and share their samples.
 TEST(HierarchicalSampler, HierarchicalIntegrationOfNoiseCostsItsShare) {
   const auto sampler = create_sampler("hierarchical", {});
   for (const uint32_t count : {3u, 6u, 20u, 24u, 96u, 112u}) {
@@ -186,7 +186,7 @@ TEST(HierarchicalSampler, HierarchicalIntegrationOfNoiseCostsItsShare) {
   }
 }
 
-// And where the last halvings are what matters, it pays: the sixth and seventh are of the pixel.
+// The weights pay where the last halvings matter: the sixth and seventh are of the pixel.
 TEST(HierarchicalSampler, HierarchicalIntegrationPaysWhereTheLastHalvingMatters) {
   const auto sampler = create_sampler("hierarchical", {});
   const Integrand integrand = {"smooth", smooth, (std::numbers::e - 1.0) / 3.0, 0};

@@ -1,5 +1,4 @@
-// The hash forms of samplers/owen_sobol.h against the forms one would write first, and the nets
-// that SobolSampler promises.
+// The hash forms of samplers/owen_sobol.h against naive forms, and the nets of SobolSampler.
 #include "samplers/owen_sobol.h"
 
 #include <gtest/gtest.h>
@@ -28,8 +27,8 @@ uint32_t naive_reverse(uint32_t x) {
   return result;
 }
 
-// The second Sobol' dimension by direction numbers: primitive polynomial x + 1, so
-// v_1 = 1/2 and v_k = v_{k-1} ^ (v_{k-1} / 2) (Bratley & Fox 1988, algorithm 659).
+// The second Sobol' dimension by direction numbers: primitive polynomial x + 1, so v_1 = 1/2 and
+// v_k = v_{k-1} ^ (v_{k-1} / 2) (Bratley & Fox 1988, algorithm 659).
 uint32_t naive_sobol_dimension_1(uint32_t index) {
   uint32_t result = 0;
   uint32_t direction = 0x80000000u;
@@ -54,8 +53,8 @@ TEST(OwenSobol, PascalAgreesWithDirectionNumbers) {
   for (uint32_t i = 0; i < 8; ++i) EXPECT_EQ(pascal_below_8(i), pascal(i));
 }
 
-// What makes a permutation of bit-reversed numbers an Owen scramble: whether bit b is flipped
-// depends on the bits below b alone.
+// A permutation of bit-reversed numbers is an Owen scramble if the flip of bit b depends only on
+// the bits below b.
 TEST(OwenSobol, PermuteFlipsABitByTheBitsBelowItAlone) {
   for (uint32_t i = 0; i < 20000; ++i) {
     const uint32_t x = random_word(2 * i), seed = random_word(2 * i + 1);
@@ -66,8 +65,8 @@ TEST(OwenSobol, PermuteFlipsABitByTheBitsBelowItAlone) {
   }
 }
 
-// Every node of the scramble's tree down to depth 6 flips for half of the seeds.
-// |z| < 6 for each of 63 nodes: false alarm 1e-7.
+// Every node of the scramble's tree down to depth 6 flips for half of the seeds. |z| < 6 for each
+// of 63 nodes: false alarm 1e-7.
 TEST(OwenSobol, PermuteFlipsEachNodeForHalfOfTheSeeds) {
   constexpr uint32_t kSeeds = 40000;
   for (uint32_t depth = 0; depth < 6; ++depth) {
@@ -94,7 +93,7 @@ uint32_t naive_owen_scramble(uint32_t x, uint32_t seed) {
 }
 
 // The hashed scramble must integrate as well as the real one: variance over 20000 seeds of a tilted
-// edge with 64 points; the ratio's standard deviation is 1.4 %, so the band is seven of them.
+// edge with 64 points. The ratio's standard deviation is 1.4 %, and the tolerance is seven of them.
 TEST(OwenSobol, HashedScrambleIntegratesLikeOwens) {
   constexpr uint32_t kSeeds = 20000, kPoints = 64;
   constexpr double kExact = 0.3 + 0.37 / 2;
@@ -147,7 +146,7 @@ uint32_t naive_order_of_8(uint32_t bits) {
   return packed;
 }
 
-// So that a pair in any order is the sequence that it was.
+// Aligned blocks stay together, so that a pair in any order is still a net.
 TEST(OwenSobol, OrdersKeepAlignedBlocksTogether) {
   for (int o = 0; o < kOrders; ++o) {
     for (uint32_t bit = 0; bit < 32; ++bit) {
@@ -161,8 +160,8 @@ TEST(OwenSobol, OrdersKeepAlignedBlocksTogether) {
   }
 }
 
-// Variance over that of random numbers, of integrands that couple what `a` and `b` are the parts
-// of: 1 in the mean over random orders.
+// Variance relative to random numbers for integrands that couple the parts `a` and `b`: 1 on
+// average over random orders.
 template <typename A, typename B>
 double coupling(Order x, Order y, uint32_t m, const A& a, const B& b) {
   double sum = 0;
@@ -184,11 +183,10 @@ TEST(OwenSobol, OrdersGoTogether) {
     EXPECT_LT(coupling(Order::kPixel, Order::kTime, m, test::first_sum, test::first_sum), 1.1);
     EXPECT_LT(coupling(Order::kPixel, Order::kTime, m, test::second_sum, test::first_sum), 1.4);
   }
-  // The one that matters most.
+  // The most important one.
   EXPECT_LT(coupling(Order::kPixel, Order::kFirst, 6, test::pair_sum, test::pair_sum), 0.31);
 }
 
-// All 8! orders appear, equally often.
 TEST(OwenSobol, OrdersOfEightAreUniform) {
   std::vector<uint32_t> counts(40320);
   for (uint32_t i = 0; i < 40320 * 50; ++i) {
@@ -209,7 +207,7 @@ TEST(OwenSobol, OrdersOfEightAreUniform) {
   EXPECT_LT(chi_square(counts), chi_square_limit(40319));
 }
 
-// One point in every elementary interval 2^-a x 2^-(m - a); or `most` in some, and none in others.
+// One point in every elementary interval 2^-a x 2^-(m - a), or at most `most`.
 testing::AssertionResult is_net(const std::vector<std::array<float, 2>>& points, uint32_t m,
                                 uint32_t most = 1) {
   for (uint32_t a = 0; a <= m; ++a) {
@@ -261,7 +259,7 @@ TEST_P(SobolNets, OtherPairsKeepTheirNetsAtMultiplesOfSixteen) {
   for (uint32_t p = 0; p < 6; ++p) {
     for (const uint32_t slot : {0u, 1u, 2u, 7u, 100u}) {
       for (int pair = 0; pair < 4; ++pair) {
-        if (slot == 0 && pair == 2) continue;  // time goes with the pixel
+        if (slot == 0 && pair == 2) continue;  // time is paired with the pixel
         for (const auto& stream : points({p, 3 * p, 1}, slot, 2 * pair, 2 * pair + 1, 512)) {
           for (uint32_t m = first_m; m <= 9; ++m) {
             ASSERT_TRUE(is_net(stream, m)) << "slot " << slot << " pair " << pair << " m " << m;
@@ -272,7 +270,7 @@ TEST_P(SobolNets, OtherPairsKeepTheirNetsAtMultiplesOfSixteen) {
   }
 }
 
-// Time and either direction of the pixel together.
+// Time together with either coordinate of the pixel.
 TEST_P(SobolNets, TimeIsStratifiedWithThePixel) {
   for (uint32_t p = 0; p < 10; ++p) {
     const PixelKey pixel{random_word(p), p, p / 2};
@@ -289,7 +287,7 @@ TEST_P(SobolNets, TimeIsStratifiedWithThePixel) {
   }
 }
 
-// An aligned batch anywhere in the sequence, up to the last index there is.
+// An aligned batch anywhere in the sequence, up to the last possible index.
 TEST_P(SobolNets, EveryAlignedBatchIsStratified) {
   const auto sampler = create_sampler("sobol", {GetParam()});
   const auto streams = uint32_t(GetParam());

@@ -1,5 +1,5 @@
-// Poisson disk: every prefix keeps its distance and has little noise at low frequencies; no two
-// pairs of a pixel are copies of one another.
+// Poisson disk: every prefix keeps its minimum distance and has little low-frequency noise, and no
+// two pairs of a pixel are copies of each other.
 #include "samplers/poisson_disk_sampler.h"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ double torus_distance(const Point& a, const Point& b) {
   return std::hypot(dx, dy);
 }
 
-// Distance that n points keep: of the hexagonal lattice's, the sampler's share; but for rounding.
+// The minimum distance of n points: a fraction of the hexagonal lattice's, less rounding.
 double promised(uint32_t n) {
   return kPoissonDiskRadius * std::sqrt(2.0 / std::sqrt(3.0) / n) - 1e-6;
 }
@@ -63,13 +63,13 @@ TEST(PoissonDiskSampler, EveryPrefixKeepsItsDistance) {
   }
 }
 
-// Dippe & Wold 1985: noise keeps out of the frequencies below that of the samples. Each ring's
-// average over 50 pixels and dozens of frequencies is known to a few percent.
+// Dippe & Wold 1985: there is little noise at frequencies below that of the samples. Each ring's
+// average over 50 pixels and dozens of frequencies is known to a few per cent.
 TEST(PoissonDiskSampler, LowFrequenciesAreQuiet) {
   const auto sampler = create_sampler("poisson_disk", {});
   for (const int dimension : {0, 2}) {
     for (const uint32_t count : {16u, 50u, 64u, 256u, 1000u}) {
-      // In units of the hexagonal lattice's frequency, 1 / its rows' distance.
+      // In units of the hexagonal lattice's frequency, the inverse of its row spacing.
       const double lattice = std::sqrt(2.0 / std::sqrt(3.0) * count);
       const double low =
           average(point_spectrum(*sampler, dimension, count, 50, frequency_ring(1, 0.4 * lattice)));
@@ -84,8 +84,8 @@ TEST(PoissonDiskSampler, LowFrequenciesAreQuiet) {
   }
 }
 
-// Differences between the points of two pairs, or of two streams of one pair, are as random as
-// points: no shift, mirror image or exchange of axes makes one the other's copy.
+// Differences between the points of two pairs, or of two streams of one pair, are random: none is a
+// shifted, mirrored or transposed copy of another.
 TEST(PoissonDiskSampler, NoPairCopiesAnother) {
   for (const PixelKey pixel : {PixelKey{1, 2, 3}, PixelKey{40, 2, 3}, PixelKey{9, 9, 0}}) {
     std::vector<std::vector<Point>> sets;
@@ -114,7 +114,7 @@ TEST(PoissonDiskSampler, NoPairCopiesAnother) {
   }
 }
 
-// Beyond a table, the same points come at another shift.
+// After the end of a table, the same points return with another shift.
 TEST(PoissonDiskSampler, TheNextTableIsAnother) {
   const auto p = points(StreamCount::kOne, 0, {6, 7, 8}, 0, 0, 2 * kTableSize);
   std::vector<uint32_t> counts(64);

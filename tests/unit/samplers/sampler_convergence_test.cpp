@@ -1,5 +1,5 @@
-// How fast samplers converge, that padding is not a trap, and that two streams tell the truth about
-// the error. Every figure is an average over thousands of seeds with exact means.
+// Orders of convergence of the samplers, the safety of padding, and error estimates from two
+// streams. Every figure is an average over thousands of seeds with exact means.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -36,8 +36,8 @@ TEST(SobolConvergence, OrdersAreTheTextbooks) {
 TEST(IndependentConvergence, VarianceIsOneOverN) {
   const auto sampler = create_sampler("independent", {});
   const std::vector<uint32_t> counts = {16, 64, 256};
-  // Variance of an indicator with mean m is m (1 - m); 2000 seeds know it to 3.2 %, the band is 5.5
-  // of those.
+  // The variance of an indicator with mean m is m (1 - m); 2000 seeds give it to 3.2 %, and the
+  // tolerance is 5.5 of those.
   const double m = 0.16 * kPiDouble;
   const std::vector<double> error = error_curve(*sampler, {"disc", disc, m, 1.0}, 2000, counts);
   for (size_t i = 0; i < counts.size(); ++i) {
@@ -45,8 +45,8 @@ TEST(IndependentConvergence, VarianceIsOneOverN) {
   }
 }
 
-// The sampler that one would write first: every pair shuffled by an Owen shuffle of the whole index
-// (Burley 2020). It is here to show that the test below can fail.
+// The naive sampler: every pair is an Owen shuffle of the whole index (Burley 2020). It shows that
+// the test below can fail.
 class NestedShuffleOnly final : public Sampler {
  public:
   void fill(const PixelKey& pixel, uint32_t slot, uint32_t first, int count, SlotBlock& out,
@@ -89,7 +89,7 @@ TEST(SobolPadding, CoupledPairsAreNoWorseThanRandom) {
       EXPECT_LT(pixel_lens, count == 16 ? 0.75 : 0.35);
       EXPECT_LT(lens_time, 1.0);
       EXPECT_EQ(sign, 0.0);
-      // Finer than the orders' search looks, but no more the more samples there are.
+      // Finer than the orders' search looks, but it does not grow with the sample count.
       EXPECT_LT(fine, 2.2);
     }
     const double shadow_gain = ratio_to_random(*sobol, shadow, 1.0, 64) / nested_shadow;
@@ -99,8 +99,9 @@ TEST(SobolPadding, CoupledPairsAreNoWorseThanRandom) {
   }
 }
 
-// Pairs of the camera and the first three surfaces, each with each: none is the copy of another but
-// those of light and BSDF at one surface, which share an order, as they add up.
+// All combinations of the pairs of the camera and the first three surfaces: none is a copy of
+// another, except those of light and BSDF at one surface, which share an order because they are
+// added.
 TEST(SobolPadding, NoTwoPairsThatMultiplyAreCopies) {
   constexpr int kSlots = 4, kPairs = 4, kAll = kSlots * kPairs;
   constexpr uint32_t kPixels = 3000;
@@ -137,7 +138,7 @@ TEST(SobolPadding, NoTwoPairsThatMultiplyAreCopies) {
       for (int b = 0; b < a; ++b) {
         const double ratio = error[size_t(a)][size_t(b)] / kPixels * count / variance;
         const bool adds_up = b % kPairs == 0 && a == b + 1 && (b == kPairs || b == 2 * kPairs);
-        // 3000 pixels know it to 2.6 %; few samples copy a digit here and there.
+        // 3000 pixels give it to 2.6 %; with few samples some digits are copied.
         if (!adds_up) {
           EXPECT_LT(ratio, count == 16 ? 5.0 : 1.15) << b << " " << a << " " << count;
         }
@@ -149,7 +150,7 @@ TEST(SobolPadding, NoTwoPairsThatMultiplyAreCopies) {
   }
 }
 
-// What every row of the table has to keep, whatever it does better.
+// Every row of the table must satisfy these bounds.
 class EverySamplersError : public testing::TestWithParam<std::string> {};
 
 INSTANTIATE_TEST_SUITE_P(Table, EverySamplersError,
@@ -166,9 +167,9 @@ TEST_P(EverySamplersError, OfCoupledPairsIsThatOfRandomNumbersOrLess) {
   } cases[] = {
       {{"coupled", coupled, mean, 1}, variance, 1.1},
       {{"coupled, no pixel", coupled_shuffled, mean, 1}, variance, 1.1},
-      // Two balanced sets of n/2 and n/2 matched at random cost n / (n - 1).
+      // Randomly matching two balanced sets of n/2 costs n / (n - 1).
       {{"signs", signs, 0.0, 1}, 1.0, 8.0 / 7.0 + 0.08},
-      // One frequency, for which sobol's orders are not made.
+      // A single frequency that sobol's orders are not designed for.
       {{"fine signs", fine_signs, 0.0, 1}, 1.0, GetParam() == "sobol" ? 2.2 : 8.0 / 7.0 + 0.08},
   };
   for (const StreamCount streams : {StreamCount::kOne, StreamCount::kTwo}) {

@@ -1,5 +1,5 @@
-// The contract of samplers/sampler.h, for every row of the table: a new sampler is tested the day
-// it arrives. Thresholds have a false-alarm rate of about 1e-6 per assertion; seeds are fixed.
+// The contract of samplers/sampler.h for every row of the table, so that new samplers are tested
+// automatically. Thresholds have a false-alarm rate of about 1e-6 per assertion; seeds are fixed.
 #include "samplers/sampler.h"
 
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ class EverySampler : public testing::TestWithParam<std::tuple<std::string, Strea
  protected:
   std::string name() const { return std::get<0>(GetParam()); }
   StreamCount streams() const { return std::get<1>(GetParam()); }
-  // A frame as large as the tests' for the samplers that spread their error over one.
+  // The frame covers all of the tests' pixels, for samplers that distribute their error over it.
   std::unique_ptr<Sampler> make() const {
     return create_sampler(
         name(), {.streams = streams(), .samples_per_pixel = 64, .width = 256, .height = 256});
@@ -39,7 +39,7 @@ INSTANTIATE_TEST_SUITE_P(Table, EverySampler,
                                   (std::get<1>(test.param) == StreamCount::kOne ? "One" : "Two");
                          });
 
-// Law 1: the same bits whatever else is filled with a sample; and a fill writes its own lanes only.
+// Law 1: a sample's numbers do not depend on other samples, and a fill writes only its own lanes.
 TEST_P(EverySampler, BatchesDoNotChangeTheNumbers) {
   const auto sampler = make();
   const uint32_t firsts[] = {0, 16, 4080, 1u << 20, 0x7ffffff0u, 0x80000000u, 0xfffffff0u};
@@ -75,7 +75,7 @@ TEST_P(EverySampler, TwoInstancesAgree) {
   for (uint32_t i = 0; i < 200; ++i) {
     SlotBlock x, y;
     a->fill({i, 2 * i, 3 * i}, i % 9, 16 * i, kSampleLanes, x);
-    b->fill({7, 7, 7}, 0, 0, kSampleLanes, y);  // no state may stay behind
+    b->fill({7, 7, 7}, 0, 0, kSampleLanes, y);  // no state may remain
     b->fill({i, 2 * i, 3 * i}, i % 9, 16 * i, kSampleLanes, y);
     ASSERT_EQ(std::memcmp(&x, &y, sizeof x), 0) << where(name(), {i, 2 * i, 3 * i}, i % 9, 16 * i);
   }
@@ -91,7 +91,7 @@ TEST_P(EverySampler, NumbersAreInTheHalfOpenInterval) {
     for (int d = 0; d < kSlotDimensions; ++d) {
       for (int lane = 0; lane < kSampleLanes; ++lane) {
         const float u = block.values[d][lane];
-        ASSERT_TRUE(u >= 0.0f && u <= kOneMinusEpsilon)  // false for NaN too
+        ASSERT_TRUE(u >= 0.0f && u <= kOneMinusEpsilon)  // false for NaN, too
             << u << ", " << where(name(), {i, i >> 8, i & 3}, i % 5, first + uint32_t(lane));
       }
     }
@@ -116,7 +116,7 @@ TEST_P(EverySampler, MarginalsAreUniform) {
   }
 }
 
-// Low bits too: 256 cells of the last byte of the 24 that a float carries.
+// Low bits, too: 256 cells of the last byte of a float's 24 bits.
 TEST_P(EverySampler, LowBitsAreUniform) {
   const auto sampler = make();
   std::vector<uint32_t> counts(256);
@@ -134,7 +134,7 @@ double correlation(const std::vector<float>& a, const std::vector<float>& b) {
   return 12.0 * sum / double(a.size());
 }
 
-// Any two numbers a pixel asks for are uncorrelated over pixels: dimensions, slots, samples of both
+// Any two numbers of a pixel are uncorrelated over pixels: dimensions, slots, samples of both
 // streams, neighbouring pixels, neighbouring seeds. |r| < 5/sqrt(N): false alarm 6e-7 per pair.
 TEST_P(EverySampler, NumbersAreUncorrelatedOverPixels) {
   const auto sampler = make();
@@ -168,8 +168,7 @@ TEST_P(EverySampler, NumbersAreUncorrelatedOverPixels) {
   }
 }
 
-// Neighbouring pixels and seeds use different scrambles: no two of their 16-sample blocks agree
-// in more than a stray number.
+// Neighbouring pixels and seeds use different scrambles: 16 samples share at most a stray number.
 TEST_P(EverySampler, PixelsSeedsAndSlotsDiffer) {
   const auto sampler = make();
   SlotBlock reference;
@@ -192,7 +191,7 @@ TEST_P(EverySampler, PixelsSeedsAndSlotsDiffer) {
   }
 }
 
-// PixelSamples hands out the sampler's numbers, cached or not, in any order of samples and slots.
+// PixelSamples returns the sampler's numbers, cached or not, in any order of samples and slots.
 TEST_P(EverySampler, PixelSamplesReadsTheSameNumbers) {
   const auto sampler = make();
   PixelSamples samples(*sampler);
@@ -208,8 +207,8 @@ TEST_P(EverySampler, PixelSamplesReadsTheSameNumbers) {
   }
 }
 
-// A batch of samples of many pixels gets the numbers that each has alone, at any slot, and the same
-// numbers beside the plan.
+// A batch of samples from many pixels gets the same numbers as each sample alone, in every slot,
+// and the same extra numbers.
 TEST_P(EverySampler, ScatteredBatchesReadTheSameNumbers) {
   const auto sampler = make();
   std::vector<SampleAddress> addresses;
@@ -237,7 +236,7 @@ TEST_P(EverySampler, ScatteredBatchesReadTheSameNumbers) {
   }
 }
 
-// Likewise where they are whole blocks of eight, which may be made together, or nearly so.
+// The same for whole blocks of eight, which may be filled together, and for almost whole ones.
 TEST_P(EverySampler, ScatteredBlocksReadTheSameNumbers) {
   const auto sampler = make();
   const auto eight = [](uint32_t x, uint32_t y, uint32_t first) {
@@ -272,8 +271,8 @@ TEST_P(EverySampler, ScatteredBlocksReadTheSameNumbers) {
   }
 }
 
-// Not a benchmark: prints the speed for samplers.md, and fails when the batch no longer vectorises,
-// which is a ratio that other load on the machine does not change.
+// Prints the speed for RESULTS.md, and fails when the batch no longer vectorises: a ratio that does
+// not depend on machine load.
 TEST_P(EverySampler, BatchIsMuchCheaperThanItsSamples) {
   const auto sampler = make();
   SlotBlock block;
@@ -316,7 +315,7 @@ TEST(SamplerTable, UnknownNameListsTheValidOnes) {
   EXPECT_THROW(create_sampler("Sobol", {}), UsageError);
 }
 
-// Of a sampler that weighs its points, the first of three weighs more or less than the others.
+// For a sampler that weights its points, the first of three has a different weight than the others.
 TEST(SamplerTable, SaysWhichSamplersWeighTheirPoints) {
   for (const SamplerEntry& entry : sampler_table()) {
     const float weight = entry.create({StreamCount::kOne, 4, 8, 8})->integration_weight(0, 3);

@@ -1,6 +1,5 @@
-// Jitter: one sample in each cell, for any count; its spectrum and its orders of convergence are
-// those of the papers. Thresholds have a false-alarm rate of about 1e-6 per assertion; seeds are
-// fixed.
+// Jitter: one sample per cell for any count, with the papers' spectrum and orders of convergence.
+// Thresholds have a false-alarm rate of about 1e-6 per assertion; seeds are fixed.
 #include "samplers/stratified_sampler.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +21,7 @@ std::unique_ptr<Sampler> jitter(uint32_t count, StreamCount streams = StreamCoun
   return create_sampler("stratified", {streams, count});
 }
 
-// The cell of a point by its definition: rows from y = 0 on, the wide ones first.
+// The cell of a point by definition: rows from y = 0 on, the wide ones first.
 uint32_t cell_of(double x, double y, uint32_t cells) {
   const auto rows = uint32_t(std::lround(std::sqrt(double(cells))));
   uint32_t first = 0;
@@ -39,7 +38,7 @@ uint32_t cell_of(double x, double y, uint32_t cells) {
 constexpr uint32_t kCounts[] = {1, 2, 3, 4, 5, 7, 12, 13, 16, 31, 36, 61, 64, 97, 251, 256, 1009};
 
 // Every block of `count` samples has one in each cell of both planes and of all four lines. A float
-// within 2^-23 of a cell's border may have been rounded across it; none of these is.
+// within 2^-23 of a cell's border may be rounded across it; none of these is.
 TEST(StratifiedSampler, EachCellHoldsOneSample) {
   for (const uint32_t count : kCounts) {
     const auto sampler = jitter(count);
@@ -63,7 +62,7 @@ TEST(StratifiedSampler, EachCellHoldsOneSample) {
   }
 }
 
-// The same of each stream, for its share of the samples.
+// The same for each stream and its share of the samples.
 TEST(StratifiedSampler, EachStreamHasCellsOfItsOwn) {
   for (const uint32_t count : {16u, 48u, 64u, 200u, 27u}) {
     const auto sampler = jitter(count, StreamCount::kTwo);
@@ -81,8 +80,8 @@ TEST(StratifiedSampler, EachStreamHasCellsOfItsOwn) {
   }
 }
 
-// A sample's place in its cell is uniform: the points of many pixels fill a fine grid evenly. Since
-// they are stratified the statistic stays below that of independent points.
+// A sample is uniform within its cell: the points of many pixels fill a fine grid evenly. Since
+// they are stratified, the statistic stays below that of independent points.
 TEST(StratifiedSampler, PrimesAreUnbiased) {
   for (const uint32_t count : {3u, 7u, 13u}) {
     const auto sampler = jitter(count);
@@ -99,13 +98,13 @@ TEST(StratifiedSampler, PrimesAreUnbiased) {
     }
     EXPECT_LT(chi_square(plane), chi_square_limit(255)) << count << " samples";
     EXPECT_LT(chi_square(line), chi_square_limit(63)) << count << " samples";
-    // 4.9 standard errors of independent samples, of which jitter has fewer.
+    // 4.9 standard errors of independent samples; jittered ones have smaller errors.
     EXPECT_NEAR(sum, 0.16 * kPiDouble, 4.9 * 0.5 / std::sqrt(double(count) * kPixels));
   }
 }
 
 // Dippe & Wold 1985: with cells 1/s wide the noise at frequency f is 1 - sinc^2(fx/s) sinc^2(fy/s)
-// of independent points'; it is nearly nil at low frequencies.
+// of that of independent points, almost zero at low frequencies.
 TEST(StratifiedSampler, SpectrumIsThatOfJitter) {
   constexpr uint32_t kPixels = 1000;
   const auto sampler = jitter(64);
@@ -134,7 +133,7 @@ TEST(StratifiedSampler, OrdersAreThoseOfJitter) {
   };
   for (const Integrand& integrand : integrands) {
     std::vector<double> x, y;
-    // Squares that 3 does not divide, or the axis edge falls between two columns; primes.
+    // Square counts not divisible by 3 (the axis edge would lie between two columns), and primes.
     for (const uint32_t count : {16u, 31u, 64u, 131u, 256u, 509u, 1024u, 2039u, 4096u}) {
       const auto sampler = jitter(count);
       x.push_back(std::log(count));
@@ -162,7 +161,7 @@ TEST(RandomPermutation, IsABijectionAndTheLanesAgree) {
   }
 }
 
-// Over keys, a pair of elements goes to every pair of places equally often, but for 5 %.
+// Over keys, a pair of elements is mapped to every pair of positions equally often, to 5 %.
 TEST(RandomPermutation, PairsOfPlacesAreUniform) {
   for (const uint32_t size : {2u, 3u, 4u, 5u, 7u, 8u, 13u, 16u}) {
     for (const auto& [a, b] :

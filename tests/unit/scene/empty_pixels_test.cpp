@@ -1,5 +1,4 @@
-// Pixels that are said to be empty: no camera ray of theirs meets a surface, and most that are
-// empty are found.
+// Pixels reported as empty: no camera ray of theirs hits a surface, and most are found.
 #include "renderer/scene/empty_pixels.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +15,7 @@ namespace {
 
 constexpr int kWidth = 96, kHeight = 64;
 
-// Turned, unless it is not to be.
+// A transform with the given scale and translation, rotated if `turned`.
 Mat44d placed(const Vec3d& size, const Vec3d& at, bool turned = true) {
   Mat44d m, turn;
   m.setScale(size);
@@ -26,8 +25,8 @@ Mat44d placed(const Vec3d& size, const Vec3d& at, bool turned = true) {
   return m;
 }
 
-// Balls, two of them instances of one mesh and one of those stretched, and a floor that goes on
-// below and behind the camera; all `size` times as large, and moved.
+// Balls (two instances of one mesh, one of them stretched) and a floor that extends below and
+// behind the camera, scaled by `size` and moved.
 struct View {
   SceneBuilderForTests builder;
   CameraDescription camera;
@@ -62,7 +61,7 @@ struct Traced {
   }
 };
 
-// Rays of a pixel that meet something: through its filter's corners, and `count` at random.
+// Rays of a pixel that hit something: through its filter's corners, and `count` random ones.
 int meetings(const Traced& traced, int x, int y, float reach, int count, std::mt19937& random) {
   int found = 0;
   const auto look = [&](float dx, float dy) {
@@ -105,8 +104,7 @@ TEST(EmptyPixels, NoRayOfThemMeetsASurface) {
   expect_right(View(1, Vec3d(3, -2, 5)), 0.5f, "a little aside");
 }
 
-// A camera among triangles of all sizes, many of them through its plane: it is right, or says that
-// it cannot tell.
+// A camera among triangles of all sizes, many across its plane: the answer is right or unknown.
 TEST(EmptyPixels, TrianglesBesideAndBehindTheCamera) {
   std::mt19937 random(3);
   const auto number = [&] { return float(random()) * 0x1p-31f - 1.0f; };
@@ -140,7 +138,7 @@ TEST(EmptyPixels, TrianglesBesideAndBehindTheCamera) {
   EXPECT_GT(told, 20);
 }
 
-// A wall beside the camera and behind it, seen by samples far outside of a tiny frame alone.
+// A wall beside and behind the camera, visible only to filter samples far outside a tiny frame.
 TEST(EmptyPixels, AFilterWiderThanTheFrame) {
   for (const int size : {1, 4, 8}) {
     for (const float reach : {1.5f, 6.0f, 32.0f}) {
@@ -160,7 +158,7 @@ TEST(EmptyPixels, AFilterWiderThanTheFrame) {
         SurfaceHit hit;
         return scene->intersect(camera.ray({float(film), float(size) / 2}), CoverageKey(), &hit);
       };
-      // The wall ends where x = 5 z: at so many pixels left of the frame's middle.
+      // The wall ends where x = 5 z, which is left of the frame's centre at this pixel.
       const double edge = size / 2.0 - 5.0 * size / 2.0;
       EXPECT_TRUE(meets(edge - 0.1));
       EXPECT_FALSE(meets(edge + 0.1));

@@ -1,5 +1,5 @@
-// Emitters in surfaces: the search against a look at every pair, and its time where all of them
-// would meet in a search with one radius.
+// The search for emitters flush with surfaces, compared with a test of every pair, and its time
+// where a search with a single radius would compare all of them.
 #include "renderer/scene/flush_emitters.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ struct World {
   std::vector<Instance> instances;
   std::vector<EmissiveTriangle> emitters;
 
-  // Corners in the mesh's space; `shines`: its triangles are emitters.
+  // Corners in the mesh's space; if `shines`, its triangles are emitters.
   void add(const std::vector<Vec3f>& corners, const std::vector<Affine>& placed, bool shines) {
     Mesh mesh;
     mesh.positions = corners;
@@ -56,7 +56,7 @@ struct World {
     return find_flush_surfaces({meshes, instances, {}, emitters}, LoadProgress::unwatched());
   }
 
-  // Emitters that some point says lie in a surface, by looking at all pairs.
+  // Reference: emitters with a point that lies in a surface, by testing all pairs.
   FlushSurfaces all_pairs() const {
     FlushSurfaces found{std::vector<float>(emitters.size(), 0.0f), {}};
     const auto note = [&](uint64_t key, float reach) {
@@ -112,7 +112,7 @@ Affine placed(float scale, const Vec3f& at) {
   return {Vec3f(scale, 0, 0), Vec3f(0, scale, 0), Vec3f(0, 0, scale), at};
 }
 
-// Triangles in few tilted planes of a space that has things of a millimetre and of ten kilometres.
+// Triangles in few tilted planes of a space with sizes from a millimetre to ten kilometres.
 TEST(FlushSearch, FindsWhatALookAtEveryPairFinds) {
   for (uint32_t seed = 0; seed < 20; ++seed) {
     std::mt19937 random(seed);
@@ -176,7 +176,8 @@ double processor_seconds(const World& world) {
   return double(std::clock() - start) / CLOCKS_PER_SEC / test::kSlower;
 }
 
-// Its error is larger than all the small ones together. With one radius for all this took minutes.
+// The far triangle's error is larger than all the small ones together; a single search radius would
+// take minutes.
 TEST(FlushSearch, AFarTriangleDoesNotMakeTheNearOnesMeet) {
   World world;
   world.add(tiles(141, 0.1f), {}, true);
@@ -204,7 +205,7 @@ TEST(FlushSearch, StackedTrianglesAreNotPairedEachWithEach) {
   EXPECT_LT(processor_seconds(world), 10.0);
 }
 
-// Errors of instances are those of their largest terms.
+// An instance's rounding error comes from its largest terms.
 TEST(FlushSearch, InstancesFarFromTheirOwnOrigin) {
   World world;
   std::vector<Vec3f> far = tiles(50, 0.1f);

@@ -1,4 +1,4 @@
-// The thin lens against its closed forms: rays, circles of confusion, and what is left alone.
+// The thin lens against its closed forms: rays, circles of confusion, and cameras without a lens.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -27,13 +27,13 @@ Ray lens_ray(const Camera& camera, const Vec2f& film, const Vec2f& lens) {
   return ray;
 }
 
-// Where a ray meets the plane `depth` before a lens at `from` that looks at `at`.
+// Where a ray hits the plane at `depth` in front of a lens at `from` that looks at `at`.
 Vec3d at_depth(const Ray& ray, const Vec3d& from, const Vec3d& at, double depth) {
   const Vec3d axis = (at - from).normalized(), origin(ray.origin), direction(ray.direction);
   return origin + direction * ((depth - (origin - from).dot(axis)) / direction.dot(axis));
 }
 
-// Over scenes of all sizes: rays leave the lens, and those of one point of the film meet in focus.
+// For scenes of all sizes, rays leave from the lens, and those of one film point meet in focus.
 TEST(Lens, RaysOfAPointOfTheFilmMeetInFocus) {
   for (const double size : {1e-6, 1.0, 1e6}) {
     const Vec3d from = Vec3d(1, 2, 5) * size;
@@ -63,7 +63,7 @@ TEST(Lens, RaysOfAPointOfTheFilmMeetInFocus) {
   }
 }
 
-// Further from the origin than the lens is wide, where rounding moves the points of the lens.
+// Farther from the origin than the lens is wide, so that rounding moves the points of the lens.
 TEST(Lens, WhatIsInFocusIsSharpFarAway) {
   const Vec3d from(1e4, 0, 0), at(1e4 + 5, 0, 0);
   const CameraDescription view = perspective(from, at, 40);
@@ -124,7 +124,7 @@ TEST(Lens, IsNotWithoutAFocusNorOnAnOrthographicCamera) {
   EXPECT_FALSE(flat.has_lens());
 }
 
-// A small lamp of side kLamp at `depth` before the camera at the origin, straight ahead.
+// A small lamp of side kLamp at `depth` in front of the camera at the origin.
 constexpr float kLamp = 0.4f;
 std::unique_ptr<Scene> lamp_ahead(float depth, double size) {
   SceneBuilderForTests b;
@@ -136,7 +136,7 @@ std::unique_ptr<Scene> lamp_ahead(float depth, double size) {
 
 struct Blur {
   double energy = 0, x = 0, y = 0, variance = 0;  // per axis, in pixels
-  double furthest = 0;                            // from the middle, of a pixel with any light
+  double furthest = 0;                            // from the centre, of a pixel with any light
 };
 
 Blur measure(const RenderedImage& image) {
@@ -168,12 +168,12 @@ RenderSettings lamp_settings(const std::string& sampler) {
   return s;
 }
 
-// A lens of diameter A focused at f blurs a point at z over A |z - f| / z in the plane of focus,
-// a disc of evenly spread light: its variance is a sixteenth of the diameter's square per axis.
-// Light is neither lost nor gained: parallel to the film, the lamp covers as much of the plane of
-// focus from every point of the lens. Bounds: five times what the hits would scatter by if they
-// were independent (a false alarm in a million each; the samples are stratified), and 0.02 square
-// pixels for taking a pixel's light to be spread evenly over it.
+// A lens of diameter A focused at f blurs a point at z to A |z - f| / z in the plane of focus, a
+// uniform disc whose variance per axis is a sixteenth of the squared diameter. Energy is conserved:
+// parallel to the film, the lamp covers the same area of the plane of focus from every point of the
+// lens. The bounds are five times the scatter of independent hits (a false alarm in a million each;
+// the samples are stratified), plus 0.02 square pixels for treating a pixel's light as uniform over
+// it.
 TEST(Lens, CirclesOfConfusionHaveTheirSize) {
   constexpr double kFov = 40, kDiameter = 0.6;
   const double half = std::tan(kFov / 2 * kPiD / 180);
@@ -193,7 +193,7 @@ TEST(Lens, CirclesOfConfusionHaveTheirSize) {
       const double scatter = 5.0 / std::sqrt(lamp * lamp * s.spp);  // of the hits, relative
       EXPECT_NEAR(sharp.energy, lamp * lamp, scatter * lamp * lamp);
       EXPECT_NEAR(blur.energy, lamp * lamp, scatter * lamp * lamp);
-      // Of the disc, the lamp and the pixels that light is gathered in.
+      // The sum for the disc, the lamp and the pixel area.
       const double variance = confusion * confusion / 16 + lamp * lamp / 12 + 1.0 / 12;
       EXPECT_NEAR(blur.variance, variance, scatter * variance + 0.02);
       EXPECT_NEAR(blur.x, 0.0, scatter * std::sqrt(variance));
@@ -212,7 +212,7 @@ TEST(Lens, WhatIsInFocusIsAsSharpAsThroughAPinhole) {
     const RenderedImage sharp = render(*scene, view, s);
     const RenderedImage lens = render(*scene, with_lens(view, 0.3, 4.0), s);
     EXPECT_GT(sharp.mean, 0.0);
-    // The same points of the film; a ray at the lamp's edge may fall to either side of it.
+    // The film points are the same; a ray at the lamp's edge may fall to either side of it.
     for (size_t i = 0; i < sharp.values.size(); ++i) {
       EXPECT_NEAR(lens.values[i], sharp.values[i], 2.5f / float(s.spp)) << sampler.name << " " << i;
     }

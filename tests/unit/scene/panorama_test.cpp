@@ -1,4 +1,4 @@
-// Panoramas are environment maps: a sky comes back as it was, and a room's light, too.
+// Panoramas are environment maps: they reproduce a sky, and the light of a room.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -47,7 +47,7 @@ RenderSettings settings_of(int width, uint32_t spp) {
   return s;
 }
 
-// Nothing but a sky; the scene must have something.
+// Only a sky is visible, but a scene must contain geometry.
 SceneBuilderForTests under(std::shared_ptr<const Image> sky) {
   SceneBuilderForTests b;
   b.add_floor(1e-3f, -50, b.add_material(lambert(Rgb(0.5f))));
@@ -55,8 +55,8 @@ SceneBuilderForTests under(std::shared_ptr<const Image> sky) {
   return b;
 }
 
-// Every texel with a colour of its own, seen through its middle: a filter of a hundredth of a pixel
-// takes in as much of the difference to the next.
+// Every texel has its own colour and is seen through its centre. The filter is a hundredth of a
+// pixel wide and mixes in a hundredth of the next texel.
 TEST(Panorama, OfASkyIsTheSky) {
   constexpr int kWidth = 32, kHeight = 16;
   std::vector<float> rgb;
@@ -70,7 +70,7 @@ TEST(Panorama, OfASkyIsTheSky) {
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
       const size_t at = size_t(y * kWidth + x) * 3;
-      // Across the seam it is 31 from one texel to the next.
+      // Across the seam neighbouring texels differ by 31.
       const double step = x == 0 || x == kWidth - 1 ? 0.16 : 0.006;
       EXPECT_NEAR(seen.pixel(x, y)[0], rgb[at], step) << x << "," << y;
       EXPECT_NEAR(seen.pixel(x, y)[1], rgb[at + 1], 0.006) << x << "," << y;
@@ -79,7 +79,7 @@ TEST(Panorama, OfASkyIsTheSky) {
   }
 }
 
-// A room of six colours with a lamp off its middle.
+// A room of six colours with a lamp off its centre.
 SceneBuilderForTests room() {
   SceneBuilderForTests b;
   const auto wall = [&](const Rgb& colour) { return b.add_material(lambert(colour)); };
@@ -94,7 +94,7 @@ SceneBuilderForTests room() {
   return b;
 }
 
-// A white speck at the origin that faces `normal`, seen from straight before it.
+// A white speck at the origin that faces `normal`, seen from straight ahead.
 Rgb speck(SceneBuilderForTests b, const Vec3d& normal, int depth) {
   constexpr float kHalf = 1e-3f;
   const CameraDescription view = orthographic(normal * 0.01, Vec3d(0.0), 0.8 * double(kHalf));
@@ -117,8 +117,8 @@ Rgb speck(SceneBuilderForTests b, const Vec3d& normal, int depth) {
   return to_float(sum / double(s.width * s.height));
 }
 
-// To 1 %: noise of the map and of two pictures of 256 pixels, and texels that are half lamp at its
-// edges. A map that is turned or mirrored is off by tens.
+// 1 %: noise of the map and of two pictures of 256 pixels, and texels that are partly lamp at its
+// edges. A rotated or mirrored map is off by tens of per cent.
 TEST(Panorama, OfARoomLightsLikeTheRoom) {
   constexpr int kDepth = 4;
   RenderSettings s = settings_of(128, 256);
@@ -134,7 +134,7 @@ TEST(Panorama, OfARoomLightsLikeTheRoom) {
   }
 }
 
-// Only the place counts, and depth is the distance from it.
+// Only the position matters, and depth is the distance from it.
 TEST(Panorama, SeesTheSameWhicheverWayTheCameraLooks) {
   SceneBuilderForTests b;
   b.place(
@@ -158,7 +158,7 @@ TEST(Panorama, SeesTheSameWhicheverWayTheCameraLooks) {
   }
 }
 
-// While the shutter is open only the place moves.
+// While the shutter is open only the position moves.
 TEST(Panorama, ACameraThatTurnsBlursNothing) {
   SceneBuilderForTests b = room();
   RenderSettings s = settings_of(16, 16);
@@ -188,7 +188,7 @@ TEST(Panorama, VelocityGoesTheShorterWayRound) {
   EXPECT_EQ(camera.velocity(Vec3d(1, 0, 0), 1.0), Vec2f(0.0f));
 }
 
-// Each driver, in pieces as well.
+// Every driver, and in tiles, too.
 TEST(Panorama, SameSamplesSameBits) {
   const auto scene = room().build();
   RenderSettings s = settings_of(48, 16);

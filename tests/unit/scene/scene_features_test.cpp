@@ -1,4 +1,4 @@
-// Law 3: a scene holds and lists what its placed meshes need, and nothing else.
+// Law 3: a scene stores and lists only what its placed meshes need.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -31,7 +31,7 @@ MaterialDescription everything() {
   m.normal_texture.image = 0;
   m.emission = Rgb(1.0f);
   m.alpha_mode = AlphaMode::kMask;
-  m.metallic = 0.0f;  // a metal lets nothing pass
+  m.metallic = 0.0f;  // metals do not transmit light
   m.transmission = 1.0f;
   return m;
 }
@@ -42,7 +42,7 @@ TEST(SceneFeatures, OfWhatIsPlacedAlone) {
   b.set_environment(Rgb(1.0f));
   b.add_floor(1, 0, b.add_material(lambert(Rgb(0.5f))));
   const int unworn = b.add_material(everything());
-  // A mesh that no node places, and one that is placed and has no triangle.
+  // A mesh that no node places, and a placed mesh without triangles.
   MeshDescription unplaced = SceneBuilderForTests::sphere(1, 4, unworn);
   MeshDescription empty;
   empty.material = unworn;
@@ -63,7 +63,7 @@ TEST(SceneFeatures, OfWhatIsPlacedAlone) {
   EXPECT_GE(worn->memory().texture_bytes, scene->memory().texture_bytes + 4);
 }
 
-// Alpha in name only: the texture is opaque, so that no ray asks.
+// The texture is opaque despite the alpha mode, so no ray needs to test it.
 TEST(SceneFeatures, CoverageOnlyWhereSomethingIsClear) {
   for (const bool clear : {false, true}) {
     SceneBuilderForTests b;
@@ -79,8 +79,8 @@ TEST(SceneFeatures, CoverageOnlyWhereSomethingIsClear) {
   }
 }
 
-// `emberline info` lists the same features as a render, without what only the BVH can tell: its
-// size, and emitters flush with another surface.
+// `emberline info` lists the same features as a render, except those that need the BVH: its size,
+// and emitters flush with another surface.
 TEST(SceneFeatures, AreTheSameWithoutTheBvh) {
   SceneBuilderForTests b;
   b.description.images = {pixel(4, std::byte{0x10})};
@@ -97,7 +97,7 @@ TEST(SceneFeatures, AreTheSameWithoutTheBvh) {
   }
 }
 
-// Texture coordinates that no material reads are not kept, unless they are to be shown.
+// Texture coordinates that no material uses are dropped, unless they are to be displayed.
 TEST(SceneFeatures, UnreadCoordinatesAreNotKept) {
   SceneBuilderForTests b;
   b.set_environment(Rgb(1.0f));

@@ -1,4 +1,4 @@
-// What shadow rays let through surfaces of partial coverage.
+// Transmittance of shadow rays through surfaces of partial coverage.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -61,8 +61,8 @@ TEST(Transmittance, DoesNotDependOnTheOrderOfThePanes) {
   EXPECT_EQ(transmittance(*panes({coverages.rbegin(), coverages.rend()})), there);
 }
 
-// Camera rays that pass, and shadow rays' mean, below and above the limit of Russian roulette:
-// within 4.5 standard errors of the product.
+// The fraction of camera rays that pass and the mean of shadow rays, below and above the limit of
+// Russian roulette: within 4.5 standard errors of the product.
 TEST(Transmittance, IsHowOftenRaysPass) {
   constexpr uint32_t kRays = 65536;
   for (const std::vector<float>& coverages :

@@ -57,7 +57,7 @@ TEST(EditHistory, TwoDragsAreTwo) {
   EXPECT_EQ(history.undo(), SceneEdits{});
 }
 
-// What follows an undo must not grow into the step that was gone back to.
+// An edit after an undo must not merge with the restored step.
 TEST(EditHistory, AnUndoEndsTheDrag) {
   EditHistory history;
   history.record(rotated(1), "rotation");

@@ -1,4 +1,4 @@
-// What a session shows: the right samples, of the newest edit, with what belongs to them.
+// The pictures of a session: the right samples of the newest edit, with their metadata.
 #include "renderer/session/render_session.h"
 #include "integrators/integrator.h"
 #include "samplers/sampler.h"
@@ -48,7 +48,7 @@ TEST_F(RenderSessionTest, LoadsAndRendersToTheEnd) {
   EXPECT_EQ(owner.session.problem(), "");
 }
 
-// The samples are those of the command, whichever driver brings them.
+// The samples equal those of the command, for every driver.
 TEST_F(RenderSessionTest, ShowsTheBitsOfTheCommand) {
   for (const char* driver : {"bisection", "bucket", "adaptive"}) {
     const ViewSettings view = settings(driver, 8);
@@ -139,7 +139,7 @@ TEST_F(RenderSessionTest, SaysWhatMakesNoSenseAndGoesOnWhenItIsMended) {
   EXPECT_EQ(owner.session.problem(), "");
 }
 
-// Films, pictures and environments of a window count in the limit that its scene was loaded under.
+// A window's films, pictures and environments count towards the memory limit of its scene.
 TEST_F(RenderSessionTest, KeepsToTheMemoryLimitWithFramesAndEnvironments) {
   ViewSettings small = settings("bucket", 1);
   small.render.limits.memory_bytes = 8 << 20;
@@ -169,7 +169,7 @@ TEST_F(RenderSessionTest, KeepsToTheMemoryLimitWithFramesAndEnvironments) {
     EXPECT_TRUE(finishes(owner));
     EXPECT_EQ(owner.session.problem(), "");
   }
-  // The first is too large; the second is not, but what it takes to sample it.
+  // The first map is too large; the second fits, but its sampling table does not.
   for (const auto& [width, height] : {std::pair(1600, 1000), std::pair(1000, 500)}) {
     sky.width = width;
     sky.height = height;
@@ -185,7 +185,7 @@ TEST_F(RenderSessionTest, KeepsToTheMemoryLimitWithFramesAndEnvironments) {
   }
 }
 
-// The Cornell box has one lamp: twice as bright it is twice the picture, without a sample.
+// The Cornell box has one lamp: doubling it doubles the picture without a new sample.
 TEST_F(RenderSessionTest, LightGroupsFollowALightWithoutASample) {
   ViewSettings view = settings("live", 16);
   view.light_groups = true;
@@ -217,7 +217,7 @@ TEST_F(RenderSessionTest, LightGroupsFollowALightWithoutASample) {
     session.save(path("relit.exr")).get();
     expect_same_bits(rgba_of(path("relit.exr")), picture->rgba, "saved");
   }
-  // Off, and off from the beginning of a frame: on again without a sample.
+  // A light that is off when a frame starts can be turned on without a new sample.
   light.on = false;
   edits.camera = some_edits().camera;
   session.set_edits(edits);
@@ -340,7 +340,7 @@ TEST_F(RenderSessionTest, InspectsWhatTheFilmHolds) {
   session.end_inspection();
 }
 
-// Beside whichever pixel is pointed at.
+// The explanation is for the picked pixel, whichever pixel is inspected.
 TEST_F(RenderSessionTest, ExplainsThePickedPixel) {
   SessionOwner owner(settings("adaptive", 64));
   RenderSession& session = owner.session;
@@ -361,12 +361,12 @@ TEST_F(RenderSessionTest, ExplainsThePickedPixel) {
   EXPECT_NE(text.find("refinement tree"), std::string::npos) << text;
   EXPECT_NE(text.find("rounds\n"), std::string::npos) << text;
   EXPECT_EQ(session.inspect(7, 9)->explanation, "");
-  // Another has no rounds that anybody has written down, and is never given this one's.
+  // Another pixel has no recorded rounds, and does not get those of the first.
   session.pick(Vec2i(30, 10));
   ASSERT_TRUE(says("pixel 30,10: ", "ended by spp")) << session.picked()->explanation;
   text = session.picked()->explanation;
   EXPECT_EQ(text.find("rounds"), std::string::npos) << text;
-  // The next frame knows all of it.
+  // The next frame records all of its rounds.
   SceneEdits edits;
   edits.camera.fov_y_degrees = 30.0;
   session.set_edits(edits);
@@ -376,7 +376,7 @@ TEST_F(RenderSessionTest, ExplainsThePickedPixel) {
   EXPECT_FALSE(session.picked().has_value());
 }
 
-// What can be told amid a frame of a pixel that was picked amid it.
+// The explanation during a frame of a pixel that was picked during it.
 TEST_F(RenderSessionTest, ExplainsAPixelThatIsNotDone) {
   ViewSettings slow = settings("adaptive");
   slow.render.width = 120;
@@ -405,7 +405,7 @@ TEST_F(RenderSessionTest, APausedFrameStandsStillAndGoesOn) {
   SessionOwner owner(view);
   owner.open(scene("cornell_box"));
   RenderSession& session = owner.session;
-  // A pixel can be asked about, and an edit shows itself, before anything goes on.
+  // Before the frame continues, a pixel can be inspected and an edit is shown.
   ASSERT_TRUE(owner.wait(30, [&] {
     const auto pixel = session.inspect(20, 20);
     return pixel && pixel->known;
@@ -447,7 +447,7 @@ TEST_F(RenderSessionTest, TheRegionComesFirstWithTheSameSamples) {
     serial = picture->serial;
     if (!picture->filled) {
       region_alone = true;
-      for (int x = 0; x < 10; ++x) {  // outside it is as it was
+      for (int x = 0; x < 10; ++x) {  // unchanged outside
         EXPECT_EQ(std::memcmp(&picture->rgba[4 * size_t(x)], &whole[4 * size_t(x)], 16), 0);
       }
     }

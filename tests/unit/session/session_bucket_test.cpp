@@ -1,4 +1,3 @@
-// A session whose frame comes in buckets.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -38,7 +37,7 @@ TEST_F(SessionBucketTest, BucketsReplaceAFirstPictureOneByOne) {
     const auto picture = owner.session.picture();
     if (picture->serial == serial || picture->edit < owner.session.edit()) return false;
     serial = picture->serial;
-    if (!picture->filled) return false;  // the region alone
+    if (!picture->filled) return false;  // only the region is filled
     if (drivers.empty() || drivers.back() != picture->driver) drivers.push_back(picture->driver);
     if (picture->driver == "bisection") {
       EXPECT_FALSE(picture->complete);
@@ -70,10 +69,10 @@ TEST_F(SessionBucketTest, BucketsReplaceAFirstPictureOneByOne) {
   expect_same_bits(picture->rgba, rendered(options), "after a first picture");
 }
 
-// As a mouse drags: each edit before the last has its picture, or gives way to one that does.
+// As in a mouse drag, each edit has its picture before the next, or gives way to one that has.
 TEST_F(SessionBucketTest, ADragShowsPictures) {
   ViewSettings view = settings("bucket", 65536);
-  view.render.bucket_size = 48;  // one bucket: none is finished while the hand moves
+  view.render.bucket_size = 48;  // one bucket: none is finished during the drag
   SessionOwner owner(view);
   owner.open(scene("cornell_box"));
   RenderSession& session = owner.session;
@@ -84,7 +83,7 @@ TEST_F(SessionBucketTest, ADragShowsPictures) {
     EXPECT_LT(picture->elapsed_s, 2.0) << i << ": it waited for a bucket";
     EXPECT_FALSE(picture->complete);
   }
-  // What it has come to is shown when the bucket begins, not when it ends.
+  // The picture is shown when the bucket begins, not when it ends.
   ASSERT_TRUE(owner.wait(10, [&] { return !session.picture()->in_progress.empty(); }));
   EXPECT_EQ(session.picture()->driver, "bucket");
 }

@@ -1,4 +1,4 @@
-// A picture that was kept, beside the newest one.
+// A stored picture compared with the newest one.
 #include <gtest/gtest.h>
 
 #include "renderer/session/grading.h"
@@ -29,7 +29,7 @@ TEST_F(SessionComparisonTest, FollowsTheDisplayWithTheLightItWasKeptWith) {
   session.compare_with(kept);
   ASSERT_TRUE(owner.wait(30, [&] { return session.compared() != nullptr; }));
   EXPECT_EQ(session.compared()->rgba8, as_kept);
-  // Under other lights and another display.
+  // With other lights and another display.
   session.set_edits(some_edits());
   ASSERT_TRUE(finishes(owner));
   ViewSettings view = session.settings();
@@ -57,7 +57,7 @@ TEST_F(SessionComparisonTest, ANewerOneTakesThePlaceOfTheOneBefore) {
   session.set_edits(some_edits());
   ASSERT_TRUE(finishes(owner));
   const auto second = session.picture();
-  for (int i = 0; i < 20; ++i) {  // the grader has not come to each before the next
+  for (int i = 0; i < 20; ++i) {  // changes faster than the grader
     session.compare_with(first);
     session.compare_with(second);
   }
@@ -65,7 +65,7 @@ TEST_F(SessionComparisonTest, ANewerOneTakesThePlaceOfTheOneBefore) {
   expect_same_bits(session.compared()->rgba, second->rgba, "the newest");
 }
 
-// Colours of a map are no light.
+// Colours of a heatmap are not graded.
 TEST_F(SessionComparisonTest, AnOverlayStaysAsItIs) {
   ViewSettings view = settings("bisection", 4);
   view.overlay = ViewOverlay::kSamples;

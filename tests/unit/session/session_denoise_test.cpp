@@ -1,4 +1,4 @@
-// Pictures of a session that are denoised, and what stays raw.
+// Denoised pictures of a session, and the raw data.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ class SessionDenoiseTest : public SessionFixture {
     Grading(DisplaySettings{}).grade(rgba, 48, expected);
     return expected;
   }
-  // As displayed, more or less: the lamp is no brighter than white.
+  // Approximately as displayed: the lamp is clipped to white.
   static double difference(const std::vector<float>& a, const std::vector<float>& b) {
     double sum = 0.0;
     for (size_t i = 0; i < a.size(); ++i) {
@@ -48,7 +48,7 @@ TEST_F(SessionDenoiseTest, ShowsLessNoiseAndKeepsTheFilm) {
     EXPECT_TRUE(raw.session.picture()->denoised.empty());
     ASSERT_EQ(picture->denoised.size(), picture->rgba.size()) << driver;
     EXPECT_EQ(picture->rgba8, graded(picture->denoised));
-    // Of so small a picture; tests/bench/results/denoising.md has larger ones.
+    // For such a small picture; RESULTS.md has larger ones.
     EXPECT_LT(difference(picture->denoised, truth), 0.75 * difference(picture->rgba, truth))
         << driver;
   }
@@ -90,7 +90,7 @@ TEST_F(SessionDenoiseTest, IsASwitchThatRendersNothingAnew) {
   EXPECT_EQ(session.picture()->raw8, graded(before->rgba));
   EXPECT_EQ(session.picture()->rgba8, before->rgba8);
   EXPECT_EQ(session.edit(), edit);
-  // Another exposure grades both.
+  // Another exposure grades both pictures.
   const auto beside = session.picture();
   view.display.exposure = 1.0f;
   session.set_settings(view);
@@ -98,7 +98,7 @@ TEST_F(SessionDenoiseTest, IsASwitchThatRendersNothingAnew) {
   EXPECT_NE(session.picture()->raw8, beside->raw8);
 }
 
-// The channels are missing: only a new frame has them.
+// Only a new frame has the missing channels.
 TEST_F(SessionDenoiseTest, SwitchedOnLaterBringsAFrameWithFeatures) {
   SessionOwner owner(settings("bisection", 4));
   RenderSession& session = owner.session;
@@ -128,7 +128,7 @@ TEST_F(SessionDenoiseTest, FilesAndOverlaysAndPixelValuesStayRaw) {
   ASSERT_TRUE(pixel && pixel->denoised);
   EXPECT_EQ(pixel->radiance.x, raw[4 * (10 * 48 + 20)]);
   EXPECT_EQ(pixel->denoised->x, session.picture()->denoised[4 * (10 * 48 + 20)]);
-  // Every driver then knows the pixel's error.
+  // With denoising every driver reports the pixel's error.
   std::optional<PixelInspection> known;
   ASSERT_TRUE(owner.wait(30, [&] {
     known = session.inspect(20, 10);
@@ -142,7 +142,7 @@ TEST_F(SessionDenoiseTest, FilesAndOverlaysAndPixelValuesStayRaw) {
   EXPECT_TRUE(session.picture()->denoised.empty());
 }
 
-// Lights that are mixed are filtered as they are mixed.
+// Mixed lights are filtered with the same weights.
 TEST_F(SessionDenoiseTest, WithLightGroupsAndARegion) {
   ViewSettings view = denoised("live", 8);
   view.light_groups = true;

@@ -1,5 +1,5 @@
-// Edits of a session: what they reach, that they are refused as a whole, and that saved ones give
-// `render` the same picture.
+// Edits of a session: their effects, their rejection as a whole, and saved edits that give `render`
+// the same picture.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -30,7 +30,7 @@ TEST_F(SessionEditsTest, SavedEditsGiveTheCommandTheSameBits) {
   const std::vector<float> with = rendered(options);
   expect_same_bits(owner.session.picture()->rgba, with, "saved edits");
   EXPECT_NE(with, without);
-  // And a session that opens them shows the same.
+  // A session that opens them shows the same.
   SessionOwner other(settings("bisection", 8));
   other.open(scene("cornell_box"), path("look.json"));
   EXPECT_EQ(other.session.edits(), owner.session.edits());
@@ -38,7 +38,7 @@ TEST_F(SessionEditsTest, SavedEditsGiveTheCommandTheSameBits) {
   expect_same_bits(other.session.picture()->rgba, with, "opened edits");
 }
 
-// A view without perspective, and one in a mirror.
+// An orthographic view, and a mirrored one.
 TEST_F(SessionEditsTest, SavedEditsKeepTheKindOfView) {
   SessionOwner owner(settings("bisection", 4));
   owner.open(scene("cornell_box"));
@@ -63,7 +63,7 @@ TEST_F(SessionEditsTest, SavedEditsKeepTheKindOfView) {
   }
 }
 
-// A view that the command line chose is no edit; saved edits say it all the same.
+// A view chosen on the command line is not an edit, but saved edits contain it.
 TEST_F(SessionEditsTest, SavedEditsStateTheViewOfTheOptions) {
   ViewSettings view = settings("bisection", 4);
   view.render.look_from = Vec3d(300, 250, -700);
@@ -79,7 +79,7 @@ TEST_F(SessionEditsTest, SavedEditsStateTheViewOfTheOptions) {
   expect_same_bits(owner.session.picture()->rgba, rendered(options), "the view");
 }
 
-// Of cameras of one name, too, the one that was chosen.
+// Saved edits contain the selected camera, also among cameras of one name.
 TEST_F(SessionEditsTest, SavedEditsStateTheCameraOfTheOptions) {
   test::GltfBuilder gltf;
   gltf.add_triangle();
@@ -108,7 +108,7 @@ TEST_F(SessionEditsTest, SavedEditsStateTheCameraOfTheOptions) {
   }
 }
 
-// So is their lens, which keeps its f-number when the angle of view changes.
+// Saved edits contain the lens, too, which keeps its f-number when the angle of view changes.
 TEST_F(SessionEditsTest, SavedEditsStateTheLensOfTheOptions) {
   ViewSettings view = settings("bisection", 4);
   view.render.look_from = Vec3d(300, 250, -700);
@@ -171,7 +171,7 @@ TEST_F(SessionEditsTest, SoloIsTheEditsWithEveryOtherLightOff) {
   SceneEdits dimmed;
   LightEdit& edit = test::light(dimmed, EditedLight::kMaterial, lamps[1]);
   edit.intensity = 0.5f;
-  edit.on = false;  // solo shines all the same
+  edit.on = false;  // solo overrides it
   LightEdit solo;
   solo.kind = EditedLight::kMaterial;
   solo.target.index = lamps[1];
@@ -194,7 +194,7 @@ TEST_F(SessionEditsTest, SoloIsTheEditsWithEveryOtherLightOff) {
 }
 
 TEST_F(SessionEditsTest, ReadsAnEnvironmentThatAnEditNames) {
-  // A picture of ours as the surroundings: any latitude-longitude map will do.
+  // A rendered picture serves as the environment, since any latitude-longitude map will do.
   RenderOptions options = settings("bucket", 1).render;
   options.scene = scene("cornell_box");
   options.outputs = {path("sky.exr")};

@@ -12,7 +12,7 @@ using test::SessionOwner;
 
 class SessionFilesTest : public SessionFixture {
  protected:
-  // That a session of the Cornell box shows, and saves with all channels, what the command renders.
+  // Expects a session to show, and save with all channels, the command's picture.
   void expect_as_rendered(const ViewSettings& view, RenderOptions options) {
     SessionOwner owner(view);
     owner.open(scene("cornell_box"));
@@ -35,7 +35,7 @@ TEST_F(SessionFilesTest, SavesThePictureWithItsChannels) {
   expect_as_rendered(view, options);
 }
 
-// What adaptive frames know of their variance, too, also when it comes with their buckets.
+// Saves the variance of adaptive frames, also with the bucket driver.
 TEST_F(SessionFilesTest, SavesTheVarianceOfAdaptiveFrames) {
   ViewSettings adaptive = settings("adaptive", 40), bucket = settings("bucket");
   bucket.render.noise_threshold = 0.05f;
@@ -120,7 +120,7 @@ TEST_F(SessionFilesTest, SaysWhatCannotBeWritten) {
   EXPECT_TRUE(contents().empty());
 }
 
-// Nobody has to wait for a file, and it is written all the same.
+// Files are written even if the caller does not wait for them.
 TEST_F(SessionFilesTest, WritesWhatNobodyWaitsFor) {
   {
     SessionOwner owner(settings("live"));

@@ -1,4 +1,4 @@
-// What a session tells of pixels beside their colour while the frame goes on.
+// A session's per-pixel overlays and inspection during a frame.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@ using test::SessionOwner;
 
 class SessionOverlayTest : public SessionFixture {
  protected:
-  // How many pixels a picture of the overlay shows ended by each reason.
+  // Counts the pixels of a stop overlay by stop reason.
   static std::array<size_t, 7> reasons_of(const ShownPicture& picture) {
     std::array<size_t, 7> counts = {};
     for (size_t i = 0; i < picture.rgba8.size(); i += 4) {
@@ -118,8 +118,8 @@ TEST_F(SessionOverlayTest, APausedFrameIsToldAsItStands) {
   EXPECT_EQ(count(reasons_of(*owner.session.picture()), PixelStop::kBudget), kPixels);
 }
 
-// A pixel that bisection has brought to its end has ended, though the pass goes on: with one thread
-// and so many samples the last pass of this frame is two slices.
+// Bisection reports a finished pixel as finished although the pass continues. With one thread and
+// this many samples the last pass of the frame has two slices.
 TEST_F(SessionOverlayTest, BisectionAndBucketsTellWhatIsDone) {
   for (const char* driver : {"bisection", "bucket"}) {
     ViewSettings view = settings(driver, 1024);

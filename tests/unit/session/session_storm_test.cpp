@@ -1,5 +1,5 @@
-// What hurried hands do to a session: edits by the hundred, windows that change their size, scenes
-// opened one over the other, closing at any moment. To be run under ThreadSanitizer as well.
+// A session under stress: hundreds of edits, resizing, scenes opened before others are loaded,
+// closing at any moment. Also run under ThreadSanitizer.
 #include <gtest/gtest.h>
 
 #include <set>
@@ -33,7 +33,7 @@ TEST_F(SessionStormTest, FiveHundredEditsInASecond) {
   EXPECT_GT(shown.size(), 5u) << "pictures come during the storm";
   ASSERT_TRUE(finishes(owner));
   EXPECT_EQ(session.picture()->edit, session.edit());
-  // The newest won, whatever came before.
+  // Only the newest edit counts, whatever came before.
   SessionOwner calm(settings("live", 4));
   calm.open(scene("cornell_box"));
   calm.session.set_edits(session.edits());
@@ -119,7 +119,7 @@ TEST_F(SessionStormTest, ASceneThatFailsLeavesTheOldOne) {
   EXPECT_EQ(owner.session.scene(), before);
   EXPECT_EQ(owner.session.edits(), some_edits());
   ASSERT_TRUE(finishes(owner));
-  // Edits that are not there, or not of this scene, fail the scene with them.
+  // Missing edits, or edits of another scene, fail the scene that is opened with them.
   owner.session.open(scene("spheres"), path("none.json"));
   ASSERT_TRUE(owner.wait(60, [&] {
     return owner.session.load_status().error.find("none.json") != std::string::npos;
@@ -132,7 +132,7 @@ TEST_F(SessionStormTest, ASecondSceneTakesTheFirstOnesPlace) {
   owner.open(scene("cornell_box"));
   owner.session.set_edits(some_edits());
   owner.session.open(scene("spheres"));
-  // The first stays until then.
+  // The first scene stays until then.
   while (owner.session.load_status().state == LoadStatus::State::kLoading) {
     ASSERT_EQ(owner.session.edits(), some_edits());
     pass_ms(1);
@@ -170,7 +170,7 @@ TEST_F(SessionStormTest, ACancelledSceneNeverComes) {
   pass_ms(300);
   EXPECT_EQ(owner.session.load_status().state, LoadStatus::State::kCancelled);
   EXPECT_EQ(owner.session.scene(), before);
-  owner.session.cancel_load();  // of nothing
+  owner.session.cancel_load();  // without a load
   ASSERT_TRUE(finishes(owner));
 }
 

@@ -1,4 +1,4 @@
-// Time as an edit: another pose of an open scene, in the bits of `render --time`.
+// Time as an edit: another pose of an open scene has the bits of `render --time`.
 #include <gtest/gtest.h>
 
 #include "renderer/core/errors.h"
@@ -96,7 +96,7 @@ TEST_F(SessionTimeTest, SavedTimesGiveTheCommandTheSameBits) {
   other.open(file_, path("look.json"));
   EXPECT_EQ(other.session.edits(), edits);
   expect_shown(other, saved, "opened edits");
-  // What the command line says wins.
+  // The command line takes precedence.
   SceneEdits as_well = edits;
   as_well.animation.time = 0.2;
   as_well.animation.fps.reset();
@@ -110,7 +110,7 @@ TEST_F(SessionTimeTest, SavedTimesGiveTheCommandTheSameBits) {
   expect_same_bits(owner.session.picture()->rgba, rendered(timed), "the command line's time");
 }
 
-// As while it plays: none waits for the one before, and the last is what is seen.
+// As in playback, later times replace earlier ones, and the last one is shown.
 TEST_F(SessionTimeTest, TheLatestTimeCounts) {
   SessionOwner owner(settings("bisection", 4));
   owner.open(file_);

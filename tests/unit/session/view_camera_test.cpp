@@ -61,13 +61,13 @@ const Kind kKinds[] = {{"perspective", false, false},
 CameraDescription of_kind(CameraDescription camera, const Kind& kind, double half_height) {
   camera.orthographic = kind.orthographic;
   camera.y_mag = half_height;
-  // As a node under a scale of (-1, 1, 1) has it.
+  // As under a node scaled by (-1, 1, 1).
   for (int c = 0; c < 3 && kind.mirrored; ++c) camera.to_world[0][c] = -camera.to_world[0][c];
   return camera;
 }
 
-// Where the renderer's ray through a point of the frame, in frame heights from its middle to the
-// right and down, meets the plane of the pivot, in units of the scene.
+// The point at which the renderer's ray through a frame position hits the pivot's plane, in scene
+// units. Positions are in frame heights from the centre, to the right and down.
 Vec3d point_at_pivot(const ViewCamera& view, double right, double down, double unit) {
   constexpr int kSide = 100;
   const Camera camera(camera_of(edit_of(view)), kSide, kSide, view.pivot, 1.0 / unit);
@@ -77,7 +77,7 @@ Vec3d point_at_pivot(const ViewCamera& view, double right, double down, double u
   return from - along * (from.dot(back) / along.dot(back));
 }
 
-// Of a direction, what is across +Y: the eye of an orbit and the horizon go along it.
+// The horizontal part of a direction: orbits and the horizon are relative to +Y.
 Vec3d level_part(const Vec3d& v) { return {v.x, 0.0, v.z}; }
 
 struct Pose {
@@ -114,7 +114,7 @@ TEST_P(ViewCameraTest, LooksLikeTheCameraThatItComesFrom) {
   }
 }
 
-// What a hand does leaves an orthographic camera orthographic and a mirrored one mirrored.
+// Mouse moves keep an orthographic camera orthographic and a mirrored one mirrored.
 TEST_P(ViewCameraTest, EveryMoveKeepsTheKind) {
   for (const Kind& kind : kKinds) {
     SCOPED_TRACE(kind.name);
@@ -132,8 +132,8 @@ TEST_P(ViewCameraTest, EveryMoveKeepsTheKind) {
   }
 }
 
-// Whichever way the picture is turned, mirrored or projected: what the hand takes hold of stays
-// under it, and to the right is to the right in the picture.
+// However the picture is rotated, mirrored or projected, the dragged point stays under the cursor,
+// and right stays right in the picture.
 TEST_P(ViewCameraTest, TheScenesMoveIsTheHandsInThePicture) {
   for (const double scale : {1.0, 1e-6, 1e6}) {
     for (const Kind& kind : kKinds) {
@@ -152,8 +152,8 @@ TEST_P(ViewCameraTest, TheScenesMoveIsTheHandsInThePicture) {
       expect_near(view.axes().up, up, 1e-4, "up");
       const ViewCamera flown = fly(view, 0.1 * scale, 0.2 * scale, 0.0);
       expect_near((flown.eye() - view.eye()) / scale, right * 0.1 + up * 0.2, 1e-4, "flown");
-      // Small angles: the eye goes to the picture's right, or turns to its left. A turntable has
-      // its own right where it is looked at from straight above, or upside down.
+      // For small angles the eye moves to the picture's right, or turns to its left. A turntable
+      // orbits differently when seen from straight above, or upside down.
       if (level_part(view.axes().back).length() < 0.1 || view.axes().up.y < 0) continue;
       const Vec3d orbited = orbit(view, 0.01, 0.0).eye() - view.eye();
       EXPECT_GT(orbited.dot(level_part(right)), 0.0) << "orbited";
@@ -172,7 +172,7 @@ TEST_P(ViewCameraTest, OrbitingKeepsThePivotInTheMiddleAndTheDistance) {
   for (int i = 0; i < 1000; ++i) view = orbit(view, angle(random), angle(random));
   EXPECT_EQ(view.pivot, before.pivot);
   EXPECT_EQ(view.distance, before.distance);
-  EXPECT_EQ(view.roll, before.roll);  // the horizon does not creep
+  EXPECT_EQ(view.roll, before.roll);  // the horizon does not drift
   const ViewCamera::Axes axes = view.axes();
   EXPECT_NEAR(axes.right.dot(axes.up), 0.0, 1e-12);
   EXPECT_NEAR(axes.right.cross(axes.up).dot(axes.back), 1.0, 1e-12);
@@ -186,7 +186,7 @@ TEST(ViewCamera, OrbitsByTheAngle) {
   expect_near(orbit(view, kPiD / 2, 0).eye(), {2, 0, 0}, 1e-12, "a quarter turn to the right");
   expect_near(orbit(view, 0, kPiD / 4).eye(), {0, std::sqrt(2.0), std::sqrt(2.0)}, 1e-12, "up");
   expect_near(orbit(view, 0, 10).eye(), {0, 2, 0}, 1e-12, "no further than straight up");
-  // There the picture's right is still +X, and one can turn on.
+  // There the picture's right is still +X, and orbiting can continue.
   expect_near(orbit(view, 0, 10).axes().right, {1, 0, 0}, 1e-12, "right edge");
   expect_near(orbit(orbit(view, 0, 10), kPiD / 2, 0).axes().right, {0, 0, -1}, 1e-12, "turned");
   expect_near(orbit(orbit(view, 0, 10), 0, -kPiD / 2).eye(), {0, 0, 2}, 1e-12, "and back");
@@ -200,7 +200,7 @@ TEST(ViewCamera, TurnsInPlace) {
   expect_near(turn(view, 0, kPiD / 4).axes().back, Vec3d(0, -1, 1).normalized(), 1e-12, "upwards");
 }
 
-// A point at the pivot's depth follows the cursor: by a tenth of the frame for a tenth.
+// A point at the pivot's depth follows the cursor: a tenth of the frame for a tenth.
 TEST(ViewCamera, PansWithTheCursor) {
   for (const double scale : {1.0, 1e-6, 1e6}) {
     const ViewCamera view =
@@ -258,7 +258,7 @@ TEST_P(ViewCameraTest, AChangeOfKindKeepsWhatIsOrbited) {
       const ViewCamera back = with_perspective(flat, view.fov_y);
       EXPECT_FALSE(camera_of(edit_of(back)).orthographic);
       expect_near(back.eye() / scale, view.eye() / scale, 1e-12, "and back");
-      // What was enlarged meanwhile is nearer then.
+      // Enlarging without perspective brings the camera closer with perspective.
       EXPECT_NEAR(with_perspective(dolly(flat, 0.5), view.fov_y).distance, 0.5 * view.distance,
                   1e-12 * view.distance);
     }
@@ -285,7 +285,7 @@ TEST(ViewCamera, AnOrthographicOneIsEnlargedInsteadOfComingNearer) {
   EXPECT_EQ(fly(view, 0, 0, 1.0).eye(), view.eye());
 }
 
-// Its direction stays, and all of the sphere is before the eye, wherever that was.
+// The direction stays, and the whole sphere is in front of the eye, wherever that was.
 TEST(ViewCamera, FramesEverythingWithoutPerspective) {
   const Kind flat{"orthographic", true, true};
   for (const double scale : {1.0, 1e-6, 1e6}) {
@@ -313,7 +313,7 @@ TEST(ViewCamera, AnOrthographicOneIsShiftedToAPoint) {
   EXPECT_EQ(moved.half_height, 2.0);
 }
 
-// A lens has no place in it, and a kind that an edit changes takes the other's members away.
+// An orthographic edit has no lens, and changing the kind removes the members of the other kind.
 TEST(ViewCamera, AnEditSaysOneKind) {
   CameraEdit before;
   before.f_stop = 2.0;
@@ -337,7 +337,7 @@ TEST(ViewCamera, LooksTowardsAPoint) {
   EXPECT_NEAR(moved.distance, 4.0, 1e-12);
   const ViewCamera same = look_towards(view, view.eye());
   EXPECT_EQ(same.pivot, view.pivot);
-  // Straight down, with the roll that there was.
+  // Straight down, with the previous roll.
   ViewCamera rolled = view;
   rolled.roll = 0.3;
   const ViewCamera down = look_towards(rolled, view.eye() - Vec3d(0, 5, 0));
@@ -345,7 +345,7 @@ TEST(ViewCamera, LooksTowardsAPoint) {
   EXPECT_EQ(down.roll, 0.3);
 }
 
-// The sphere's outline is a cone about the axis of half angle asin(radius / distance).
+// The sphere's outline is a cone about the axis with half angle asin(radius / distance).
 TEST(ViewCamera, FramesEverything) {
   const ViewCamera view = view_of(camera_at({3, 1, 2}, Vec3d(0.0)), Vec3d(0.0), 1.0);
   for (const double aspect : {0.5, 1.0, 16.0 / 9}) {

@@ -1,4 +1,4 @@
-// The surface model against closed forms and against quadrature of its own.
+// The surface model against closed forms and independent quadrature.
 
 #include "renderer/shading/bsdf.h"
 
@@ -23,8 +23,7 @@ using test::GgxAlbedo;
 using test::TestRandom;
 
 TEST(SpecularAlbedo, DirectQuadratureMeetsTheAnchors) {
-  // 1 - ln 2 is exact; the rest agree between this quadrature, one over visible normals and Monte
-  // Carlo.
+  // 1 - ln 2 is exact; for the rest three methods agree: this, visible normals, and Monte Carlo.
   const double anchors[][3] = {{.05, 1, .9973}, {.05, .5, .9927}, {.05, .1, .911}, {.1, 1, .9883},
                                {.1, .5, .9694}, {.1, .1, .884},   {.25, 1, .916},  {.25, .5, .857},
                                {.25, .1, .892}, {.5, 1, .6879},   {.5, .5, .698},  {.5, .1, .860},
@@ -52,7 +51,7 @@ TEST(SpecularAlbedo, AveragesAreThoseOfTheTable) {
     const SpecularAlbedo table(roughness);
     double loss = 0, schlick = 0;
     const int n = 20000;
-    for (int i = 0; i < n; ++i) {  // mu = t^3: nodes where the loss of smooth surfaces is
+    for (int i = 0; i < n; ++i) {  // mu = t^3 puts nodes where smooth surfaces lose energy
       const double t = (i + 0.5) / n, mu = t * t * t;
       const SpecularAlbedo::Value value = table.at(float(mu));
       loss += double(value.loss) * 2 * mu * 3 * t * t / n;
@@ -72,7 +71,7 @@ float radical_inverse(int base, int i) {
 }
 
 // The integral of f L |cos| over directions, half by the BSDF's own samples and half by directions
-// even in log(cos) (balance heuristic, Veach & Guibas 1995), so that neither narrow lobes nor
+// uniform in log(cos) (balance heuristic, Veach & Guibas 1995), so that neither narrow lobes nor
 // grazing light make it noisy. Hammersley points.
 template <typename Radiance>
 Rgb reflected(const SurfaceBsdf& bsdf, Radiance radiance, int n = 1 << 14) {
@@ -105,7 +104,7 @@ Rgb furnace(const SurfaceBsdf& bsdf, int n = 1 << 14) {
 const std::vector<float> kAlphas = {0, 1e-7f, 1e-4f, 1e-3f, .01f, .05f, .1f, .25f, .5f, .8f, 1};
 const std::vector<float> kCosines = {1, .5f, .1f, .01f, 1e-3f, 1e-6f};
 
-// White base, no absorption anywhere: what comes in goes out, for metal, dielectric and every mix.
+// White base without absorption: energy is conserved for metal, dielectric and every mix.
 TEST(SurfaceBsdf, WhiteFurnaceReturnsEverything) {
   for (const float alpha : kAlphas)
     for (const float mu : kCosines)
@@ -139,7 +138,6 @@ TEST(SurfaceBsdf, FurnaceEqualsAlbedoForColours) {
         }
 }
 
-// Without a reflecting interface the base is Lambert's, whatever the roughness.
 TEST(SurfaceBsdf, NoSpecularIsBareLambert) {
   for (const float roughness : {0.0f, .5f, 1.0f}) {
     const BsdfParameters p{.base_color = Rgb(.6f), .roughness = roughness, .specular = 0};
@@ -150,7 +148,7 @@ TEST(SurfaceBsdf, NoSpecularIsBareLambert) {
   }
 }
 
-// What lies under the specular lobe alone, without compensation: E itself.
+// The integral of the specular lobe alone, without compensation, is E.
 TEST(SurfaceBsdf, SingleScatterLobeReturnsE) {
   for (const float alpha : {.05f, .25f, 1.0f})
     for (const float mu : {1.0f, .5f, .1f}) {
@@ -163,7 +161,7 @@ TEST(SurfaceBsdf, SingleScatterLobeReturnsE) {
           const Vec3f wi = lobe.sample(Vec2f((float(i) + .5f) / n, (float(j) + .5f) / n));
           if (!(wi.z > 0)) continue;
           const GgxReflection::Value value = lobe.evaluate(wi);
-          EXPECT_LE(value.cosine_brdf, value.pdf * 1.00001f);  // the weight's bound
+          EXPECT_LE(value.cosine_brdf, value.pdf * 1.00001f);  // bound of the weight
           sum += double(value.cosine_brdf / value.pdf);
         }
       EXPECT_NEAR(sum / (n * n), ggx_albedo(double(mu), double(alpha)).e, 5e-4);
@@ -183,8 +181,7 @@ TEST(SurfaceBsdf, BlackMetalAndNothingBehind) {
   }
 }
 
-// ---- agreement between value, density and sample
-// ---------------------------------------------------
+// ---- agreement between value, pdf and sample ---------------------------------------------------
 
 BsdfParameters random_parameters(TestRandom& random) {
   BsdfParameters p;
@@ -235,8 +232,8 @@ TEST(SurfaceBsdf, SamplesFollowTheDensity) {
   }
 }
 
-// Any parameters, any directions, narrow lobes and grazing angles: finite, non-negative, and the
-// sample's numbers are those of eval and pdf.
+// Any parameters and directions, narrow lobes and grazing angles: values are finite and
+// non-negative, and samples agree with eval and pdf.
 TEST(SurfaceBsdf, SweepStaysFiniteAndConsistent) {
   const float roughnesses[] = {0, 3e-4f, .0316f, .0317f, .05f, .2f, 1};
   const float cosines[] = {1e-38f, 1e-20f, 1e-6f, 1e-4f, .05f, 1};
@@ -280,8 +277,7 @@ TEST(SurfaceBsdf, SweepStaysFiniteAndConsistent) {
   EXPECT_LT(largest, 12) << "a sample's weight is bounded";
 }
 
-// Just above and just below the limit at which a narrow lobe becomes a mirror, a gradient looks
-// the same.
+// Above and below the limit at which a narrow lobe becomes a mirror, a gradient looks the same.
 TEST(SurfaceBsdf, NarrowLobesMeetTheMirror) {
   const auto gradient = [](const Vec3f& w) { return 1 + .5f * w.x + .3f * w.y + .2f * w.z; };
   for (const float metallic : {0.0f, 1.0f})

@@ -1,4 +1,4 @@
-// The list of lobes: layers on the base, films, stretched highlights, light that passes diffusely.
+// The list of lobes: layers on the base, thin films, anisotropic highlights, diffuse transmission.
 
 #include <gtest/gtest.h>
 
@@ -43,8 +43,8 @@ double radical_inverse(int base, int i) {
   return value;
 }
 
-// The integral of f |cos| over the sphere: half by the BSDF's own samples, half by directions even
-// over each hemisphere's cosine (balance heuristic). Hammersley points.
+// The integral of f |cos| over the sphere, half by the BSDF's own samples, half by directions
+// uniform in the cosine of each hemisphere (balance heuristic). Hammersley points.
 Rgb furnace(const SurfaceBsdf& bsdf, int n = 1 << 14) {
   double sum[3] = {0, 0, 0};
   const auto add = [&](const Rgb& value, double scale) {
@@ -67,7 +67,6 @@ Rgb furnace(const SurfaceBsdf& bsdf, int n = 1 << 14) {
 
 const std::vector<float> kCosines = {1, .7f, .3f, .1f, .02f};
 
-// Without layers the list says what the plain model says.
 TEST(LayeredBsdf, OfNothingIsThePlainModel) {
   for (uint64_t i = 0; i < 2000; ++i) {
     TestRandom random(1, i);
@@ -80,7 +79,7 @@ TEST(LayeredBsdf, OfNothingIsThePlainModel) {
   }
 }
 
-// White, and nothing absorbs: all comes back. 2e-3; a stretched highlight adds its table's error.
+// White without absorption: all light returns. 2e-3, plus the table's error if anisotropic.
 TEST(LayeredBsdf, WhiteFurnaceReturnsEverything) {
   std::vector<Material> materials;
   for (const float roughness : {0.0f, .2f, .5f, 1.0f}) {
@@ -93,7 +92,7 @@ TEST(LayeredBsdf, WhiteFurnaceReturnsEverything) {
     }
     materials.push_back(white("diffuse transmission", 0, roughness));
     materials.back().layers.diffuse_transmission = .7f;
-    // A coat over a cosine lobe closes; over a mirror too.
+    // A coat over a Lambertian lobe, or over a mirror, conserves energy.
     for (const float coat : {.4f, 1.0f}) {
       materials.push_back(white("coat on Lambert", 0, 1));
       materials.back().base.specular = 0;
@@ -118,7 +117,7 @@ TEST(LayeredBsdf, WhiteFurnaceReturnsEverything) {
   }
 }
 
-// Whatever is stacked on whatever, white: no more than came in, and not much less.
+// Any stack of white layers returns no more than it receives, and not much less.
 TEST(LayeredBsdf, StacksNeverReturnMoreThanTheyGet) {
   double least = 1;
   int i = 0;
@@ -153,7 +152,7 @@ TEST(LayeredBsdf, StacksNeverReturnMoreThanTheyGet) {
   EXPECT_GT(least, .5);
 }
 
-// Each kind alone, and all of them; the clear part, which is not reciprocal, left out.
+// Each kind alone and all together, without clear transmission, which is not reciprocal.
 std::vector<Material> kinds() {
   std::vector<Material> list;
   const auto add = [&](const char* name, const auto& change) {
@@ -198,7 +197,7 @@ std::vector<Material> kinds() {
 
 TEST(LayeredBsdf, IsReciprocal) {
   for (const Material& m : kinds()) {
-    if (m.layers.clearcoat_normal.z < 1) continue;  // a tilted coat's cosine is its own
+    if (m.layers.clearcoat_normal.z < 1) continue;  // a tilted coat has its own cosine
     for (uint64_t i = 0; i < 4000; ++i) {
       TestRandom random(2, i);
       const Vec3f a = direction(.02f + .98f * random.next(), 6.28f * random.next());
@@ -206,7 +205,7 @@ TEST(LayeredBsdf, IsReciprocal) {
       const bool below = m.layers.diffuse_transmission > 0 && random.next() < .5f;
       const Vec3f other = below ? Vec3f(b.x, b.y, -b.z) : b;
       const Rgb ab = m.at(a).eval(other) / b.z;
-      // From the other side the surface is mirrored: its normal is turned, x and y stay.
+      // From the other side the surface is mirrored: its normal is reversed, x and y stay.
       const Rgb ba = below ? m.at(b).eval(Vec3f(a.x, a.y, -a.z)) / a.z : m.at(b).eval(a) / a.z;
       for (int c = 0; c < 3; ++c)
         ASSERT_NEAR(ab[c], ba[c], 2e-4f * (1 + ab[c])) << m.name << " draw " << i;
@@ -245,7 +244,8 @@ TEST(LayeredBsdf, SamplesFollowTheDensity) {
   }
 }
 
-// Any parameters and directions: finite, not negative, and a sample's numbers are eval's and pdf's.
+// Any parameters and directions: values are finite and non-negative; samples agree with eval and
+// pdf.
 TEST(LayeredBsdf, SweepStaysFiniteAndConsistent) {
   double largest = 0;
   for (uint64_t i = 0; i < 200000; ++i) {
@@ -304,8 +304,8 @@ TEST(LayeredBsdf, SweepStaysFiniteAndConsistent) {
   EXPECT_LT(largest, 40) << "a sample's weight is bounded";
 }
 
-// What a coat keeps from leaving smooth glass is not sampled either, nor is glass that is a part of
-// the material sampled as if it were all of it.
+// A coat reduces the sampling of smooth glass by the light that it blocks, and partial glass is
+// sampled with its own weight.
 TEST(LayeredBsdf, SmoothGlassIsSampledWithItsWeight) {
   const Vec3f wo = direction(.9f, 1);
   const auto passed = [&](const Material& m) {
@@ -323,7 +323,7 @@ TEST(LayeredBsdf, SmoothGlassIsSampledWithItsWeight) {
   glass.base.inside = glass.layers.behind = true;
   const double bare = passed(glass);
   glass.layers.clearcoat = 1;
-  // Out at the cosine of refraction; a smooth coat leaves 1 - F of Schlick.
+  // The ray leaves at the refracted cosine; a smooth coat transmits 1 - F by Schlick.
   const float sine2 = (1 - .9f * .9f) * square(1.5f);
   const float mu = std::sqrt(1 - sine2), m = 1 - mu;
   EXPECT_NEAR(passed(glass) / bare, .96 * (1 - double(m * m * m * m * m)), 1e-3);
@@ -338,7 +338,6 @@ TEST(LayeredBsdf, SmoothGlassIsSampledWithItsWeight) {
   EXPECT_NEAR(passed(half) / all, .5 * .25, 1e-3);
 }
 
-// A film of no thickness is none.
 TEST(LayeredBsdf, AFilmOfNoThicknessIsNone) {
   for (const float metallic : {0.0f, 1.0f}) {
     Material m = white("", metallic, .4f);
@@ -351,7 +350,7 @@ TEST(LayeredBsdf, AFilmOfNoThicknessIsNone) {
   }
 }
 
-// A mirror's colour at normal incidence is the extension's: min(1, F0 x colour) x weight.
+// A mirror's colour at normal incidence follows the extension: min(1, F0 x colour) x weight.
 TEST(LayeredBsdf, ReflectionTakesTheColourOfSpecular) {
   BsdfParameters p{.base_color = Rgb(0), .roughness = 0, .specular = .5f};
   p.specular_color = Rgb(2, 1, 40);
@@ -364,7 +363,6 @@ TEST(LayeredBsdf, ReflectionTakesTheColourOfSpecular) {
   EXPECT_NEAR(albedo.z, .5f, 1e-5f);
 }
 
-// The coat's normal is its own: a smooth coat mirrors about it.
 TEST(LayeredBsdf, ASmoothCoatMirrorsAboutItsOwnNormal) {
   Material m = white("", 0, 1);
   m.layers.clearcoat = 1;

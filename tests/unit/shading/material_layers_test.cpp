@@ -1,4 +1,4 @@
-// What a material's layers are made of at a point.
+// Parameters of a material's layers at a point.
 #include <gtest/gtest.h>
 
 #include "renderer/core/constants.h"
@@ -61,7 +61,7 @@ TEST(MaterialLayers, FactorsWhereThereIsNoTexture) {
   EXPECT_FALSE(layers.has_clearcoat_normal_map);
 }
 
-// Every slot has an image of its own, so that a channel or a slot in another's place shows.
+// Every slot has its own image, so that a swapped channel or slot shows.
 TEST(MaterialLayers, FactorsTimesTheirChannels) {
   MaterialDescription d = layered();
   d.clearcoat_normal_scale = .5f;
@@ -99,7 +99,7 @@ TEST(MaterialLayers, FactorsTimesTheirChannels) {
 }
 
 TEST(MaterialLayers, SlotsHaveTheirOwnCoordinates) {
-  // Left black, right white, without alpha between them.
+  // Left black, right white, without interpolation between them.
   const auto halves = byte_image(2, 1, 1, {0, 255});
   MaterialDescription d;
   d.clearcoat = 1;
@@ -119,7 +119,7 @@ TEST(MaterialLayers, SlotsHaveTheirOwnCoordinates) {
     a.uv[3] = Vec2f(.25f, .5f);
     layers = evaluated_layers(set[0], a, .5f);
     EXPECT_EQ(layers.parameters.clearcoat, u < .5f ? 0 : 1);
-    EXPECT_EQ(layers.parameters.sheen_color, Rgb(1));  // moved by half the image
+    EXPECT_EQ(layers.parameters.sheen_color, Rgb(1));  // shifted by half the image
   }
 }
 
@@ -132,7 +132,7 @@ TEST(MaterialLayers, DirectionsAreTurnedCounterClockwise) {
   LayerParameters p = layers_of(d, {byte_image(1, 1, 3, {128, 255, 255})}).parameters;
   EXPECT_NEAR(p.anisotropy_direction.x, -1, 1e-4);
   EXPECT_NEAR(p.anisotropy_direction.y, 0, 5e-3);
-  // No direction at all is the tangent's, turned.
+  // A zero direction falls back to the rotated tangent.
   auto none = std::make_shared<Image>();
   none->width = none->height = 1;
   none->channels = 3;
@@ -166,10 +166,10 @@ TEST(MaterialLayers, WhatHasNoEffectIsNotKept) {
     EXPECT_TRUE(set.features().empty());
   };
   compiled(d, expect_nothing);
-  MaterialDescription metal = d;  // lets nothing through
+  MaterialDescription metal = d;  // transmits nothing
   metal.diffuse_transmission = 1;
   compiled(metal, expect_nothing);
-  MaterialDescription thin = d;  // a film of no thickness
+  MaterialDescription thin = d;  // a film of zero thickness
   thin.iridescence = 1;
   thin.iridescence_thickness_minimum = thin.iridescence_thickness_maximum = 0;
   compiled(thin, expect_nothing);

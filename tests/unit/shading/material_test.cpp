@@ -74,8 +74,8 @@ TEST(Material, FactorsTimesTexturesTimesVertexColour) {
   EXPECT_NEAR(m.emission(a, .3f).y, p.emission.y, 1e-6);
 }
 
-// Each slot with a parametrisation of its own, or one that others have, too: its texel is the one
-// that its texture alone would take. Normals are filtered.
+// Slots with their own UV parametrisation or a shared one: each gets the same texel as its texture
+// alone. Normals are filtered.
 TEST(Material, EachSlotTakesTheTexelOfItsParametrisation) {
   const auto noise = [](int size, int channels) {
     std::vector<uint8_t> bytes(size_t(size * size * channels));
@@ -137,7 +137,7 @@ TEST(Material, SharesTexturesAndCountsImagesOnce) {
   EXPECT_EQ(set.features().front(), "textures (2 images)");
   EXPECT_EQ(set.texture_bytes(), 64u + 12u);
   EXPECT_GE(set.bytes(), set.texture_bytes());
-  // Moving the set keeps the textures where the materials look for them.
+  // After the set is moved, materials still find their textures.
   MaterialSet a(scene);
   const MaterialSet b = std::move(a);
   MaterialPoint p = evaluated(b[2], at(.5f, .5f), .5f);
@@ -146,7 +146,7 @@ TEST(Material, SharesTexturesAndCountsImagesOnce) {
 
 TEST(Material, CoverageFollowsTheAlphaMode) {
   SceneDescription scene;
-  // Alpha 0 and 255 side by side; then an image that is opaque throughout.
+  // Alpha 0 and 255 next to each other; then an opaque image.
   scene.images = {byte_image(2, 1, 4, {255, 255, 255, 0, 255, 255, 255, 255}),
                   byte_image(1, 1, 4, {255, 255, 255, 255})};
   MaterialDescription mask;
@@ -171,7 +171,7 @@ TEST(Material, CoverageFollowsTheAlphaMode) {
   EXPECT_FALSE(set[2].has_alpha(true) || set[3].has_alpha(false));
   EXPECT_TRUE(set[3].has_alpha(true));
   EXPECT_EQ(set[4].coverage(at(0, 0), 0), 0);
-  // The filtered alpha crosses the cutoff halfway between the texel centres, whatever the number.
+  // The filtered alpha crosses the cutoff halfway between the texel centres, for any random number.
   for (const float u_texture : {0.0f, .3f, .99f}) {
     EXPECT_EQ(set[0].coverage(at(.49f, 0), u_texture), 0);
     EXPECT_EQ(set[0].coverage(at(.51f, 0), u_texture), 1);
@@ -289,7 +289,7 @@ TEST(Material, DispersionIsOfWhatBends) {
   const MaterialSet set(scene);
   EXPECT_EQ(set[0].dispersion(), .36f);
   for (int i = 1; i < 5; ++i) EXPECT_EQ(set[i].dispersion(), 0) << i;
-  // Light that is let through diffusely is absorbed within all the same.
+  // Diffusely transmitted light is absorbed in the interior, too.
   EXPECT_TRUE(set[4].passes_light() && set[4].has_diffuse_transmission());
   EXPECT_FALSE(set[4].has_transmission());
   EXPECT_NEAR(beer_transmittance(set[4].attenuation(), 1).x, .5f, 1e-6);

@@ -32,9 +32,9 @@ TEST(MappedNormal, FollowsHandedness) {
   EXPECT_TRUE(near(mapped_normal(n, {1, 0, 0, -1}, false, m), Vec3f(m.x, -m.y, m.z)));
 }
 
-// A mirroring instance shows the mirror image: mapping, then mirroring, equals mirroring the
-// attributes, then mapping. Mirror in x: positions and tangents (-x, y, z); normals by the inverse
-// transpose, the same.
+// A mirroring instance shows the mirror image: mapping and then mirroring equals mirroring the
+// attributes and then mapping. Mirror in x: positions and tangents (-x, y, z); normals by the
+// inverse transpose, the same.
 TEST(MappedNormal, MirroredInstanceIsTheMirrorImage) {
   const auto mirror = [](const Vec3f& v) { return Vec3f(-v.x, v.y, v.z); };
   for (uint64_t i = 0; i < 1000; ++i) {
@@ -58,7 +58,7 @@ TEST(MappedNormal, SurvivesUnusableTangents) {
                          Vec4f(0, -.6f, -.8f, -1), Vec4f(1e-30f, 0, 0, 1)}) {
     const Vec3f got = mapped_normal(n, t, false, m);
     ASSERT_TRUE(is_finite(got));
-    EXPECT_NEAR(dot(got, n), m.z, 1e-5);  // the angle is the map's, the direction anyone's
+    EXPECT_NEAR(dot(got, n), m.z, 1e-5);  // the map fixes the angle, not the direction
   }
 }
 
@@ -87,7 +87,7 @@ TEST(SurfaceFrame, PropertiesHoldForAnyNormals) {
     const float floor = std::min(.9f * cos_g, .01f);
     ASSERT_GE(dot(reflected, f.geometric_normal), floor - 6e-7f) << replay;
 
-    // A normal that needed no help is left alone; one that did is moved no further than needed.
+    // A valid normal is unchanged; an invalid one moves no farther than needed.
     const Vec3f wanted = normalize(f.back_facing ? -shading : shading);
     if ((n - wanted).length() > 1e-5f && dot(vertex, face) > 0) {
       ++tilted;
@@ -117,7 +117,7 @@ TEST(SurfaceFrame, FallsBackToTheFace) {
   const Vec3f up(0, 0, 1), wo = normalize(Vec3f(.2f, .1f, 1));
   for (const Vec3f& bad : {Vec3f(0), Vec3f(nan), Vec3f(1e-35f, 0, 0), Vec3f(INFINITY, 0, 0)})
     EXPECT_EQ(make_surface_frame(up, bad, bad, wo).shading.normal, up);
-  // A wo in the plane of the face is no reason for trouble either.
+  // A wo in the plane of the face is valid, too.
   const SurfaceFrame edge =
       make_surface_frame(up, Vec3f(1, 0, .1f), Vec3f(1, 0, .1f), Vec3f(0, 1, 0));
   EXPECT_TRUE(is_finite(edge.shading.normal));

@@ -1,4 +1,4 @@
-// Lookups against a naive implementation written from the glTF specification.
+// Lookups compared with a naive implementation of the glTF specification.
 
 #include "renderer/shading/texture.h"
 
@@ -85,7 +85,7 @@ TEST(Texture, StochasticLookupsAverageToBilinear) {
     for (uint32_t k = 0; k < 40; ++k) {
       const Vec2f uv(to_unit_float(hash32(k)) * 3 - 1, to_unit_float(hash32(k + 1000)) * 3 - 1);
       Vec4f sum(0);
-      const int n = 1 << 14;  // stratified: the two choices flip at three places of [0, 1)
+      const int n = 1 << 14;  // stratified: the two choices flip at three points of [0, 1)
       for (int i = 0; i < n; ++i) sum += texture.lookup(uv, (float(i) + .5f) / n);
       const Vec4f want = texture.bilinear(uv);
       for (int c = 0; c < 4; ++c) EXPECT_NEAR(sum[c] / n, want[c], 8.0 / n);
@@ -190,7 +190,7 @@ TEST(Texture, TransformIsApplied) {
   EXPECT_FALSE(plain.same_use(transformed));
 }
 
-// A single lit texel among many is found wherever it is: the mean is over texels, not over points.
+// A single lit texel is found wherever it is: the mean is over texels, not over sample points.
 TEST(Texture, TriangleMeanSeesEveryTexel) {
   const int n = 512;
   std::vector<float> texels(size_t(n * n));
@@ -200,17 +200,17 @@ TEST(Texture, TriangleMeanSeesEveryTexel) {
   const Rgb b = texture.mean_over_triangle({1, 1}, {1, 0}, {0, 1});
   EXPECT_NEAR(a.x, 2 * 1000.0 / (n * n), 1e-4);  // 377 < 512: the texel is in the first half
   EXPECT_EQ(b.x, 0);
-  // Tiled nine times, wound either way, moved by whole tiles.
+  // Nine tiles, in either winding order, shifted by whole tiles.
   const Rgb tiled = texture.mean_over_triangle({-3, 0}, {-3, 3}, {0, 0});
   EXPECT_NEAR(tiled.x, 1000.0 / (n * n), 1000.0 / (n * n) * 0.4);  // 3 or 6 whole tiles of 4.5
-  // A small triangle: filtered points.
+  // A small triangle uses filtered points.
   const Texture noise(noise_image(8, 8, 3), TextureRef{}, false);
   const Vec2f p(.3f, .4f);
   const Rgb point = noise.mean_over_triangle(p, p, p);
   EXPECT_NEAR(point.x, noise.bilinear(p).x, 1e-5);
 }
 
-// A triangle along a row of texels, of some 1e9 of them and hardly any area.
+// A sliver along a row of about 1e9 texels, with hardly any area.
 TEST(Texture, TriangleMeanOfASliver) {
   const Texture texture(noise_image(1024, 1, 3), TextureRef{}, false);
   const Rgb along = texture.mean_over_triangle({0, .5f}, {878900, .5f}, {0, .5000001f});
@@ -242,7 +242,7 @@ TEST(Texture, OneTexelMakesItSeeThrough) {
   expect_one_texel_is_found<float>(TexelType::kFloat, 1.0f, 0.999f);
 }
 
-// What a mapped file would hold of the image.
+// The layout of the image in a memory-mapped file.
 std::shared_ptr<Image> in_tiles(const Image& image) {
   auto tiled = std::make_shared<Image>(image);
   const size_t texel = size_t(image.byte_count()) / size_t(image.width) / size_t(image.height);

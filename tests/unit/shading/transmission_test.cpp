@@ -33,7 +33,7 @@ BsdfSample draw(const SurfaceBsdf& bsdf, TestRandom& random) {
 }
 
 TEST(Fresnel, HasItsCosineWeightedMeans) {
-  // 2 int F mu dmu by closed form; inside by 1 - (1 - Favg) / eta^2.
+  // 2 int F mu dmu in closed form; inside 1 - (1 - Favg) / eta^2.
   const double want[][2] = {{1.33, .06593}, {1.5, .09178}, {2, .16060}};
   for (const auto& [ior, mean] : want) {
     double outside = 0, inside = 0;
@@ -77,7 +77,7 @@ TEST(Transmission, ThinWallsDoNotBend) {
   ASSERT_TRUE(s.valid && s.transmitted && s.delta);
   EXPECT_NEAR((s.wi + direction(.4f, 2)).length(), 0, 1e-6);
   EXPECT_EQ(s.eta_scale, 1);
-  // An index of 1 in a solid, rough or not: the same.
+  // A solid of index 1 does the same, rough or not.
   const SurfaceBsdf none(glass(.5f, 1), direction(.4f, 2));
   const BsdfSample t = none.sample(0, Vec2f(.3f));
   ASSERT_TRUE(t.valid && t.transmitted && t.delta);
@@ -98,7 +98,7 @@ TEST(Transmission, SlabMeetsTheGeometricSeries) {
       Moments reflected, transmitted;
       for (uint64_t i = 0; i < 100000; ++i) {
         TestRandom random(11, i);
-        Vec3f d = direction(float(-std::cos(angle)), 0);  // travelling
+        Vec3f d = direction(float(-std::cos(angle)), 0);  // direction of travel
         double weight = 1;
         bool inside = false;
         for (int bounce = 0; bounce < 200; ++bounce) {
@@ -152,7 +152,7 @@ TEST(Transmission, GlassSphereVanishesInTheFurnace) {
           d = normalize(frame.to_world(s.wi));
           if (s.transmitted) inside = !inside;
           left = !inside;
-          if (inside) n = normalize(n - d * (2 * dot(n, d)));  // where the chord ends
+          if (inside) n = normalize(n - d * (2 * dot(n, d)));  // end of the chord
         }
         radiance.add(weight);
       }
@@ -280,8 +280,8 @@ TEST(Transmission, NothingFromBehindOrNowhere) {
     }
 }
 
-// What goes straight on is the mean of the samples that do, over a fine grid of the number that
-// chooses; only a smooth thin wall has any.
+// The straight transmission equals the mean of the samples that pass straight through, over a fine
+// grid of the lobe selection number; only smooth thin walls have any.
 TEST(Transmission, StraightThroughIsTheMeanOfItsSamples) {
   for (int i = 0; i < 60; ++i) {
     TestRandom random(16, uint64_t(i));
@@ -302,7 +302,7 @@ TEST(Transmission, StraightThroughIsTheMeanOfItsSamples) {
       if (s.valid && s.delta && s.transmitted && p.thin_walled) mean += s.weight / float(kSteps);
     }
     const Rgb straight = bsdf.straight_through();
-    // A step of the grid is worth 1 / 20000 of a weight, which is 50 at most (kPickFloor).
+    // A step of the grid is worth 1 / 20000 of a weight, which is at most 50 (kPickFloor).
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(straight[c], mean[c], 5e-3) << "TestRandom(16, " << i;
     EXPECT_TRUE((!rough && !solid && p.ior > 0) || straight == Rgb(0)) << i;
   }

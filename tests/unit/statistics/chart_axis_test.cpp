@@ -1,4 +1,4 @@
-// Axes: round ticks inside the range, for any values.
+// Axes have round ticks inside the range, for any values.
 #include "renderer/statistics/chart_axis.h"
 
 #include <gtest/gtest.h>
@@ -37,7 +37,7 @@ TEST(ChartAxis, Labels) {
   EXPECT_EQ(tick_label(0.3, 0.1), "0.3");
   EXPECT_EQ(tick_label(1500, 500), "1500");
   EXPECT_EQ(tick_label(-2, 1), "-2");
-  EXPECT_EQ(tick_label(1e-18, 0.1), "0");  // 3 x 0.1 - 0.3, say
+  EXPECT_EQ(tick_label(1e-18, 0.1), "0");  // for example 3 x 0.1 - 0.3
   EXPECT_EQ(tick_label(1e-5, 1e-5), "10⁻⁵");
   EXPECT_EQ(tick_label(2e-5, 1e-5), "2×10⁻⁵");
   EXPECT_EQ(tick_label(2.5e7, 5e6), "2.5×10⁷");
@@ -60,7 +60,7 @@ TEST(ChartAxis, LogTicksArePowersOfTenAndTheirPartsWhereFew) {
     if (!tick.label.empty()) powers.push_back(tick.label);
   }
   EXPECT_EQ(powers, (Words{"10⁻⁶", "0.0001", "0.01", "1", "100"}));
-  // Too short for powers of ten: as on a linear axis.
+  // A range too short for powers of ten gets linear ticks.
   EXPECT_EQ(labels(AxisRange(AxisScale::kLog, std::vector{3.0, 4.0})),
             (Words{"3.0", "3.2", "3.4", "3.6", "3.8", "4.0"}));
 }
@@ -102,7 +102,7 @@ TEST(ChartAxis, NoValuesAndOneValue) {
   EXPECT_EQ(zero.min(), 0);
 }
 
-// For any range: ticks ascend, lie inside, are neither too few nor too many, have different labels.
+// For any range, ticks ascend, lie inside, differ in label, and are neither too few nor too many.
 TEST(ChartAxis, TicksOfRandomRanges) {
   std::mt19937_64 random(7);
   std::uniform_real_distribution<double> exponent(-30, 30), unit(0, 1);

@@ -1,4 +1,4 @@
-// Colour maps against the published tables, and what they promise to those who read them.
+// Colour maps compared with the published tables, and their perceptual properties.
 #include "renderer/statistics/colour_map.h"
 
 #include <gtest/gtest.h>
@@ -18,8 +18,8 @@ struct Published {
   std::vector<std::pair<int, Rgb8>> entries;  // of a table of 256
 };
 
-// From matplotlib's tables, in which viridis, inferno and magma were published, and Mikhailov's:
-// the ends, the four that lie worst between our samples, and six others.
+// From matplotlib's tables, the original source of viridis, inferno and magma, and Mikhailov's: the
+// ends, the four entries with the largest error between our samples, and six others.
 const std::vector<Published>& published() {
   static const std::vector<Published> tables = {
       {ColourMap::kViridis,
@@ -113,7 +113,7 @@ TEST(ColourMap, LightnessRisesInAllButTurbo) {
   }
 }
 
-// CIE 1976 differences of less than 10 are small, of more than 20 plain.
+// CIE 1976 differences below 10 are small, those above 20 are obvious.
 TEST(ColourMap, NoValueIsLikeNoValueOfTheMap) {
   for (const ColourMapEntry& entry : colour_map_table()) {
     for (int i = 0; i <= 255; ++i) {

@@ -1,4 +1,4 @@
-// The error metrics against closed forms, hand-computed values and a naive SSIM.
+// The error metrics compared with closed forms, hand-computed values and a naive SSIM.
 #include "renderer/statistics/error_metrics.h"
 
 #include <gtest/gtest.h>
@@ -56,7 +56,7 @@ TEST(ErrorMetrics, ConstantOffset) {
   EXPECT_DOUBLE_EQ(metrics.rel_mse_epsilon, 0.01 * 0.25);
   EXPECT_NEAR(metrics.rel_mse, 0.0625 / (0.25 + 0.0025), 1e-12);
   EXPECT_EQ(metrics.different_pixels, 16u * 12u);
-  // On the display 0.75 is 0.880825 and 0.5 is 0.735357 (IEC 61966-2-1).
+  // As displayed, 0.75 is 0.880825 and 0.5 is 0.735357 (IEC 61966-2-1).
   const double shown = 1.055 * (std::pow(0.75, 1 / 2.4) - std::pow(0.5, 1 / 2.4));
   EXPECT_NEAR(metrics.psnr, -20 * std::log10(shown), 1e-4);
 }
@@ -84,7 +84,8 @@ TEST(ErrorMetrics, BlackReference) {
 }
 
 TEST(ErrorMetrics, TrimmingLeavesOutTheWorstThousandth) {
-  // 2000 pixels: the worst two go. One firefly, one half as bad, the others off by 1/8.
+  // Of 2000 pixels the worst two are trimmed: a firefly and one half as bad. The rest is off by
+  // 1/8.
   RgbImage image = constant_picture(50, 40, 1.125f, 1.125f, 1.125f);
   const RgbImage reference = constant_picture(50, 40, 1, 1, 1);
   for (size_t c = 0; c < 3; ++c) {
@@ -94,7 +95,7 @@ TEST(ErrorMetrics, TrimmingLeavesOutTheWorstThousandth) {
   const ErrorMetrics metrics = compare_images(image, reference);
   EXPECT_NEAR(metrics.rel_mse_trimmed, 0.125 * 0.125 / 1.01, 1e-12);
   EXPECT_NEAR(metrics.rel_mse, (1e6 + 25e4 + 1998 * 0.125 * 0.125) / 2000 / 1.01, 1e-6);
-  // Below a thousand pixels nothing goes.
+  // Below a thousand pixels nothing is trimmed.
   const ErrorMetrics few = compare_images(noise(20, 20, 1), noise(20, 20, 2));
   EXPECT_EQ(few.rel_mse_trimmed, few.rel_mse);
 }
@@ -104,7 +105,7 @@ TEST(ErrorMetrics, NonFinitePixelsAreCountedAndLeftOut) {
   const auto spoil = [](RgbImage& target, size_t pixel, float value) {
     target.rgb[3 * pixel + pixel % 3] = value;
   };
-  // The same pixels equal and black in both: what the others amount to.
+  // With the same pixels set to black in both, the metrics are those of the other pixels.
   RgbImage clean = image, clean_reference = reference;
   for (const size_t pixel : {size_t(0), size_t(615), size_t(1199)}) {
     for (size_t c = 0; c < 3; ++c)
@@ -122,7 +123,7 @@ TEST(ErrorMetrics, NonFinitePixelsAreCountedAndLeftOut) {
   const double weight = 1200.0 / 1197.0;
   EXPECT_NEAR(metrics.mse, expected.mse * weight, 1e-12);
   EXPECT_NEAR(metrics.signed_bias, expected.signed_bias, 1e-12);
-  // FLIP of an equal pixel is not 0 when its surroundings differ; it is left out all the same.
+  // FLIP of an equal pixel is not 0 if its surroundings differ, but it is left out as well.
   EXPECT_NEAR(metrics.flip, expected.flip * weight, 3.0 / 1197.0);
   EXPECT_TRUE(std::isfinite(metrics.ssim));
   EXPECT_TRUE(std::isfinite(metrics.psnr));
@@ -133,7 +134,7 @@ TEST(ErrorMetrics, NothingFinite) {
   const RgbImage bad = constant_picture(4, 4, kNaN, 0, 0);
   const ErrorMetrics metrics = compare_images(bad, bad);
   EXPECT_EQ(metrics.non_finite, 16u);
-  EXPECT_EQ(metrics.different_pixels, 0u);  // bit for bit the same
+  EXPECT_EQ(metrics.different_pixels, 0u);  // bitwise equal
   EXPECT_TRUE(std::isnan(metrics.mse));
   EXPECT_TRUE(std::isnan(metrics.ssim));
   EXPECT_TRUE(std::isnan(metrics.flip));
@@ -211,16 +212,16 @@ TEST(Ssim, ConstantPlanes) {
 TEST(Ssim, OnePixelAndTwo) {
   EXPECT_NEAR(mean_ssim({0.2f}, {0.6f}, {0}, 1, 1),
               ssim_formula(double(0.2f), double(0.6f), 0, 0, 0), 1e-12);
-  // Two pixels weigh 1/2 each. a = 0, 1: mean 1/2, variance 1/4; b = 1/2, 1: mean 3/4, variance
-  // 1/16; covariance 1/2 - 3/8 = 1/8.
+  // Two pixels have weights of 1/2 each. a = 0, 1: mean 1/2, variance 1/4; b = 1/2, 1: mean 3/4,
+  // variance 1/16; covariance 1/2 - 3/8 = 1/8.
   EXPECT_NEAR(mean_ssim({0.0f, 1.0f}, {0.5f, 1.0f}, {0, 0}, 2, 1),
               ssim_formula(0.5, 0.75, 0.25, 0.0625, 0.125), 1e-12);
 }
 
 TEST(Ssim, ThreeByThreeByHand) {
   // Weights exp(-1 / 4.5) : 1 : exp(-1 / 4.5), so 0.307801 0.384398 0.307801. One bright pixel in
-  // the middle of a against a corner of b: means w1^2 and w0^2, E[a^2] and E[b^2] the same, E[ab] =
-  // 0.
+  // the middle of a, and one in a corner of b: means w1^2 and w0^2, E[a^2] and E[b^2] the same,
+  // E[ab] = 0.
   const double side = std::exp(-1.0 / 4.5);
   const double w1 = 1 / (1 + 2 * side), w0 = side * w1;
   const double p = w1 * w1, q = w0 * w0;
@@ -229,7 +230,7 @@ TEST(Ssim, ThreeByThreeByHand) {
               ssim_formula(p, q, p - p * p, q - q * q, -p * q), 1e-12);
 }
 
-// Every window by itself, with the two-dimensional Gaussian.
+// Every window separately, with the two-dimensional Gaussian.
 double naive_ssim(const std::vector<float>& a, const std::vector<float>& b,
                   const std::vector<uint8_t>& masked, int width, int height) {
   double weights[11][11], total = 0;

@@ -1,6 +1,6 @@
-// LDR-FLIP against values worked out by hand from the paper's formulas and against a literal form
-// of them: whole two-dimensional kernels, colours through the matrices in print, nothing shared
-// with the code under test.
+// LDR-FLIP compared with values computed by hand from the paper's formulas, and with a literal
+// implementation: two-dimensional kernels and printed colour matrices, sharing no code with the one
+// under test.
 #include "renderer/statistics/flip.h"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ double mean(const std::vector<float>& map) {
   return sum / double(map.size());
 }
 
-// ---- the paper, literally ----------------------------------------------------------------------
+// ---- literal implementation --------------------------------------------------------------------
 
 Colour multiply(const double (&m)[3][3], const Colour& v) {
   Colour out{};
@@ -173,11 +173,12 @@ TEST(Flip, EqualPicturesAreZero) {
 }
 
 TEST(Flip, BlackAgainstWhite) {
-  // No features, and filters keep constants: the lightness differs by 100 and no chroma is left, so
-  // the value is 100^0.7 = 25.1189, redistributed. The largest error is that between green, L*a*b*
-  // (87.7355, -86.1816, 83.1866), and blue, (32.3009, 79.1953, -107.8555); after Hunt (a and b
-  // times L / 100) they are 203.3050 apart, to the power 0.7 41.2766. 25.1189 lies beyond the knee
-  // at 0.4 of that, 16.5106: 0.95 + 0.05 (25.1189 - 16.5106) / (41.2766 - 16.5106) = 0.967379.
+  // Without features, and with filters that keep constants, lightness differs by 100 and chroma not
+  // at all, so the value is 100^0.7 = 25.1189, redistributed. The largest error is that between
+  // green, L*a*b* (87.7355, -86.1816, 83.1866), and blue, (32.3009, 79.1953, -107.8555); after Hunt
+  // (a and b times L / 100) they are 203.3050 apart, to the power 0.7 41.2766. 25.1189 lies beyond
+  // the knee at 0.4 of that, 16.5106: 0.95 + 0.05 (25.1189 - 16.5106) / (41.2766 - 16.5106) =
+  // 0.967379.
   const double expected = colour_error(100.0);
   EXPECT_NEAR(expected, 0.967379, 1e-6);
   const std::vector<float> map =
@@ -214,7 +215,7 @@ TEST(Flip, AgreesWithThePaperTakenLiterally) {
   for (const Case& c :
        {Case{26, 22, 67.0}, Case{1, 1, 67.0}, Case{40, 3, 30.0}, Case{12, 9, 110.0}}) {
     const RgbImage reference = random_picture(c.width, c.height, 2);
-    RgbImage picture = reference;  // like it in one half, unlike in the other
+    RgbImage picture = reference;  // equal in one half, different in the other
     const RgbImage other = random_picture(c.width, c.height, 3);
     for (size_t i = 0; i < picture.rgb.size(); ++i) {
       const float share = i < picture.rgb.size() / 2 ? 0.05f : 1.0f;
@@ -240,7 +241,7 @@ TEST(Flip, IsSymmetricAndInRange) {
 }
 
 TEST(Flip, EdgesCountMoreThanTheirColour) {
-  // The same step in grey, once as a flat difference and once as an edge that only one picture has.
+  // The same step in grey, as a flat difference, and as an edge in only one picture.
   const RgbImage grey = constant_picture(40, 40, 0.5f, 0.5f, 0.5f);
   RgbImage flat = constant_picture(40, 40, 0.6f, 0.6f, 0.6f), edge = flat;
   for (int y = 0; y < 40; ++y) {

@@ -1,4 +1,4 @@
-// Heatmaps as pictures: which pixel has which colour, and what the legend says.
+// Heatmaps as pictures: the colour of each pixel, and the legend.
 #include "renderer/statistics/heatmap.h"
 
 #include <gtest/gtest.h>
@@ -33,7 +33,7 @@ HeatmapSettings titled(const char* title = "title") {
   return settings;
 }
 
-// Every pixel of the plane has the colour of its value and nothing is drawn over it.
+// Every pixel has the colour of its value, and nothing is drawn over it.
 void expect_pixels(const Plane& plane, const HeatmapSettings& settings, const ValueRange& range) {
   const BytePicture picture = draw_heatmap(plane, settings);
   const ValueScale scale(range, settings.logarithmic);
@@ -74,7 +74,7 @@ TEST(Heatmap, LettersGrowWithTheFrame) {
        {std::tuple(320, 180, 1), std::tuple(1280, 720, 2), std::tuple(3840, 2160, 6)}) {
     const BytePicture picture = draw_heatmap(constant(width, height, 3), titled("density"));
     EXPECT_EQ(picture.width, width);
-    // The legend alone, and of it the first line.
+    // The first line of the legend, without the picture.
     BytePicture legend(width, 20 * scale, {0, 0, 0});
     std::copy_n(picture.at(0, height), legend.values.size(), legend.values.begin());
     EXPECT_TRUE(shows_text(legend, "density", scale)) << width;
@@ -104,7 +104,7 @@ TEST(Heatmap, TheScaleHasItsNumbers) {
   for (const char* text : {"0", "20", "40", "60", "80", "100"}) {
     EXPECT_TRUE(shows_text(picture, text)) << text;
   }
-  // Below the bar's end, and the bar has every colour in order.
+  // Below the bar's end; the bar has every colour in order.
   const int middle = picture.height - 25;
   for (int x = 10; x < 620; ++x) {
     ASSERT_LE(picture.colour(x, middle)[0], picture.colour(x + 1, middle)[0]);
@@ -232,7 +232,7 @@ TEST(CategoryMap, SharesNeverRoundToNoneOrAll) {
   EXPECT_TRUE(shows_text(draw_category_map(plane, categories, titled()), "one: 100 %"));
 }
 
-// By lightness alone (in grey print) as by colour, for any colour vision.
+// Distinguishable by lightness alone (grey print), and by colour for any colour vision.
 TEST(CategoryMap, ReasonsCanBeToldApart) {
   const std::span<const Category> all = stop_categories();
   for (size_t i = 0; i < all.size(); ++i) {

@@ -1,4 +1,4 @@
-// Pages: what goes in as text comes out as the same text, and the file stands alone.
+// Pages: text is escaped correctly, and the file is self-contained.
 #include "renderer/statistics/html_page.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ TEST(Base64, TestVectorsOfTheStandard) {
   EXPECT_EQ(base64(bytes_of("foobar")), "Zm9vYmFy");
 }
 
-// Every letter of the alphabet, in order: 48 bytes whose 64 groups of six bits count up.
+// Every letter of the alphabet in order: 48 bytes whose 64 groups of six bits count up.
 TEST(Base64, EveryLetter) {
   std::string bytes;
   for (unsigned i = 0; i < 64; i += 4) {
@@ -48,9 +48,9 @@ TEST(EscapeHtml, KeepsUtf8AndReplacesWhatIsNone) {
   const std::string r = "\xef\xbf\xbd";
   EXPECT_EQ(escape_html("a\xff"
                         "b"),
-            "a" + r + "b");                                   // no such byte
-  EXPECT_EQ(escape_html("\x80"), r);                          // continues nothing
-  EXPECT_EQ(escape_html("\xe2\x82"), r + r);                  // cut short
+            "a" + r + "b");                                   // invalid byte
+  EXPECT_EQ(escape_html("\x80"), r);                          // stray continuation byte
+  EXPECT_EQ(escape_html("\xe2\x82"), r + r);                  // truncated
   EXPECT_EQ(escape_html("\xc0\xaf"), r + r);                  // overlong "/"
   EXPECT_EQ(escape_html("\xe0\x80\xbc"), r + r + r);          // overlong "<"
   EXPECT_EQ(escape_html("\xed\xa0\x80"), r + r + r);          // a surrogate
@@ -58,12 +58,12 @@ TEST(EscapeHtml, KeepsUtf8AndReplacesWhatIsNone) {
   EXPECT_EQ(escape_html("\xf0\x8f\xbf\xbf"), r + r + r + r);  // overlong
   EXPECT_EQ(escape_html(std::string_view("\0\x1b\x7f", 3)), r + r + r);
   EXPECT_EQ(escape_html("\xc2\x85"), r);        // a C1 control
-  EXPECT_EQ(escape_html("\xc3<"), r + "&lt;");  // does not swallow what follows
+  EXPECT_EQ(escape_html("\xc3<"), r + "&lt;");  // does not consume the next character
 }
 
 constexpr std::string_view kOdd = "<script>alert('\"&amp;')</script> Küche 場面";
 
-// Every function that takes text, given text that would do harm as markup.
+// Passes text that would be harmful as markup to every function that takes text.
 TEST(HtmlPage, TextStaysTextEverywhere) {
   const std::string odd(kOdd);
   HtmlPage page(odd, odd);
@@ -91,7 +91,7 @@ TEST(HtmlPage, TextStaysTextEverywhere) {
   EXPECT_EQ(image->attributes.at("src"), "data:image/png;base64,eA==");
 }
 
-// Nothing is fetched: no address but data, no script, no style sheet of elsewhere.
+// Nothing is fetched: only data URIs, no scripts, no external style sheets.
 TEST(HtmlPage, StandsAlone) {
   HtmlPage page("t");
   page.figures(
@@ -121,7 +121,7 @@ TEST(HtmlPage, TablesFillShortRowsAndLeaveOutAnEmptyHead) {
   EXPECT_EQ(read.fault, "");
   EXPECT_EQ(read.count("thead"), 0u);
   EXPECT_EQ(read.count("td"), 4u);
-  EXPECT_EQ(read.count("th"), 2u);  // the rows' own
+  EXPECT_EQ(read.count("th"), 2u);  // row headers
   EXPECT_NE(page.finish().find("<th scope=\"row\">b</th><td class=\"n\">1</td><td>2</td>"),
             std::string::npos);
 }

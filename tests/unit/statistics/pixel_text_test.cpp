@@ -1,4 +1,4 @@
-// Text without font files: every character can be told from every other, and stays where it is put.
+// Text without font files: all characters are distinguishable, and text stays in its place.
 #include "renderer/statistics/pixel_text.h"
 
 #include <gtest/gtest.h>
@@ -37,7 +37,7 @@ TEST(PixelText, EveryCharacterHasInkAndAShapeOfItsOwn) {
   }
 }
 
-// The usual mistakes of readers.
+// Characters that readers often confuse.
 TEST(PixelText, LookalikesAreFarApart) {
   for (const char* pair : {"0O", "0D", "O0", "1l", "1I", "Il", "1i", "5S", "8B", "2Z", "6b", "9g",
                            "38", "56", "17", "uv", "ce", ".,"}) {
@@ -88,7 +88,7 @@ TEST(PixelText, WhatIsOutsideThePictureIsCutOff) {
   for (const int x : {-1000, -7, -1, 15, 1000}) {
     for (const int y : {-1000, -4, 12, 1000}) {
       BytePicture picture(16, 16, kPaper);
-      draw_text(picture, x, y, "WWWWWW", 2, kInk);  // the sanitizers look on
+      draw_text(picture, x, y, "WWWWWW", 2, kInk);  // sanitizers check the bounds
       EXPECT_EQ(picture.values.size(), 3u * 16 * 16);
     }
   }

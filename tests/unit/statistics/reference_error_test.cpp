@@ -1,4 +1,4 @@
-// Errors against a noisy reference, and the Neyman limit, on pictures whose truth is known.
+// Errors against a noisy reference, and the Neyman limit, on pictures with a known truth.
 #include "renderer/statistics/reference_error.h"
 
 #include <gtest/gtest.h>
@@ -14,12 +14,12 @@ namespace {
 
 constexpr int kWidth = 64, kHeight = 48;
 
-// Uniform in [-1, 1), variance 1/3, for a value of a picture with a seed.
+// Uniform in [-1, 1), variance 1/3, for one value of the picture with this seed.
 double noise(uint32_t seed, size_t i) {
   return 2 * double(to_unit_float(hash_combine(hash32(seed), uint32_t(i)))) - 1;
 }
 
-// What is true: a ramp from dark to above white.
+// The truth: a ramp from dark to above white.
 double truth(size_t i) { return 0.05 + 1.5 * double(i) / (3 * kWidth * kHeight); }
 
 RgbImage picture(uint32_t seed, double amplitude, double offset = 0) {
@@ -32,7 +32,7 @@ RgbImage picture(uint32_t seed, double amplitude, double offset = 0) {
 
 // The mean over N values of products (x - a)(x - b), with variances X of x and R of each half, has
 // the variance (X (X (k - 1) + 2 R) + R^2) / N, k = 9/5 the kurtosis of the uniform distribution.
-// 40 pictures of 9216 values; the band is 5 standard deviations: false alarms 6e-7.
+// 40 pictures of 9216 values; the tolerance is 5 standard deviations: false alarms 6e-7.
 TEST(ReferenceError, ProductsOfTwoHalvesAreFreeOfTheReferencesNoise) {
   constexpr int kPictures = 40;
   const double x = 0.1 * 0.1 / 3;
@@ -50,15 +50,15 @@ TEST(ReferenceError, ProductsOfTwoHalvesAreFreeOfTheReferencesNoise) {
     const double n = kPictures * 3.0 * kWidth * kHeight;
     const double deviation = std::sqrt((x * (0.8 * x + 2 * r) + r * r) / n);
     EXPECT_NEAR(products, x, 5 * deviation) << "pictures 1 to " << 3 * kPictures << " of noise()";
-    // And the test can tell: plain squares against the mean have half of r in them.
+    // Squares of the difference to the mean contain half of r: the test is sensitive.
     EXPECT_NEAR(squares, x + r / 2, 5 * deviation);
     EXPECT_GT(r / 2, 10 * deviation);
     EXPECT_GT(relative, 0);
   }
 }
 
-// The truth itself has no error, however noisy the halves: but for what the display's curve makes
-// of their noise, the products of display values cancel too.
+// The truth has no error, however noisy the halves. Products of display values cancel, too, except
+// for the curvature of the display curve over their noise.
 TEST(ReferenceError, TheTruthHasHardlyAnyErrorOnTheDisplay) {
   const ReferencePicture halves(picture(1, 0.02), picture(2, 0.02));
   StudyReference reference;
@@ -86,7 +86,7 @@ TEST(ReferenceError, ItsOwnNoiseIsThatOfTheMean) {
   EXPECT_EQ(reference.noise_mse, 0);
 }
 
-// One picture against another: the same figures as `emberline compare` has.
+// With a single reference picture the figures equal those of `emberline compare`.
 TEST(ReferenceError, AgainstOnePictureItIsTheOrdinaryError) {
   const RgbImage x = picture(1, 0.1), r = picture(2, 0.02);
   const ErrorMetrics plain = compare_images(x, r);
@@ -106,7 +106,7 @@ TEST(ReferenceError, BiasPercentilesAndWorstPixels) {
   StudyError error = ReferencePicture(r).measure(x);
   EXPECT_NEAR(error.signed_bias, 0.01 / 0.8, 1e-5);
   EXPECT_NEAR(error.p95_absolute, 0.01, 1e-6);
-  // 4 % of the pixels, then 6 %, are far off: the percentile sees the latter only.
+  // 4 % of the pixels, then 6 %, are far off: only the latter affects the percentile.
   for (const double share : {0.04, 0.06}) {
     x = r;
     for (size_t i = 0; i < size_t(3 * share * kWidth * kHeight); ++i) x.rgb[i] += 1;
@@ -122,7 +122,7 @@ TEST(ReferenceError, BiasPercentilesAndWorstPixels) {
   EXPECT_EQ(error.rel_mse_trimmed, 0);
 }
 
-// A factor of all light is one of the errors, or its square, or none of those that are relative.
+// Scaling light by a factor scales errors by it or its square, and relative errors not at all.
 TEST(ReferenceError, AFactorOfAllLightIsOneOfTheErrors) {
   const auto scaled = [](RgbImage image, int exponent) {
     for (float& value : image.rgb) value = std::ldexp(value, exponent);
@@ -176,14 +176,14 @@ TEST(NeymanLimit, ClosedForms) {
               1e-12);
 }
 
-// The limit is what the best allocation has, found by trying them: of errors v / n^a, for
-// stratified samples too.
+// The limit equals the best allocation, found by exhaustive search, for errors v / n^a and so also
+// for stratified samples.
 TEST(NeymanLimit, IsTheLeastErrorOfAnyAllocation) {
   const std::vector<double> v = {1, 9, 4}, c = {2, 1, 5};
   for (const double a : {1.0, 1.5, 2.0}) {
     const auto error = [&](size_t i, double share) { return v[i] * std::pow(c[i] / share, a); };
     double least = 1e30;
-    for (double s = 0.01; s < 0.98; s += 0.005) {  // shares of a cost of 1
+    for (double s = 0.01; s < 0.98; s += 0.005) {  // shares of a total cost of 1
       for (double t = 0.01; s + t < 0.99; t += 0.005) {
         least = std::min(least, error(0, s) + error(1, t) + error(2, 1 - s - t));
       }
@@ -194,14 +194,14 @@ TEST(NeymanLimit, IsTheLeastErrorOfAnyAllocation) {
 }
 
 TEST(NeymanLimit, MetricsWeighTheVariance) {
-  // Two pixels of equal variance, dark and bright: only mse calls them equal.
+  // Two pixels of equal variance, one dark and one bright: only for mse are they equal.
   RgbImage mean{2, 1, {0.1f, 0.1f, 0.1f, 2.0f, 2.0f, 2.0f}};
   const std::vector<float> variance(6, 0.5f), seconds(2, 1e-6f);
   const NeymanLimits limits = neyman_limits(variance, seconds, mean, 0.01);
   EXPECT_NEAR(limits.mse, 1, 1e-9);
   const double w0 = 1 / 0.02, w1 = 1 / 4.01;
   EXPECT_NEAR(limits.rel_mse, 2 * (w0 + w1) / std::pow(std::sqrt(w0) + std::sqrt(w1), 2), 1e-4);
-  // Beyond white the curve is flat: .02 against its slope of 1.48 at 0.1.
+  // Beyond white the curve is flat: .02, compared with its slope of 1.48 at 0.1.
   const double slope = 1.055 / 2.4 * std::pow(0.1, 1 / 2.4 - 1), flat = 0.02;
   EXPECT_NEAR(limits.display, 2 * (slope * slope + flat * flat) / std::pow(slope + flat, 2), 2e-3);
 }

@@ -1,4 +1,4 @@
-// Sums of studies whose curves are known: exact power laws, and noise with a known spread.
+// Summaries of studies with known curves: exact power laws, and noise with a known spread.
 #include "renderer/statistics/study_summary.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@ namespace emberline {
 namespace {
 
 // A method whose every error is scale * samples^-order (for squared metrics; the square root for
-// the others), at `seconds` a sample.
+// the others), at `seconds` per sample.
 struct PowerLaw {
   double scale = 1, order = 1, seconds = 1e-3;
 };
@@ -86,8 +86,8 @@ TEST(StudyMean, OfErrorsIsGeometricAndOneValueHasNoInterval) {
   EXPECT_FALSE(geometric_mean_estimate(std::vector<double>{0, -1}));
 }
 
-// 95 % of intervals hold the truth: of 2000, 1900 +- 9.7 (standard deviation); the band is five of
-// those, a false-alarm rate of 6e-7.
+// 95 % of the intervals contain the true value: of 2000, 1900 +- 9.7 (standard deviation). The
+// tolerance is five of those, a false-alarm rate of 6e-7.
 TEST(StudyMean, IntervalsHoldTheTruthAsOftenAsTheySay) {
   int covered = 0;
   for (uint32_t trial = 0; trial < 2000; ++trial) {
@@ -114,7 +114,7 @@ TEST(StudySummary, SlopesAreTheOrders) {
 }
 
 TEST(StudySummary, SpeedupOfAKnownFactor) {
-  // b needs a third of the samples and twice the time for each: 3 and 1.5 times as fast.
+  // b needs a third of the samples and twice the time per sample: 3 and 1.5 times as fast.
   const StudyResults r = study_of({{3, 1, 1e-3}, {1, 1, 2e-3}}, 4);
   for (size_t budget = 0; budget < 4; ++budget) {
     const Speedup samples =
@@ -145,8 +145,8 @@ TEST(StudySummary, InterpolatesInLogarithms) {
               2 * std::sqrt(2) / 8, 1e-12);
 }
 
-// The baseline falls by 4 from 1 to 2 samples, by 2 from 2 to 4 and by 8 from 4 to 8: each place is
-// read from the piece it lies in.
+// The baseline falls by 4 from 1 to 2 samples, by 2 from 2 to 4 and by 8 from 4 to 8: each point is
+// interpolated in its own segment.
 TEST(StudySummary, ReadsABentCurvePieceByPiece) {
   StudyResults r = study_of({{1, 1, 1e-3}, {1, 1, 1e-3}}, 1);
   const double bent[] = {1, 1.0 / 4, 1.0 / 8, 1.0 / 64};
@@ -164,7 +164,7 @@ TEST(StudySummary, ReadsABentCurvePieceByPiece) {
   }
 }
 
-// Budgets so close that the same picture was there for both.
+// Budgets so close that the same picture counts for both.
 TEST(StudySummary, OfCheckpointsAtOnePositionTheLastCounts) {
   StudyResults r = study_of({{3, 1, 1e-3}, {1, 1, 1e-3}}, 1);
   r.runs[0].checkpoints[1] = r.runs[0].checkpoints[0];
@@ -190,8 +190,8 @@ TEST(StudySummary, ABaselineThatDoesNotFallSaysNothing) {
   EXPECT_FALSE(equal_error_speedup(r, 1, StudyMetric::kMse, StudyAxis::kSamples, 3));
 }
 
-// Seeds that differ by a factor that both methods share: the paired interval is a point, while the
-// interval of the method's own error is wide.
+// Both methods share a factor per seed: the paired interval is a point, while that of the method's
+// own error is wide.
 TEST(StudySummary, PairsBySeed) {
   StudyResults r = study_of({{2, 1, 1e-3}, {1, 1, 1e-3}}, 4);
   for (StudyRun& run : r.runs) {
@@ -213,7 +213,7 @@ TEST(StudySummary, FailedAndMissingRunsAreLeftOutAndCounted) {
   r.runs[1].status = StudyRunStatus::kFailed;
   r.runs[1].reason = "it would not";
   r.runs[1].checkpoints.clear();
-  r.runs.pop_back();  // the last of b
+  r.runs.pop_back();  // the last run of b
   EXPECT_EQ(failures(r, 1).runs, 1u);
   EXPECT_EQ(failures(r, 1).reason, "it would not");
   EXPECT_EQ(failures(r, 0).runs, 0u);

@@ -1,4 +1,4 @@
-// Charts: what is drawn lies where its value says, and what cannot be drawn harms nothing.
+// Charts: positions match the values, and invalid values do no harm.
 #include "renderer/statistics/svg_chart.h"
 
 #include <gtest/gtest.h>
@@ -48,7 +48,7 @@ std::vector<Place> polyline(const ReadMarkup& read, size_t index = 0) {
   return places;
 }
 
-// On linear axes equal steps are equal distances, and upwards is more.
+// On linear axes equal steps are equal distances, and larger values are higher.
 TEST(LineChart, LinearPlaces) {
   const auto line = polyline(well_formed(line_chart(chart_of({{0, 0}, {1, 5}, {2, 10}}))));
   ASSERT_EQ(line.size(), 3u);
@@ -58,7 +58,7 @@ TEST(LineChart, LinearPlaces) {
   EXPECT_LT(line[1].second, line[0].second);
 }
 
-// On logarithmic ones equal factors: 1/N is a straight line.
+// On logarithmic axes equal factors are equal distances: 1/N is a straight line.
 TEST(LineChart, LogarithmicPlaces) {
   std::vector<ChartPoint> points;
   for (int i = 0; i < 5; ++i) points.push_back({std::pow(4.0, i), 3 / std::pow(4.0, i)});
@@ -74,7 +74,7 @@ TEST(LineChart, WhatCannotBeDrawnInterruptsTheLine) {
   const auto read = well_formed(line_chart(
       chart_of({{1, 1}, {2, 2}, {3, kNan}, {4, 4}, {5, 5}, {kInfinity, 1}, {1e300, 1}})));
   EXPECT_EQ(read.count("polyline"), 2u);
-  EXPECT_EQ(read.count("title"), 4u);  // one for each marker
+  EXPECT_EQ(read.count("title"), 4u);  // one per marker
   const auto zero =
       well_formed(line_chart(chart_of({{1, 1}, {2, 0}, {0, 3}, {4, 4}}, AxisScale::kLog)));
   EXPECT_EQ(zero.count("polyline"), 0u);
@@ -92,14 +92,14 @@ TEST(LineChart, EmptyAndSinglePoints) {
   EXPECT_EQ(well_formed(line_chart(chart_of({{3, 7}}))).text.find("no data"), std::string::npos);
   LineChart none;
   EXPECT_NE(well_formed(line_chart(none)).text.find("no data"), std::string::npos);
-  // A point without neighbours is seen even without markers.
+  // An isolated point is visible even without markers.
   LineChart lonely = chart_of({{3, 7}});
   lonely.series[0].markers = false;
   lonely.series[0].name.clear();
   EXPECT_EQ(well_formed(line_chart(lonely)).count("circle"), 1u);
 }
 
-// Intervals that reach 0 on a logarithmic axis end where the plot does, and do not squeeze it.
+// Intervals that reach 0 on a logarithmic axis end at the plot's edge and do not compress it.
 TEST(LineChart, IntervalsStayInThePlot) {
   for (const ChartSpread spread : {ChartSpread::kBars, ChartSpread::kBand}) {
     LineChart chart =
@@ -114,7 +114,7 @@ TEST(LineChart, IntervalsStayInThePlot) {
   }
 }
 
-// A letter takes about 7 units: no number along the axis leaves the picture.
+// A letter is about 7 units wide: no label along the axis leaves the picture.
 TEST(LineChart, LabelsStayInThePicture) {
   for (const double most : {4500.0, 9e5, 1e-3, 7e8}) {
     const LineChart chart = chart_of({{most / 100, 1}, {most, 2e5}});
@@ -129,7 +129,6 @@ TEST(LineChart, LabelsStayInThePicture) {
   }
 }
 
-// Forty series differ in colour, dash or marker.
 TEST(LineChart, SeriesAreToldApart) {
   LineChart chart = chart_of({});
   chart.series.clear();
@@ -188,7 +187,7 @@ TEST(HistogramChart, LogarithmicHeightsEmptyAndBrokenBars) {
     if (e.name == "rect") heights.push_back(std::stod(e.attributes.at("height")));
   }
   ASSERT_EQ(heights.size(), 2u);
-  EXPECT_GT(heights[0], 3);  // a count of 1 can be seen
+  EXPECT_GT(heights[0], 3);  // a count of 1 is visible
   EXPECT_GT(heights[1], 3 * heights[0]);
   histogram.bars.clear();
   EXPECT_NE(well_formed(histogram_chart(histogram)).text.find("no data"), std::string::npos);

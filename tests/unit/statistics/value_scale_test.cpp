@@ -1,4 +1,4 @@
-// Scales of heatmaps: ranges found by themselves, places along the bar, round numbers.
+// Scales of heatmaps: automatic ranges, positions along the bar, round numbers.
 #include "renderer/statistics/value_scale.h"
 
 #include <gtest/gtest.h>
@@ -48,7 +48,7 @@ TEST(PlaneStatistics, OfOneValueIsThatValue) {
 TEST(AutomaticRange, LeavesOutTheGreatestTwoPercent) {
   std::vector<float> values(2000, 0.0f);
   for (size_t i = 0; i < 1000; ++i) values[2 * i] = float(i + 1);
-  for (size_t i = 0; i < 50; ++i) values[2 * i] = kInf;  // 950 that are not 0: 51 to 1000
+  for (size_t i = 0; i < 50; ++i) values[2 * i] = kInf;  // 950 non-zero values: 51 to 1000
   const ValueRange range = automatic_range(row(values), false);
   EXPECT_EQ(range.least, 0);
   EXPECT_EQ(range.most, 981);
@@ -85,7 +85,7 @@ TEST(AutomaticRange, LogarithmicIsAboveZeroWhateverThereIs) {
   EXPECT_EQ(range.least, 0.5);
   EXPECT_EQ(range.most, 8);
   std::vector<float> values(1000, 10.0f);
-  for (size_t i = 0; i < 5; ++i) values[i] = 1e-9f;  // half a percent of outliers
+  for (size_t i = 0; i < 5; ++i) values[i] = 1e-9f;  // half a per cent of outliers
   values[999] = 20;
   EXPECT_EQ(automatic_range(row(values), true).least, double(1e-9f));
   values[4] = 10;
@@ -129,7 +129,7 @@ TEST(ValueScale, LogarithmicTicksAreDecadesAndWhatIsBetweenIfTheyAreFew) {
   EXPECT_EQ(labels(ValueScale({6, 9}, true), 4), "6 7 8 9 ");
 }
 
-// Whatever the range: inside it, ascending, no more than asked for, and at least one.
+// For any range: inside it, ascending, no more than requested, and at least one.
 TEST(ValueScale, TicksOfAnyRange) {
   for (const bool logarithmic : {false, true}) {
     for (const double least : {1e-30, 1e-6, 0.37, 1.0, 123.4, 9.99e8}) {

@@ -1,4 +1,4 @@
-// What the window remembers, and what becomes of files that cannot be used.
+// The window's saved state, and unusable state files.
 #include "renderer/window/window_state.h"
 
 #include <gtest/gtest.h>
@@ -21,14 +21,14 @@ class WindowStateTest : public OutputFolder {
   }
 };
 
-// People keep their settings elsewhere and link to them.
+// Users may link to settings stored elsewhere.
 TEST_F(WindowStateTest, NothingOfOthersIsWrittenOver) {
   std::ofstream(path("notes")) << "mine";
   std::filesystem::create_symlink("notes", path("link.json"));
   write_window_state(path("link.json"), {});
   EXPECT_EQ(std::filesystem::file_size(path("notes")), 4u);
   ASSERT_EQ(::mkfifo(path("pipe.json").c_str(), 0600), 0);
-  write_window_state(path("pipe.json"), {});  // and does not wait for a reader
+  write_window_state(path("pipe.json"), {});  // without waiting for a reader
   write_window_state(path("own.json"), {});
   std::filesystem::create_symlink("own.json", path("good.json"));
   WindowState wide;

@@ -1,5 +1,5 @@
-// Shares of a budget against the exact optimum, which sorting finds; and the rounding of shares to
-// counts.
+// Allocations of a budget compared with the exact optimum, found by sorting, and the rounding of
+// shares to counts.
 #include "renderer/drivers/adaptive/allocation.h"
 
 #include <gtest/gtest.h>
@@ -45,8 +45,8 @@ double sum_at(const Problem& p, double k) {
   return sum;
 }
 
-// K of the exact optimum: the sum is linear in K between the values at which a pixel meets one of
-// its bounds. Infinite where every pixel that can grow is at its most.
+// K of the exact optimum: the sum is linear in K between the values at which a pixel reaches one of
+// its bounds. Infinite if every pixel that can grow is at its maximum.
 double exact_k(const Problem& p) {
   std::vector<double> ends = {0.0};
   for (size_t i = 0; i < p.rates.size(); ++i) {
@@ -64,8 +64,8 @@ double exact_k(const Problem& p) {
   return std::numeric_limits<double>::infinity();
 }
 
-// Rates over `decades` decades, one in eight of them zero; bounds of all kinds, some of them one
-// number; a total somewhere between the sums of the bounds.
+// Rates over `decades` decades, one in eight of them zero; bounds of all kinds, some with equal
+// ends; a total between the sums of the bounds.
 Problem random_problem(uint64_t seed, size_t pixels, double decades) {
   TestRandom random(seed, 0);
   Problem p;
@@ -78,7 +78,7 @@ Problem random_problem(uint64_t seed, size_t pixels, double decades) {
     b.most = random.next() < 0.2f ? b.least : b.least + std::floor(1000.0f * random.next());
     p.bounds.push_back(b);
     least += double(b.least);
-    // A rate of zero stays at its least.
+    // A pixel of rate zero stays at its minimum.
     most += double(zero ? b.least : b.most);
   }
   p.total = least + (0.02 + 0.96 * random.next_double()) * (most - least);
@@ -96,14 +96,14 @@ TEST(ShareSamples, IsTheExactOptimum) {
     for (size_t i = 0; i < pixels; ++i) {
       const double exact =
           std::clamp(k * double(p.rates[i]), double(p.bounds[i].least), double(p.bounds[i].most));
-      // The bisection's own resolution: the sum's thousandth may lie in few pixels.
+      // The bisection's own tolerance: a thousandth of the sum may lie in few pixels.
       ASSERT_NEAR(double(counts[i]), exact, 2e-3 * exact + 1e-5) << "pixel " << i;
     }
   }
 }
 
-// Karush, Kuhn and Tucker: between its bounds a pixel's gain of one more sample, (rate / n)^2, is
-// everybody's; at its most it is no less, at its least no more.
+// Karush-Kuhn-Tucker: between its bounds every pixel has the same gain of one more sample, (rate /
+// n)^2; at its maximum the gain is no less, at its minimum no more.
 TEST(ShareSamples, NoSampleIsBetterElsewhere) {
   for (uint64_t seed = 1000; seed < 1050; ++seed) {
     const Problem p = random_problem(seed, 500, 4.0);
@@ -137,15 +137,15 @@ TEST(ShareSamples, PerturbationsRaiseTheError) {
       const double before = error(i, double(counts[i])) + error(j, double(counts[j]));
       const double after =
           error(i, double(counts[i]) - moved) + error(j, double(counts[j]) + moved);
-      // To first order a shift between equals changes nothing; what floats and the bisection's
-      // thousandth leave.
+      // To first order a shift between equals changes nothing; the tolerance is for float rounding
+      // and the bisection's thousandth.
       ASSERT_GE(after, before * (1 - 1e-6)) << "seed " << seed << ", from " << i << " to " << j;
     }
   }
 }
 
 TEST(ShareSamples, AgainstEverySplitOfASmallBudget) {
-  // Sum of rate^2 / n over all whole splits of 60 samples: 36, 18 and 6 are in the rates' ratio.
+  // Sum of rate^2 / n over all integer splits of 60 samples: 36, 18 and 6 are in the rates' ratio.
   const Problem p = {{6, 3, 1}, {{0, 100}, {0, 100}, {0, 100}}, 60};
   double best = 1e30;
   std::array<int, 3> split{};
@@ -192,7 +192,7 @@ TEST(ShareSamples, ARateOfZeroStaysAtItsLeast) {
   EXPECT_TRUE(solve({}).empty());
 }
 
-// What a firefly next to a nearly black wall does to rates, and beyond.
+// Rates as caused by a firefly next to a nearly black wall, and beyond.
 TEST(ShareSamples, HugeRangesOfRates) {
   for (const double decades : {20.0, 40.0}) {
     for (uint64_t seed = 3000; seed < 3030; ++seed) {
@@ -209,7 +209,7 @@ TEST(ShareSamples, HugeRangesOfRates) {
   }
 }
 
-// Rates grow with a frame's light; the shares do not.
+// Rates scale with a frame's light; the shares do not.
 TEST(ShareSamples, AFactorOfAllRatesChangesNothing) {
   Problem p = random_problem(3100, 777, 6.0);
   for (const auto share : {&share_samples, &share_steps}) {
@@ -226,7 +226,7 @@ TEST(ShareSamples, AFactorOfAllRatesChangesNothing) {
   }
 }
 
-// A rate that is no number gives its pixel the least, and the others what there is.
+// A pixel with a NaN rate gets its minimum, and the others get the rest.
 TEST(ShareSamples, RatesThatAreNoNumbers) {
   for (const auto share : {&share_samples, &share_steps}) {
     for (const float rate : {std::nanf(""), -std::nanf("")}) {
@@ -266,7 +266,7 @@ TEST(RoundCount, KeepsTheExpectation) {
           ASSERT_LT(std::abs(float(count) - wanted), float(step));
           sum += count;
         }
-        // The draws are evenly spread, so that the mean is off by at most half a step of theirs.
+        // The draws are evenly spaced, so the mean is off by at most half a spacing.
         EXPECT_NEAR(sum / kDraws, double(wanted), double(step) / kDraws + 1e-6 * double(wanted))
             << "have " << have << ", wanted " << wanted << ", step " << step;
       }
@@ -280,7 +280,7 @@ TEST(RoundCount, NobodyLosesSamples) {
   }
 }
 
-// Rates over four decades, counts from 8 to 64 to begin with.
+// Rates over four decades, initial counts from 8 to 64.
 Problem doublings(uint64_t seed, double samples) {
   Problem p;
   for (size_t i = 0; i < 5000; ++i) {
@@ -307,15 +307,15 @@ TEST(ShareSteps, CountsArePowersOfTwoAndHalfAgainWithinTheTotal) {
       ASSERT_GE(counts[i], p.bounds[i].least);
       ASSERT_LE(counts[i], p.bounds[i].most);
     }
-    // One pixel more, the largest, is 65536 of 200000 to 4000000.
+    // One more step of the largest pixel is 65536 of 200000 to 4000000.
     EXPECT_LE(sum_of(counts), p.total);
     EXPECT_GE(sum_of(counts), 0.99 * p.total - 65536) << seed;
   }
 }
 
-// Variance rate^2 / n: from n to m samples a pixel loses rate^2 / (n m) of it for each. No step
-// that was left out is worth more than one that was not, but that powers of two are preferred: from
-// 1 to 1.5 if K rate is above 1.3, on to 2 above 1.62, 1.3^2 / 1.5 to 1.62^2 / 3.
+// With variance rate^2 / n, growing from n to m samples reduces it by rate^2 / (n m) per sample. No
+// omitted step is worth more than a chosen one, except that powers of two are preferred: 1 to 1.5
+// if K rate is above 1.3, on to 2 above 1.62, hence 1.3^2 / 1.5 to 1.62^2 / 3.
 TEST(ShareSteps, NoOtherStepsAreWorthMore) {
   for (uint64_t seed = 1; seed <= 20; ++seed) {
     const Problem p = doublings(seed, 40.0 * double(seed));
@@ -333,7 +333,7 @@ TEST(ShareSteps, NoOtherStepsAreWorthMore) {
   }
 }
 
-// As a damaged state may have them: an end, and every pixel within its bounds.
+// Rates that a damaged state may contain: the search ends, and every pixel is within its bounds.
 TEST(ShareSteps, RatesThatAreNoNumbers) {
   constexpr float kInf = std::numeric_limits<float>::infinity();
   for (const float rate : {kInf, std::numeric_limits<float>::max(), std::nanf("")}) {

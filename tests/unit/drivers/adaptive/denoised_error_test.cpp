@@ -1,5 +1,4 @@
-// --allocation denoised on frames whose samples are made up: where the filter helps, samples are
-// not needed.
+// --allocation denoised on synthetic frames: pixels that the filter can clean need no samples.
 #include "renderer/drivers/adaptive/denoised_error.h"
 #include "renderer/core/archive.h"
 
@@ -20,8 +19,8 @@ using namespace test;
 
 constexpr int kWidth = 64, kHeight = 48;
 
-// Equal noise everywhere; the left half is flat, on the right each pixel has a brightness of its
-// own that neighbours and features know nothing of.
+// Uniform noise everywhere. The left half is flat; on the right each pixel has a random brightness
+// that neighbours and features cannot predict.
 SyntheticFrame half_flat(uint64_t seed) {
   return {kWidth, kHeight, seed, [](int x, int y, TestRandom& random) {
             TestRandom of_pixel(77, uint64_t(y) * kWidth + uint64_t(x));
@@ -30,7 +29,7 @@ SyntheticFrame half_flat(uint64_t seed) {
           }};
 }
 
-// Samples of the right half over those of the left.
+// Samples of the right half relative to the left half.
 double share_of_the_rough(std::string_view estimator, ErrorMetric allocation) {
   SyntheticFrame frame = half_flat(5);
   AdaptiveSettings settings = of_budget(256, allocation);
@@ -45,7 +44,7 @@ double share_of_the_rough(std::string_view estimator, ErrorMetric allocation) {
   return right / left;
 }
 
-// What the noise alone asks for is even.
+// By noise alone the two halves would get equal shares.
 TEST(DenoisedError, SamplesGoWhereNoFilterHelps) {
   for (const char* estimator : {"two-stream", "nested"}) {
     SCOPED_TRACE(estimator);
@@ -90,8 +89,8 @@ TEST(DenoisedError, IsFilteredAtFourTimesTheSamplesAndFallsInBetween) {
   EXPECT_NE(at.map.deviation, deviation);
 }
 
-// Saved amid the samples between two passes of the filter, it goes on to the same bits; what no
-// film has is refused.
+// A state saved between two passes of the filter resumes to the same bits; one of another size is
+// rejected.
 TEST(DenoisedError, ComesBackFromAnArchive) {
   const size_t pixels = size_t(kWidth) * kHeight;
   Looked at, back;
@@ -139,7 +138,7 @@ TEST(DenoisedError, BudgetsHoldInAnyLight) {
       settings.estimator = estimator;
       RoundPlanner planner(settings, kWidth, kHeight, 7);
       frame.render(planner);
-      EXPECT_LE(frame.mean_count(), 64.8);  // counts are rounded by chance
+      EXPECT_LE(frame.mean_count(), 64.8);  // counts are rounded at random
       EXPECT_GT(frame.mean_count(), 58.0);
       EXPECT_TRUE(planner.error_estimate() >= 0.0 && planner.error_estimate() <= 0.5);
       for (const float error : planner.errors().error) ASSERT_TRUE(error >= 0.0f && error <= 0.5f);
@@ -147,7 +146,7 @@ TEST(DenoisedError, BudgetsHoldInAnyLight) {
   }
 }
 
-// What a stop cuts short leaves the map as it was.
+// A cancelled filter leaves the map unchanged.
 TEST(DenoisedError, AStopIsHonoured) {
   Looked at;
   at.frame.bring_to(std::vector<uint32_t>(size_t(kWidth) * kHeight, 16));

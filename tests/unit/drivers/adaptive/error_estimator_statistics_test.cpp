@@ -1,7 +1,7 @@
-// How often the historical estimators are right, on pixels whose distribution is known; and how
-// much light their stopping rules lose. Pixel i of a test draws TestRandom(seed, i), with the seed
-// in the test, so that any pixel can be repeated alone. Shares and means are checked to 5 standard
-// deviations, a false alarm in 2e6 runs with other seeds each, plus what the text allows for.
+// Calibration of the historical estimators on pixels with a known distribution, and the bias of
+// their stopping rules. Pixel i of a test uses TestRandom(seed, i), so that any pixel can be
+// replayed alone. Shares and means are checked to 5 standard deviations (a false alarm in 2e6 runs
+// with other seeds each), plus the stated allowances.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -22,7 +22,7 @@ using test::drawn_pixels;
 using test::SamplePixel;
 using test::TestRandom;
 
-// Five standard deviations of the share of `count` draws that have probability `p`.
+// Five standard deviations of the share of `count` draws of probability `p`.
 double share_tolerance(double p, double count) { return 5 * std::sqrt(p * (1 - p) / count); }
 
 // ---- quantiles ---------------------------------------------------------------------------------
@@ -57,8 +57,8 @@ TEST(Quantiles, StudentAgreesWithTables) {
 
 // ---- calibration -------------------------------------------------------------------------------
 
-// With confidence 95 %, the variance of the mean of `count` samples is below this; `variance` is
-// that of a sample.
+// Upper 95 % confidence bound of the variance of the mean of `count` samples; `variance` is that of
+// one sample.
 float chi_square_bound(float variance, float count) {
   const double degrees = double(count) - 1.0;
   return variance / count * float(degrees / chi_square_quantile_05(degrees));
@@ -72,7 +72,7 @@ float confidence_half_width(float variance, float count) {
 constexpr int kSide = 200;  // of the windows: 40,000 pixels
 constexpr double kPixels = kSide * kSide;
 
-// Slope of the sRGB curve in its bent part.
+// Slope of the sRGB curve in its nonlinear part.
 double display_slope(double x) { return 1.055 / 2.4 * std::pow(x, 1 / 2.4 - 1); }
 
 std::vector<float> errors_of(decltype(EstimatorEntry::estimate) estimate,
@@ -82,7 +82,7 @@ std::vector<float> errors_of(decltype(EstimatorEntry::estimate) estimate,
   return map.error;
 }
 
-// Normal samples around .5, so that the display curve is straight over the noise of a mean.
+// Normal samples around .5, where the display curve is straight over the noise of a mean.
 constexpr double kMean = 0.5, kDeviation = 0.05;
 PixelStatistics normal_pixels(uint32_t count, uint64_t seed) {
   return drawn_pixels(kSide, kSide, count, seed, [](TestRandom& random) {
@@ -93,28 +93,28 @@ double true_error(uint32_t count) {
   return display_slope(kMean) * kDeviation / std::sqrt(double(count));
 }
 
-// The share of pixels, of all in the crop, for which holds(i).
+// The share of pixels of the crop for which holds(i).
 double share(const std::function<bool(size_t)>& holds) {
   double count = 0;
   for (size_t i = 0; i < size_t(kPixels); ++i) count += holds(i) ? 1 : 0;
   return count / kPixels;
 }
 
-// The true variance is below the bound in 95 % of the pixels. .1 % for the quantile's own error.
+// The true variance is below the bound in 95 % of the pixels; .1 % for the quantile's own error.
 TEST(ChiSquareCalibration, TheBoundHoldsIn95Percent) {
   for (const uint32_t n : {8u, 16u, 64u}) {
     const PixelStatistics pixels = normal_pixels(n, 100 + n);
     const auto bound = [&](size_t i) { return chi_square_bound(pixels.variance[0][i], float(n)); };
     const double held = share([&](size_t i) { return kDeviation * kDeviation / n < bound(i); });
     EXPECT_NEAR(held, 0.95, share_tolerance(0.95, kPixels) + 1e-3) << n << ", seed " << 100 + n;
-    // In display units; the slope at the pixel's mean, not the true one, may cost .2 %.
+    // In display units; using the slope at the pixel's mean instead of the true one may cost .2 %.
     const std::vector<float> errors = errors_of(estimate_chi_square, pixels);
     const double shown = share([&](size_t i) { return true_error(n) < double(errors[i]); });
     EXPECT_NEAR(shown, 0.95, share_tolerance(0.95, kPixels) + 3e-3) << n << ", seed " << 100 + n;
   }
 }
 
-// The interval holds the true mean in 95 % of the pixels.
+// The interval contains the true mean in 95 % of the pixels.
 TEST(PainterSloanCalibration, TheIntervalHoldsIn95Percent) {
   for (const uint32_t n : {8u, 16u, 64u}) {
     const PixelStatistics pixels = normal_pixels(n, 200 + n);
@@ -132,8 +132,8 @@ TEST(PainterSloanCalibration, TheIntervalHoldsIn95Percent) {
   }
 }
 
-// The known fault: light that one sample in 50 meets. 85 % of the pixels have eight black samples
-// (.98^8) and intervals of no width, and only the rest may hold the truth.
+// The known flaw, with light that one sample in 50 hits: 85 % of the pixels have eight black
+// samples (.98^8) and intervals of zero width, and only the rest can contain the truth.
 TEST(PainterSloanCalibration, RareLightHasNoInterval) {
   constexpr uint64_t kSeed = 7;
   const auto rare = [](TestRandom& random) { return random.next_double() < 0.02 ? 1.0 : 0.0; };
@@ -169,8 +169,8 @@ TEST(KajiyaCalibration, OneDegreeOfFreedom) {
 }
 
 // Where the display curve is like the square root, a block of 16 pixels shows its standard error.
-// The crop is kept whole here (far above 256 times the threshold), so that all pixels are pooled:
-// known to 5 sqrt(pi / 2 - 1) / 200 = 2 %, and the two curves' slopes differ by .6 % at .2.
+// The error is far above 256 times the threshold, where blocks are not split, so all pixels are
+// pooled: known to 5 sqrt(pi / 2 - 1) / 200 = 2 %, and the two curves' slopes differ by .6 % at .2.
 TEST(DammertzCalibration, TheThresholdIsAStandardErrorOfTheDisplay) {
   constexpr uint64_t kSeed = 400;
   constexpr double kGrey = 0.2, kNoise = 0.02;
@@ -185,7 +185,7 @@ TEST(DammertzCalibration, TheThresholdIsAStandardErrorOfTheDisplay) {
   EXPECT_NEAR(whole[0] / expected, 1.0, 0.026) << "seed " << kSeed;
 }
 
-// ---- what stopping on one's own estimate loses -------------------------------------------------
+// ---- bias of stopping on one's own estimate ----------------------------------------------------
 
 struct Light {
   const char* name;
@@ -199,13 +199,13 @@ constexpr Light kLights[] = {
     {"exponential", 0.5, [](TestRandom& r) { return -0.5 * std::log1p(-r.next_double()); }},
 };
 
-// Takes `batch` samples a time until the rule's variance of the mean is below .02^2. Linear light:
-// the rules are the estimators' own, without the display curve.
+// Takes `batch` samples at a time until the rule's variance of the mean is below .02^2. Radiance is
+// linear: this uses the estimators' rules without the display curve.
 using VarianceRule = double (*)(const SamplePixel&);
 constexpr double kTarget = 0.02;
 
 SamplePixel sample_until(VarianceRule rule, uint32_t batch, const Light& light, TestRandom random) {
-  constexpr uint32_t kMost = 20000;  // eight times what any of them needs to know its mean
+  constexpr uint32_t kMost = 20000;  // eight times what any of them needs for its mean
   SamplePixel pixel;
   do {
     for (uint32_t k = 0; k < batch; ++k) pixel.add(light.draw(random));
@@ -229,7 +229,7 @@ Loss light_lost(VarianceRule rule, uint32_t batch, const Light& light, uint64_t 
   return {mean, 5 * std::sqrt((squares / kRuns - mean * mean) / kRuns)};
 }
 
-// Expected losses: measured by another program with another generator, known to .6 %.
+// Expected losses, measured by an independent program and generator to .6 %.
 void expect_losses(VarianceRule rule, uint32_t batch, uint64_t seed, const double (&expected)[4]) {
   constexpr double kKnown = 0.006;
   for (size_t i = 0; i < 4; ++i) {
@@ -248,7 +248,7 @@ TEST(SelfStopping, ChiSquareLosesRareLight) {
   EXPECT_LT(light_lost(rule, 8, kLights[0], 500).bias, -std::pow(0.9, 8) + 0.02);
 }
 
-// The interval of 1.96 standard errors, the rule's half width over what it is for many samples.
+// The interval of 1.96 standard errors: the rule's half width relative to that for many samples.
 TEST(SelfStopping, PainterSloanLosesAsMuch) {
   const VarianceRule rule = [](const SamplePixel& p) {
     const double width = confidence_half_width(float(p.variance()), float(p.count())) / kNormal975;

@@ -1,5 +1,5 @@
-// Error estimators on made-up pixels: what all must promise, and each against values found by hand.
-// How often they are right is in error_estimator_statistics_test.cpp.
+// Error estimators on synthetic pixels: their common contract, and each against values computed by
+// hand. error_estimator_statistics_test.cpp tests their calibration.
 #include "renderer/core/rect.h"
 #include "renderer/drivers/adaptive/error_estimator.h"
 
@@ -30,7 +30,7 @@ using test::TestRandom;
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr float kUnfinished = 1e3f;  // at least this: above any threshold a person asks for
+constexpr float kUnfinished = 1e3f;  // above any threshold that a user would choose
 
 using Estimator = decltype(EstimatorEntry::estimate);
 
@@ -48,7 +48,7 @@ std::string test_name(const ::testing::TestParamInfo<EstimatorEntry>& info) {
   return name;
 }
 
-// ---- what all promise --------------------------------------------------------------------------
+// ---- common contract ---------------------------------------------------------------------------
 
 class EveryEstimator : public ::testing::TestWithParam<EstimatorEntry> {
  protected:
@@ -57,7 +57,7 @@ class EveryEstimator : public ::testing::TestWithParam<EstimatorEntry> {
   }
 };
 
-// Planes of values from `values`, each pixel's from its own random numbers.
+// Planes of random elements of `values`, with random numbers per pixel.
 PixelStatistics planes_of(int width, int height, uint64_t seed, const std::vector<float>& values) {
   PixelStatistics pixels = constant_pixels(width, height, 0.0f, 0.0f);
   for (size_t i = 0; i < pixels.size(); ++i) {
@@ -85,15 +85,15 @@ TEST_P(EveryEstimator, HostileStatisticsGiveFiniteErrors) {
   }
 }
 
-// Frames in any unit of light: an error is finite, what a display shows as black or white has none
-// to speak of, and samples go to the same pixels where the metric knows no display.
+// Frames at any scale of light: errors are finite, nearly zero where a display shows black or
+// white, and samples go to the same pixels if the metric does not depend on the display.
 TEST_P(EveryEstimator, AFramesScaleMakesNoNumberANonNumber) {
   const auto scaled_frame = [](int exponent) {
     const double scale = std::ldexp(1.0, exponent);
     PixelStatistics pixels = drawn_pixels(40, 30, 16, 4, [&](TestRandom& random) {
       return scale * (0.2 + 0.1 * random.next_double());
     });
-    for (size_t c = 0; c < 3; ++c) {  // a row without noise, as the sun's disc or a lamp has it
+    for (size_t c = 0; c < 3; ++c) {  // a row without noise, like the sun's disc or a lamp
       for (size_t x = 0; x < 40; ++x) {
         pixels.mean[c][x] = float(scale);
         pixels.variance[c][x] = pixels.stream_difference[c][x] = 0.0f;
@@ -146,7 +146,8 @@ TEST_P(EveryEstimator, ReplacesWhatTheMapHeld) {
 
 INSTANTIATE_TEST_SUITE_P(Table, EveryEstimator, ::testing::ValuesIn(estimator_table()), test_name);
 
-// Those of the books: one pixel, or one block, against a threshold, and a batch if it fails.
+// The historical estimators test one pixel or block against a threshold and request a batch if it
+// fails.
 std::vector<EstimatorEntry> historical_estimators() {
   std::vector<EstimatorEntry> result;
   for (const EstimatorEntry& entry : estimator_table()) {
@@ -184,7 +185,7 @@ TEST_P(HistoricalEstimator, ConstantsAreFinished) {
   }
 }
 
-// What is not finite, or huge, does not spread: two pixels away all is as it was.
+// A non-finite or huge value does not spread: two pixels away nothing changes.
 TEST_P(HistoricalEstimator, ABadPixelStaysAlone) {
   for (const float bad : {kNaN, kInfinity, -kInfinity}) {
     PixelStatistics pixels = constant_pixels(9, 9, 0.5f, 16.0f);
@@ -214,7 +215,7 @@ TEST(EstimatorTable, Names) {
     EXPECT_TRUE(names.insert(entry.name).second) << entry.name;
     EXPECT_EQ(&find_estimator(entry.name), &entry);
     EXPECT_GE(entry.first_samples, 2u);
-    // A pixel that is asked must have what its estimate needs: the second stream starts at 8.
+    // The first samples must suffice for an estimate: the second stream starts at 8.
     EXPECT_TRUE(entry.streams == StreamCount::kOne || entry.first_samples >= 16) << entry.name;
   }
   try {
@@ -227,14 +228,14 @@ TEST(EstimatorTable, Names) {
   }
 }
 
-// ---- each by hand ------------------------------------------------------------------------------
+// ---- values by hand ----------------------------------------------------------------------------
 
-// Where the display curve is straight. An error's weight is its slope over .001 to each side, half
-// of the lower of which is black here.
+// The display curve is straight here. An error's weight is the slope over .001 to each side; half
+// of the lower side is black.
 constexpr float kDark = 5e-4f;
 constexpr double kCurveSlope = 12.92, kDarkSlope = 0.75 * kCurveSlope;
 
-// A dark pixel whose channels' samples have variances v, 2 v and 6 v: 3 v on average.
+// A dark pixel whose channels have sample variances v, 2 v and 6 v: 3 v on average.
 PixelStatistics dark_pixel(float count, float variance) {
   PixelStatistics pixels = constant_pixels(1, 1, kDark, count);
   pixels.variance = {{{variance}, {2 * variance}, {6 * variance}}};
@@ -257,24 +258,24 @@ TEST(PainterSloanEstimator, ByHand) {
   const double v = 1e-8;
   EXPECT_NEAR(errors(estimator, dark_pixel(8, float(v)))[0],
               kDarkSlope * 2.364624 * std::sqrt(3 * v / 8), 1e-6);
-  EXPECT_NEAR(errors(estimator, dark_pixel(4, float(v)))[0],  // alone: there is no neighbourhood
+  EXPECT_NEAR(errors(estimator, dark_pixel(4, float(v)))[0],  // without a neighbourhood
               kDarkSlope * 3.182446 * std::sqrt(3 * v / 4), 1e-5);
 }
 
-// With few samples the neighbourhood speaks: means of 1/4096 and of k/4096 beside it.
+// With few samples the estimate uses the neighbourhood: means of k/4096 around 1/4096.
 TEST(PainterSloanEstimator, NeighbourhoodOfFewSamples) {
   const Estimator estimator = estimate_painter_sloan;
   constexpr float kUnit = 0x1p-12f;
   PixelStatistics pixels = constant_pixels(3, 3, kUnit, 4.0f);
   pixels.mean[0] = {9, 2, 9, 4, 1, 6, 9, 7, 9};  // corners do not count
   for (float& mean : pixels.mean[0]) mean *= kUnit;
-  // Red 1, 2, 4, 6, 7: mean 4, squares 9 + 4 + 0 + 4 + 9 over 4; green and blue do not differ.
+  // Red 1, 2, 4, 6, 7: mean 4, squares 9 + 4 + 0 + 4 + 9 over 4; green and blue are constant.
   EXPECT_NEAR(errors(estimator, pixels)[4], kCurveSlope * kUnit * std::sqrt(26.0 / 4 / 3), 1e-7);
-  // On the edge there are three: 2 beside 9, 9 and 1.
+  // At the top edge there are three neighbours: 2 with 9, 9 and 1.
   EXPECT_NEAR(
       errors(estimator, pixels)[1],
       kCurveSlope * kUnit * std::sqrt((3.25 * 3.25 + 2 * 3.75 * 3.75 + 4.25 * 4.25) / 3 / 3), 1e-7);
-  // The crop's sides are no neighbours: 4 beside 9, 9 and 1; 6 beside the same.
+  // The crop's sides have no neighbours beyond: 4 with 9, 9 and 1; 6 with the same.
   EXPECT_NEAR(
       errors(estimator, pixels)[3],
       kCurveSlope * kUnit * std::sqrt((1.75 * 1.75 + 2 * 3.25 * 3.25 + 4.75 * 4.75) / 3 / 3), 1e-7);
@@ -283,7 +284,7 @@ TEST(PainterSloanEstimator, NeighbourhoodOfFewSamples) {
       kCurveSlope * kUnit * std::sqrt((0.25 * 0.25 + 2 * 2.75 * 2.75 + 5.25 * 5.25) / 3 / 3), 1e-7);
   pixels.count[1] = 0.0f;  // 1, 4, 6, 7
   EXPECT_NEAR(errors(estimator, pixels)[4], kCurveSlope * kUnit * std::sqrt(21.0 / 3 / 3), 1e-7);
-  pixels.count[4] = 8.0f;  // enough to judge by itself
+  pixels.count[4] = 8.0f;  // enough on its own
   EXPECT_EQ(errors(estimator, pixels)[4], 0.0f);
 }
 
@@ -299,7 +300,7 @@ TEST(KajiyaEstimator, ByHand) {
   EXPECT_GT(errors(estimate_kajiya, pixels)[0], kUnfinished);
 }
 
-// White with noise that leaves it: the display shows the part below 1, here from .9 on.
+// Noise about white: the display shows the part below 1, here from .9 on.
 TEST(KajiyaEstimator, NoiseThatLeavesWhiteIsSeen) {
   PixelStatistics pixels = constant_pixels(1, 1, 1.1f, 16.0f);
   for (auto& plane : pixels.stream_difference) plane = {0.4f};  // a standard error of .2
@@ -316,12 +317,12 @@ TEST(ContrastEstimator, ByHand) {
     const float expected = i % 6 <= 2 ? 0.02f * (0.2f / 0.8f) / 0.3f : 0.0f;
     EXPECT_NEAR(map[i], expected, 1e-7f) << i;
   }
-  // A darker pixel is seen from both sides too: .1 to .3.
+  // A darker pixel has contrast with both neighbours, too: .1 to .3.
   pixels.mean[1][7] = 0.1f;
   EXPECT_NEAR(errors(estimator, pixels)[6], 0.02f * 0.5f / 0.3f, 1e-7f);
   EXPECT_NEAR(errors(estimator, pixels)[8], 0.02f * 0.5f / 0.3f, 1e-7f);
   pixels.mean[1][7] = 0.5f;
-  // The same contrast weighs less in red, and least in blue.
+  // The same contrast has a lower weight in red and the lowest in blue.
   std::swap(pixels.mean[0], pixels.mean[1]);
   EXPECT_NEAR(errors(estimator, pixels)[7], 0.02f * 0.25f / 0.4f, 1e-7f);
   std::swap(pixels.mean[0], pixels.mean[2]);
@@ -331,13 +332,13 @@ TEST(ContrastEstimator, ByHand) {
 TEST(ContrastEstimator, SeesWhatADisplayShows) {
   const Estimator estimator = estimate_contrast;
   PixelStatistics pixels = constant_pixels(5, 1, 3.0f, 8.0f);
-  pixels.mean[1][2] = 9.0f;  // white beside white
+  pixels.mean[1][2] = 9.0f;  // white next to white
   EXPECT_EQ(errors(estimator, pixels)[2], 0.0f);
   pixels.mean[1][2] = -1.0f;  // as black as 0
   EXPECT_NEAR(errors(estimator, pixels)[1], 0.02f / 0.3f, 1e-7f);
-  pixels.count[2] = 0.0f;  // nothing there yet
+  pixels.count[2] = 0.0f;  // no sample yet
   EXPECT_EQ(errors(estimator, pixels)[1], 0.0f);
-  // The paper's limit is the paper's threshold: .65 to .35 is a contrast of .3.
+  // The paper's limit equals the threshold: .65 to .35 is a contrast of .3.
   pixels = constant_pixels(2, 1, 0.35f, 8.0f);
   pixels.mean[1][1] = 0.65f;
   EXPECT_NEAR(errors(estimator, pixels)[0], kContrastThreshold, 1e-7f);
@@ -347,7 +348,7 @@ TEST(ContrastEstimator, SeesWhatADisplayShows) {
 
 constexpr double kErrorPerDeviation = 2 * 1.7320508075688772 * 0.7978845608028654;
 
-// A grey pixel of value .25 and streams +-d apart: e_p = 3 (d / 2) / sqrt(.75).
+// A grey pixel of value .25 with streams +-d apart: e_p = 3 (d / 2) / sqrt(.75).
 double grey_error(double d) { return 1.5 * d / std::sqrt(0.75); }
 
 PixelStatistics grey_pixels(int width, int height, float difference) {
@@ -358,18 +359,18 @@ PixelStatistics grey_pixels(int width, int height, float difference) {
 
 TEST(DammertzEstimator, OneBlock) {
   PixelStatistics pixels = grey_pixels(4, 4, 0.01f);
-  pixels.stream_difference[1].assign(16, -0.01f);  // sizes count, not signs
+  pixels.stream_difference[1].assign(16, -0.01f);  // the sign does not matter
   const std::vector<float> map = errors(estimate_dammertz, pixels, 0.5f);
   for (const float error : map) {
     EXPECT_NEAR(error, grey_error(0.01) / kErrorPerDeviation, 1e-7);
   }
-  // Uneven streams: I - A is the share of B times the difference.
+  // Unequal streams: I - A is the share of B times the difference.
   pixels.second_count.assign(16, 4.0f);
   EXPECT_NEAR(errors(estimate_dammertz, pixels, 0.5f)[0], grey_error(0.01) / 2 / kErrorPerDeviation,
               1e-7);
 }
 
-// The left 8 columns of 32 x 8 hold all the error; columns of it halve at their median.
+// The left 8 columns of 32 x 8 hold all the error, and blocks split at the median of their error.
 TEST(DammertzEstimator, SplitsWhereTheErrorIs) {
   PixelStatistics pixels = grey_pixels(32, 8, 0.0f);
   for (size_t y = 0; y < 8; ++y) {
@@ -378,8 +379,8 @@ TEST(DammertzEstimator, SplitsWhereTheErrorIs) {
     }
   }
   const double e = grey_error(0.01) / kErrorPerDeviation;
-  // Whole: mean e / 4 times sqrt(256 / 16) = e. Left cut at column 4: e sqrt(32 / 16). Right cut:
-  // 28 columns, an e of 1/7 times sqrt(14).
+  // Whole: mean e / 4 times sqrt(256 / 16) = e. Left part, split at column 4: e sqrt(32 / 16).
+  // Right part: 28 columns, an e of 1/7 times sqrt(14).
   const auto at_threshold = [&](double threshold) {
     return errors(estimate_dammertz, pixels, float(threshold));
   };
@@ -393,7 +394,7 @@ TEST(DammertzEstimator, SplitsWhereTheErrorIs) {
   EXPECT_NEAR(map[0], e, 1e-5 * e);
   EXPECT_NEAR(map[4], std::sqrt(14.0) / 7 * e, 1e-5 * e);
   EXPECT_NEAR(map[31], std::sqrt(14.0) / 7 * e, 1e-5 * e);
-  map = at_threshold(0.0);  // no threshold: to the end, columns 4 and 5, then 6, then 7
+  map = at_threshold(0.0);  // no threshold: all splits, columns 4 and 5, then 6, then 7
   EXPECT_NEAR(map[4], e, 1e-5 * e);
   EXPECT_NEAR(map[6], std::sqrt(0.5) * e, 1e-5 * e);
   EXPECT_NEAR(map[7], std::sqrt(0.5) * e, 1e-5 * e);
@@ -447,11 +448,11 @@ TEST(DammertzEstimator, AgreesWithTheRuleInPlainLoops) {
   std::vector<uint64_t> pixel_errors(pixels.size());
   for (size_t i = 0; i < pixels.size(); ++i) {
     TestRandom random(11, i);
-    // Much noise on the left, hardly any on the right.
+    // High noise on the left, low noise on the right.
     const double scale = i % kWidth < 20 ? 0.2 : 0.002;
     const auto difference = float(scale * random.next_double());
     for (auto& plane : pixels.stream_difference) plane[i] = difference;
-    // As the estimator rounds it.
+    // Rounded like in the estimator.
     pixel_errors[i] = uint64_t(0.5f * (3 * difference) / std::sqrt(0.75f) * 0x1p24f);
   }
   for (const float threshold : {1e-5f, 1e-4f, 0.001f, 0.004f, 0.02f, 0.2f}) {
@@ -464,10 +465,10 @@ TEST(DammertzEstimator, AgreesWithTheRuleInPlainLoops) {
   }
 }
 
-// A pixel without an estimate does not speak for its block; nor does NaN.
+// A pixel without an estimate, or with NaN, does not count for its block.
 TEST(DammertzEstimator, BlocksAreJudgedByWhatIsKnown) {
   PixelStatistics pixels = grey_pixels(4, 4, 0.01f);
-  pixels.second_count[5] = 16.0f;  // none in the first
+  pixels.second_count[5] = 16.0f;  // none in the first pixel
   pixels.stream_difference[0][6] = kNaN;
   const std::vector<float> map = errors(estimate_dammertz, pixels, 0.5f);
   EXPECT_GT(map[5], kUnfinished);
@@ -475,7 +476,7 @@ TEST(DammertzEstimator, BlocksAreJudgedByWhatIsKnown) {
   EXPECT_EQ(map[6], map[0]);
 }
 
-// A pixel error counts as 256 at most, so that it cannot overflow; also where a filter's negative
+// A pixel's error is clamped to 256, so that sums cannot overflow, also where a filter's negative
 // lobes leave noise without light.
 TEST(DammertzEstimator, HugeErrorsAreCounted) {
   for (const bool dark : {false, true}) {

@@ -1,4 +1,4 @@
-// The display curve and the weights of errors, against their formulas.
+// The display curve and the weights of errors, compared with their formulas.
 #include "renderer/drivers/adaptive/error_estimator.h"
 
 #include <gtest/gtest.h>
@@ -63,7 +63,7 @@ TEST(ErrorWeight, DisplayIsTheSquaredSlope) {
           << mean << " +- " << deviation;
     }
   }
-  // A deviation finer than .001 is taken for that: half of what is below the mean is black.
+  // Deviations below .001 are raised to it; half of the interval below the mean is black.
   EXPECT_NEAR(display_error_weight(5e-4f, 1e-7f), 0.75 * 12.92 * 0.75 * 12.92, 1e-3);
 }
 
@@ -76,10 +76,10 @@ TEST(ErrorWeight, ClippedWhiteCountsLittleButCounts) {
   EXPECT_EQ(weight(INFINITY, 1.0f), floor);
   EXPECT_EQ(weight(-5.0f, 1.0f), floor);
   EXPECT_EQ(weight(NAN, 1.0f), floor);
-  EXPECT_GT(weight(5.0f, 4.9f), floor);  // noise that may leave white
+  EXPECT_GT(weight(5.0f, 4.9f), floor);  // noise that may fall below white
 }
 
-// A value in [0, 1] varies by 1/4 at most, however bright the samples.
+// A value in [0, 1] varies by at most 1/4, however bright the samples.
 TEST(ErrorWeight, NoErrorIsLargerThanTheDisplayCanShow) {
   for (const float mean : {0.0f, 0.5f, 5.0f, 3000.0f}) {
     for (const float deviation : {0.01f, 1.0f, 30.0f, 1000.0f, 1e9f, 1e15f}) {

@@ -1,4 +1,4 @@
-// The error of a whole frame, where it is known.
+// The error of a whole frame, in cases where it is known.
 #include "renderer/drivers/adaptive/frame_error.h"
 
 #include <gtest/gtest.h>
@@ -14,8 +14,8 @@
 namespace emberline::test {
 namespace {
 
-// Normal noise of .05 a sample about .3, where the display's curve is almost straight: slope times
-// .05 / sqrt(n). Of 9216 squares of one degree of freedom the mean is known to 1.5 %, its root to
+// Normal noise of .05 per sample about .3, where the display curve is almost straight: slope times
+// .05 / sqrt(n). The mean of 9216 squares of one degree of freedom is known to 1.5 %, its root to
 // half of that.
 TEST(FrameError, IsTheDeviationOfTheMeans) {
   const double slope = double(display_value(0.31f) - display_value(0.29f)) / 0.02;
@@ -27,7 +27,7 @@ TEST(FrameError, IsTheDeviationOfTheMeans) {
   }
 }
 
-// One stream yet: eight samples.
+// Only one stream so far: eight samples.
 TEST(FrameError, WithoutASecondStreamAsIfIndependent) {
   const double slope = double(display_value(0.31f) - display_value(0.29f)) / 0.02;
   const PixelStatistics pixels = drawn_pixels(
@@ -36,8 +36,8 @@ TEST(FrameError, WithoutASecondStreamAsIfIndependent) {
   EXPECT_NEAR(frame_error(pixels), expected, 0.03 * expected);
 }
 
-// A pixel's noise is weighed where the pixel is: what is clipped is not seen, whatever is beside
-// it.
+// A pixel's noise is weighted at that pixel's own value: clipped noise is invisible, whatever its
+// neighbours show.
 TEST(FrameError, NoiseOfALampIsNotThatOfTheDarknessBesideIt) {
   PixelStatistics pixels = constant_pixels(64, 64, 0.0f, 64.0f);
   for (size_t i = 0; i < pixels.size(); i += 2) {
@@ -75,8 +75,8 @@ double with_missed(const PixelStatistics& pixels) {
   return frame_error(pixels, map.missed);
 }
 
-// A lamp that one sample in 1,000 meets, and white for it: almost all pixels look dark and sure,
-// and all are wrong.
+// A lamp that one sample in 1,000 hits and that makes the true picture white: almost all pixels
+// look dark and certain, and are wrong.
 TEST(FrameError, TellsOfLampsThatFewPixelsHaveMet) {
   constexpr double kChance = 1e-3, kLamp = 1000.0, kDark = 0.02;
   for (const uint32_t n : {16u, 64u, 256u}) {
@@ -85,7 +85,7 @@ TEST(FrameError, TellsOfLampsThatFewPixelsHaveMet) {
     });
     const double truth = true_error(pixels, kDark + kChance * kLamp);
     EXPECT_LT(frame_error(pixels), 0.6 * truth) << n << " samples: the test says nothing";
-    // Of 16 samples, most neighbourhoods have met none either.
+    // With 16 samples most neighbourhoods have not hit it either.
     EXPECT_GT(with_missed(pixels), (n < 64 ? 0.4 : 0.6) * truth) << n << " samples";
     EXPECT_LT(with_missed(pixels), 1.25 * truth) << n << " samples";
     std::printf("  lamps, %u: %.2f of the truth, %.2f without\n", n, with_missed(pixels) / truth,
@@ -93,8 +93,8 @@ TEST(FrameError, TellsOfLampsThatFewPixelsHaveMet) {
   }
 }
 
-// Log-normal samples of mean .2: of sigma 2.5 their spread is 23 times their mean, of .5 they are
-// almost tame.
+// Log-normal samples of mean .2: with sigma 2.5 the deviation is 23 times the mean, with .5 they
+// are almost normal.
 TEST(FrameError, OfLogNormalSamplesIsTheError) {
   for (const double sigma : {0.5, 1.5, 2.5}) {
     for (const uint32_t n : {16u, 64u, 256u}) {
@@ -109,7 +109,7 @@ TEST(FrameError, OfLogNormalSamplesIsTheError) {
   }
 }
 
-// Edges of lamps in focus, which every other sample of a pixel meets: who is beside one has none.
+// Sharp edges of lamps that every other sample of a pixel hits: their neighbours miss nothing.
 TEST(FrameError, ThinksNothingMissedBesideALampInFocus) {
   PixelStatistics pixels = constant_pixels(64, 64, 0.05f, 32.0f);
   for (size_t i = 0; i < pixels.size(); i += 9) {

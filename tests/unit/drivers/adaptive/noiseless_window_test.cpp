@@ -1,5 +1,5 @@
-// Under a threshold, windows whose first samples have met no noise: is there none, or have they
-// been too few? On frames whose samples are made up.
+// Windows whose first samples show no noise, under a threshold: is there none, or were there too
+// few samples? On synthetic frames.
 #include <gtest/gtest.h>
 
 #include "unit/planned_frames.h"
@@ -10,8 +10,7 @@ namespace {
 using namespace test;
 using Sample = SyntheticFrame::Sample;
 
-// Samples of each pixel of a small crop in which nothing but `rest` is ever met, under a
-// threshold.
+// Mean samples of a small crop in which every sample is `rest`, under a threshold.
 double samples_without_noise(const Sample& rest, int size, const AdaptiveSettings& settings) {
   SyntheticFrame frame(size, size, 10, [&](int, int, TestRandom&) { return rest; });
   RoundPlanner planner(settings, size, size, 5);
@@ -30,7 +29,7 @@ TEST(NoiselessWindow, NoNoiseIsNoAnswerUntilThereAreSamplesEnough) {
     EXPECT_EQ(samples_without_noise(black, 4, s), 1024.0);  // 64 times the pilot
     EXPECT_EQ(samples_without_noise(black, 128, s), 16.0);  // enough from the start
     EXPECT_EQ(samples_without_noise({0.4f, 3}, 16, s), 512.0);
-    // No light is looked for behind a camera's ray that meets nothing, or a lamp.
+    // No light is missed behind a camera ray that hits nothing or a lamp.
     EXPECT_EQ(samples_without_noise({0.4f, 1}, 16, s), 16.0);
     s.max_samples = 100;
     EXPECT_EQ(samples_without_noise(black, 16, s), 100.0);
@@ -40,8 +39,8 @@ TEST(NoiselessWindow, NoNoiseIsNoAnswerUntilThereAreSamplesEnough) {
   }
 }
 
-// One path in 4000 finds the light: in a quarter of the windows of 16 x 16 pixels, none of the
-// pilot's. False alarms: one crop of 40 misses it in 2^17 samples with a chance of e^-32.
+// One path in 4000 finds the light: a quarter of the 16 x 16 windows see none in the pilot. False
+// alarms: a crop misses it in 2^17 samples with probability e^-32.
 TEST(NoiselessWindow, LightThatFewPathsFindIsNotLeftOut) {
   AdaptiveSettings s;
   s.threshold = 0.05f;

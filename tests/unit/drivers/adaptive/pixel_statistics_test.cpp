@@ -1,4 +1,4 @@
-// What the estimators are told about a film, against sums done by hand.
+// The film's statistics for the estimators, compared with sums done by hand.
 #include "renderer/drivers/adaptive/pixel_statistics.h"
 #include "renderer/core/rect.h"
 #include "renderer/core/vector.h"
@@ -87,8 +87,8 @@ TEST(PixelStatistics, HugeRadianceStaysFinite) {
   EXPECT_EQ(pixels.variance[0][0], 1e30f);
 }
 
-// Equal samples whose square is not a float's: what is left by rounding is no variance to speak of,
-// and never a negative one.
+// Equal samples whose square is not exact in float: rounding leaves a negligible variance, and
+// never a negative one.
 TEST(PixelStatistics, EqualSamplesHaveNoVariance) {
   FilmTile film = film_of({0, 0, 64, 1});
   for (int x = 0; x < 64; ++x) {
@@ -102,13 +102,13 @@ TEST(PixelStatistics, EqualSamplesHaveNoVariance) {
   }
 }
 
-// Pixels are read in blocks: each keeps to its own sums, whatever the film's size.
+// Pixels are read in blocks; each keeps its own sums, whatever the film's size.
 TEST(PixelStatistics, EveryPixelOfAnySize) {
   for (const int width : {1, 63, 64, 65, 150}) {
     FilmTile film = film_of({5, 7, 5 + width, 10});
     for (int i = 0; i < 3 * width; ++i) {
       const int x = 5 + i % width, y = 7 + i / width;
-      // Both streams' means are i + 1 and i + 3, their sizes 1 and 2.
+      // The streams' means are i + 1 and i + 3, their counts 1 and 2.
       add(&film, x, y, 0, Rgb(float(i + 1)), uint32_t(i + 1));
       for (const int value : {i + 2, i + 4})
         add(&film, x, y, 1, Rgb(float(value)), uint32_t(i + 1));

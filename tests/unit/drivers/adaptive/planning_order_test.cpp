@@ -1,4 +1,4 @@
-// In what order planning adds, and whom it serves first where nothing tells pixels apart.
+// The order of the planner's sums, and which pixels come first among equals.
 #include <gtest/gtest.h>
 
 #include <vector>
@@ -43,8 +43,8 @@ TEST(OrderedSum, LanesAddUp) {
 
 constexpr int kSize = 32;
 
-// How many of each half's pixels an estimator of the books chooses of a constant picture, all of
-// whose errors are alike.
+// The pixels that a historical estimator chooses in each half of a constant picture, where all
+// errors are equal.
 struct Chosen {
   std::vector<bool> pixels;
   int upper = 0, all = 0;

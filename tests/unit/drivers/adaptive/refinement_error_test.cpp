@@ -1,5 +1,5 @@
-// What the refinement tree is for: samples where the picture needs them, and the error that
-// follows. Seeds are fixed, so a failure is repeated by running the test again.
+// The refinement tree puts samples where the picture needs them and so reduces the error. Seeds are
+// fixed, so failures are reproducible.
 #include "renderer/drivers/adaptive/refinement_tree.h"
 
 #include <gtest/gtest.h>
@@ -11,10 +11,10 @@
 namespace emberline {
 namespace {
 
-// A disc of 28 pixels alone in 256 x 256. Where one of the first 2048 samples hit it, a 32nd of the
-// pixels, it is sampled ten times as densely as the frame at 4096, with the pixel around it; 16
-// times would be all of it. Equal leaves of 32 pixels hit it in 1 - (1 - 28/65536)^2048 = 58 % of
-// the seeds; a binomial of 32 is below 8 once in 33,000 sets of seeds.
+// An isolated disc of 28 pixels in 256 x 256. If one of the first 2048 samples (of a 32nd of the
+// pixels) hits it, then at 4096 it and the pixels around it are sampled ten times as densely as the
+// frame; 16 times would be all of it. Equal leaves of 32 pixels hit it in 1 - (1 - 28/65536)^2048 =
+// 58 % of the seeds; a binomial of 32 is below 8 once in 33,000 sets of seeds.
 TEST(RefinementTree, ALoneDiscDrawsTheSamples) {
   const auto distance = [](int x, int y) { return std::hypot(x + 0.5 - 100.3, y + 0.5 - 77.8); };
   const Picture disc = [&](int x, int y) { return Rgb(distance(x, y) < 3 ? 1.0f : 0.0f); };
@@ -52,9 +52,9 @@ double rmse(const RefinementTree& tree, const Picture& picture) {
   return std::sqrt(sum / double(w.area()));
 }
 
-// Against leaves of equal size with a sample drawn in each: the same tree with so large a kappa
-// that only size counts. Without noise, and with +-50 % on every sample. results/ has the errors;
-// they are printed, too, so that they can be measured again.
+// Compared with leaves of equal size and one random sample in each, which is the same tree with so
+// large a kappa that only size counts. Without noise, and with +-50 % on every sample. The errors
+// are printed, and RESULTS.md lists them.
 TEST(RefinementTree, TheErrorIsBelowThatOfEqualLeaves) {
   const Picture noisy = [](int x, int y) { return test_picture(x, y) * (0.5f + noise(x, y).x); };
   struct Case {

@@ -1,5 +1,5 @@
-// What the refinement tree takes for contrast: against variances computed by hand, and with
-// radiances of any kind.
+// The contrast measure of the refinement tree, compared with variances computed by hand, and with
+// any kind of radiance.
 #include "renderer/drivers/adaptive/refinement_tree.h"
 
 #include <gtest/gtest.h>
@@ -11,13 +11,13 @@
 namespace emberline {
 namespace {
 
-// A square root over x / (1 + x): what the header calls a display value.
+// The square root of x / (1 + x), the display value defined in the header.
 double display(double radiance) {
   const double x = std::max(0.0, radiance);
   return std::sqrt(x / (1 + x));
 }
 
-// Variance of values 0 .. n-1, channel by channel, weighed as the header says.
+// Variance of values 0 .. n-1, weighted over the channels as the header defines.
 double weighed_variance(const std::vector<Rgb>& values, double exposure = 1) {
   const auto variance = [&](const std::function<double(const Rgb&)>& of) {
     double mean = 0, sum = 0;
@@ -55,8 +55,8 @@ TEST(RefinementTree, VariancesOfTwoLeaves) {
   }
 }
 
-// v_ext against the leaves across the middles of the edges, looked up by hand: inside, at borders
-// and corners, and a pixel away from them.
+// v_ext compared with the leaves across the middle of each edge, looked up directly: inside, at
+// borders and corners, and one pixel away from them.
 TEST(RefinementTree, ExternalVarianceIsThatOfTheNeighbours) {
   std::set<size_t> neighbours_seen;
   for (const Rect& crop : {Rect{10, 20, 110, 97}, Rect{0, 0, 7, 7}, Rect{0, 0, 3, 5},
@@ -85,7 +85,6 @@ TEST(RefinementTree, ExternalVarianceIsThatOfTheNeighbours) {
   EXPECT_EQ(neighbours_seen, (std::set<size_t>{0, 1, 2, 3, 4}));
 }
 
-// What is not finite is black: the very tree of black samples.
 TEST(RefinementTree, NonFiniteValuesAreBlack) {
   const float nan = std::nanf(""), infinity = INFINITY;
   const Rgb bad[] = {Rgb(nan), Rgb(0.1f, infinity, 0.1f), Rgb(0.2f, 0.2f, -infinity),

@@ -1,5 +1,5 @@
-// The refinement tree on synthetic pictures: which pixels it asks for, and why. Seeds are fixed, so
-// a failure is repeated by running the test again.
+// The refinement tree on synthetic pictures: which pixels it requests, and why. Seeds are fixed, so
+// failures are reproducible.
 #include "renderer/drivers/adaptive/refinement_tree.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,8 @@
 namespace emberline {
 namespace {
 
-// The pixels of each leaf are a rectangle that holds its sample, and their areas sum to the crop's.
+// The pixels of each leaf form a rectangle that contains its sample, and their areas sum to the
+// crop's.
 void expect_leaves_tile(const RefinementTree& tree) {
   std::vector<int64_t> area(tree.sample_count(), 0);
   const Rect& w = tree.crop();
@@ -86,7 +87,7 @@ TEST(RefinementTree, FramesTooLargeAreRefused) {
   EXPECT_EQ(tree.sample_count(), 65536u);
 }
 
-// Largest area over smallest, of the leaves.
+// Ratio of the largest to the smallest leaf area.
 double area_ratio(const RefinementTree& tree, int64_t* smallest = nullptr) {
   int64_t low = tree.crop().area(), high = 0;
   for (const Rect& rect : leaf_rects(tree)) {
@@ -97,9 +98,9 @@ double area_ratio(const RefinementTree& tree, int64_t* smallest = nullptr) {
   return double(high) / double(low);
 }
 
-// Without contrast the tree only covers: sizes are as equal as halving allows, after any number of
-// samples. Halves of odd sides differ by a pixel, which adds up: from 16 pixels a leaf on, less
-// than three times.
+// Without contrast the tree only covers the frame: after any number of samples, sizes are as equal
+// as halving allows. Halves of odd sides differ by a pixel, which adds up: less than three times
+// from 16 pixels per leaf on.
 TEST(RefinementTree, AConstantPictureIsCoveredEvenly) {
   for (const size_t limit : {size_t(37), size_t(500), ~size_t(0)}) {
     RefinementTree tree({0, 0, 128, 128}, {.seed = 3});
@@ -119,9 +120,9 @@ TEST(RefinementTree, AConstantPictureIsCoveredEvenly) {
   }
 }
 
-// Among equals the order is a hash's, not that of the tree or of birth: of 64 equal leaves 48 are
-// taken, and of those, half from the left half of the frame. Hypergeometric, deviation 1.75; 4 of
-// those, false alarm 6e-5 a seed.
+// Equal leaves are ordered by a hash, not by tree order or age: of 64 equal leaves 48 are taken,
+// half of them from the left half of the frame. Hypergeometric, deviation 1.75; 4 of those, false
+// alarm 6e-5 per seed.
 TEST(RefinementTree, EqualsAreTakenFromAllOverTheFrame) {
   for (const uint32_t seed : {0u, 1u, 2u}) {
     RefinementTree tree({0, 0, 256, 256}, {.seed = seed});
@@ -134,8 +135,8 @@ TEST(RefinementTree, EqualsAreTakenFromAllOverTheFrame) {
   }
 }
 
-// In a coverage round all leaves that are too large are split and no other, whatever contrast
-// others have. In the second crop leaves of both kinds stand side by side.
+// A coverage round splits all leaves that are too large and no others, whatever their contrast. In
+// the second crop both kinds of leaves are next to each other.
 TEST(RefinementTree, CoversBeforeItLooksForFeatures) {
   // 211 x 197 / 512 = 81.2: at that depth some leaves are too large, others not.
   for (const auto& [crop, limit] :
@@ -152,7 +153,7 @@ TEST(RefinementTree, CoversBeforeItLooksForFeatures) {
     }
     EXPECT_EQ(tree.phase(), RefinementPhase::kFeatures);
     if (crop.width() == 256) {
-      EXPECT_EQ(tree.sample_count(), 1024u);  // of 64 pixels: the first power of two below 100
+      EXPECT_EQ(tree.sample_count(), 1024u);  // 64 pixels: the first power of two below 100
     }
   }
 }
@@ -160,7 +161,7 @@ TEST(RefinementTree, CoversBeforeItLooksForFeatures) {
 TEST(RefinementTree, PhasesFollowThePicture) {
   RefinementTree flat({0, 0, 64, 64}, {.seed = 5});
   refine(flat, constant_picture(Rgb(0.4f)), 16);
-  EXPECT_EQ(flat.phase(), RefinementPhase::kPixelLevel);  // nothing to be seen
+  EXPECT_EQ(flat.phase(), RefinementPhase::kPixelLevel);  // no contrast
   RefinementTree half({0, 0, 64, 64}, {.seed = 5});
   const Picture step = [](int x, int) { return Rgb(x < 32 ? 0.1f : 0.5f); };
   refine(half, step, 16);
@@ -168,8 +169,9 @@ TEST(RefinementTree, PhasesFollowThePicture) {
   refine(half, step);
   EXPECT_EQ(half.phase(), RefinementPhase::kFinished);
   EXPECT_EQ(refinement_phase_name(half.phase()), "finished");
-  // Sixteen leaves, a step of d between the two middle columns: the leaves beside it at the frame's
-  // border have the largest variance, one in four values differs, so d^2 / 4. tau is (2 / 255)^2.
+  // Sixteen leaves, with a step of d between the two middle columns. Leaves beside it at the
+  // frame's border have the largest variance: one in four values differs, so d^2 / 4. tau is (2 /
+  // 255)^2.
   for (const auto& [steps, phase] : {std::pair(3.9f, RefinementPhase::kPixelLevel),
                                      std::pair(4.1f, RefinementPhase::kFeatures)}) {
     const Picture faint = [steps = steps](int x, int) {
@@ -188,7 +190,7 @@ TEST(RefinementTree, RoundsHaveTheirSizeAndTheirLimit) {
   tree.insert({});
   EXPECT_EQ(tree.rounds(), 0u);
   size_t expected = 1;
-  for (; expected < 512; expected *= 2) {  // coverage: everything is split
+  for (; expected < 512; expected *= 2) {  // coverage: all leaves are split
     EXPECT_EQ(insert_round(tree, test_picture).size(), std::max<size_t>(1, expected / 2));
     EXPECT_EQ(tree.sample_count(), expected);
   }
@@ -206,15 +208,16 @@ TEST(RefinementTree, RoundsHaveTheirSizeAndTheirLimit) {
     EXPECT_LE(size, std::max(smallest, open / 4));
     if (size > smallest && size < open / 4) {
       ++by_priority;
-      // Priorities of one bucket, which differ by an eighth, are taken for equal.
+      // Priorities within one bucket differ by up to an eighth and count as equal.
       EXPECT_NEAR(chosen, 0.25 * total, 0.02 * total);
     }
   }
   EXPECT_GT(by_priority, 5);
 }
 
-// Neighbours in the list are neighbours in the frame, so that rays and film stay together: the mean
-// step is a few leaves wide, against .52 of the frame's side, 133, for pixels in no order.
+// Neighbours in the list are neighbours in the frame, so that rays and film accesses stay coherent:
+// the mean step is a few leaves wide, compared with .52 of the frame's side, 133, for a random
+// order.
 TEST(RefinementTree, PixelsAreListedInTheOrderOfTheTree) {
   RefinementTree tree({0, 0, 256, 256}, {.seed = 7});
   refine(tree, test_picture, 4096);
@@ -240,7 +243,7 @@ TEST(RefinementTree, TheLimitTakesTheBest) {
   }
 }
 
-// The pixel of a fresh cell is uniform over it: here the root's, 8 x 6 pixels, over 48,000 seeds.
+// The pixel of a new cell is uniform over it: here the root's, 8 x 6 pixels, over 48,000 seeds.
 // Chi-square, false alarm 1e-6.
 TEST(RefinementTree, PixelsAreDrawnUniformly) {
   std::vector<uint32_t> counts(48, 0);
@@ -252,8 +255,8 @@ TEST(RefinementTree, PixelsAreDrawnUniformly) {
   EXPECT_LT(chi_square(counts), chi_square_limit(47)) << "seeds 0 to 47999 again";
 }
 
-// The path to a pixel: from the crop down, each node one of the halves of the one before, with
-// the mean of what is inside, and rounds that only grow.
+// The path to a pixel from the crop down: each node is one of the halves of the one before, with
+// the mean of its samples, and rounds increase.
 TEST(RefinementTree, DescribesThePathToAPixel) {
   const Rect crop = {3, 5, 104, 76};
   RefinementTree tree(crop, {.seed = 11});
@@ -304,7 +307,7 @@ TEST(RefinementTree, DescribesThePathToAPixel) {
   EXPECT_EQ(pixel.priority, 0);
 }
 
-// What the path says of a node is what the node was as a leaf, in the round before it was split.
+// The path describes a node as it was as a leaf, in the round before it was split.
 TEST(RefinementTree, RecordsWhyALeafWasSplit) {
   RefinementTree tree({0, 0, 128, 128}, {.seed = 12});
   refine(tree, test_picture, 400);
@@ -354,7 +357,7 @@ TEST(RefinementTree, TheSeedChoosesThePixels) {
   EXPECT_EQ(sets.size(), 3u);
 }
 
-// 72 bytes for a leaf that can be split and the split that made it; the root has none.
+// 72 bytes for a splittable leaf and the split that created it; the root has none.
 TEST(RefinementTree, ThirtySixBytesPerNode) {
   for (const Picture& picture : {Picture(test_picture), constant_picture(Rgb(0.5f))}) {
     RefinementTree tree({0, 0, 256, 256}, {.seed = 16});

@@ -1,5 +1,4 @@
-// Where the planner sends samples, on frames whose samples are made up: every decision without a
-// renderer.
+// The planner's allocation of samples on synthetic frames: every decision without a renderer.
 #include "renderer/drivers/adaptive/round_planner.h"
 
 #include <gtest/gtest.h>
@@ -52,7 +51,7 @@ TEST(RoundPlanner, StartsWithThePilot) {
   }
 }
 
-// Nothing tells one pixel from another, so that none gets more, but for the rounding.
+// All pixels are equal, so none gets more, except by rounding.
 TEST(RoundPlanner, AConstantImageSpendsEvenly) {
   for (const float value : {0.0f, 0.5f, 1e4f}) {
     for (const NamedValue<ErrorMetric>& metric : error_metric_table()) {
@@ -62,7 +61,7 @@ TEST(RoundPlanner, AConstantImageSpendsEvenly) {
       frame.render(planner);
       const auto [least, most] = std::ranges::minmax_element(frame.counts());
       EXPECT_LE(*most - *least, 16u);
-      // Seeing nothing is no reason to stop looking: a lamp may be too small for the pilot.
+      // Black pixels are no reason to stop: a lamp may be too small for the pilot.
       EXPECT_NEAR(frame.mean_count(), 32.0, 0.064);
       EXPECT_LT(planner.error_estimate(), 1e-6);
       for (size_t i = 0; i < 64 * 40; ++i) ASSERT_EQ(planner.stop_of(i), PixelStop::kBudget);
@@ -78,7 +77,7 @@ TEST(RoundPlanner, EvenNoiseSpendsAlmostEvenly) {
   for (const uint32_t n : frame.counts()) squares += double(n) * n;
   const double mean = frame.mean_count();
   EXPECT_NEAR(mean, 64.0, 0.128);
-  // Pooled streams have some 25 degrees of freedom, and rounding to 8 and 16 adds its part.
+  // Pooled streams have about 25 degrees of freedom, and rounding to 8 and 16 adds to the spread.
   EXPECT_LT(std::sqrt(squares / (64 * 64) - mean * mean), 0.2 * mean);
 }
 
@@ -101,15 +100,14 @@ TEST(RoundPlanner, ALoneNoisyDiscGetsTenTimesTheMeanDensity) {
       }
       EXPECT_EQ(pixels, 32);
       EXPECT_GE(disc / pixels, 10.0 * frame.mean_count()) << "seed " << seed << ", " << budget;
-      // The disc's counts, 2000 or more of 64, are rounded by chance to multiples of 256: 32 pixels
-      // of a deviation of 128 or less, over 4096 pixels, leave .7 at four deviations.
+      // The disc's counts, 2000 or more of 64, are rounded at random to multiples of 256: 32 pixels
+      // with a deviation of at most 128, over 4096 pixels, give .7 at four deviations.
       EXPECT_NEAR(frame.mean_count(), budget, budget == 64 ? 0.7 : 0.2);
     }
   }
 }
 
-// Frames of one in a thousand samples that is bright: what is hit by few draws none away from what
-// is hit by nobody yet.
+// One sample in a thousand is bright: pixels that were hit must not drain the others' budget.
 TEST(RoundPlanner, BudgetsAreMet) {
   for (const uint32_t budget : {1u, 3u, 16u, 17u, 64u, 200u}) {
     for (const NamedValue<ErrorMetric>& metric : error_metric_table()) {
@@ -120,8 +118,7 @@ TEST(RoundPlanner, BudgetsAreMet) {
       RoundPlanner planner(of_budget(budget, metric.value), 192, 108, 11);
       int rounds = 0;
       frame.render(planner, [&] { ++rounds; });
-      // Rounding by chance to multiples of 8 and 16, over 20736 pixels, leaves .06 at four
-      // deviations.
+      // Random rounding to multiples of 8 and 16, over 20736 pixels, gives .06 at four deviations.
       EXPECT_NEAR(frame.mean_count(), budget, std::max(0.002 * budget, 0.1))
           << budget << ", " << metric.name;
       EXPECT_LT(rounds, 40);
@@ -130,7 +127,7 @@ TEST(RoundPlanner, BudgetsAreMet) {
   }
 }
 
-// No pixel gets more in a round than four times what it has, beside the uniform share.
+// Apart from the uniform share, a round adds at most four times a pixel's current samples.
 TEST(RoundPlanner, GrowthIsBounded) {
   SyntheticFrame frame(48, 48, 3, [](int x, int, TestRandom& random) {
     return noisy(random, 1.0f, x == 24 ? 1.0f : 0.001f);
@@ -163,7 +160,7 @@ TEST(RoundPlanner, MostSamplesAreNeverExceeded) {
           ASSERT_LE(frame.counts()[i], most);
           ASSERT_EQ(planner.stop_of(i),
                     frame.counts()[i] == most ? PixelStop::kMaximum : PixelStop::kBudget);
-          // Without another limit everybody gets it.
+          // Without another limit every pixel gets it.
           if (budget == 0) {
             ASSERT_EQ(frame.counts()[i], most);
           }
@@ -187,7 +184,7 @@ TEST(RoundPlanner, LeastAndMostAlikeIsUniform) {
   }
 }
 
-// A tenth of every round goes everywhere, so that what has been overlooked so far is found.
+// A tenth of every round goes everywhere, so that overlooked light is found.
 TEST(RoundPlanner, PixelsThatSeemFinishedGetTheirShare) {
   // 16 of the pilot and a tenth of the remaining 240.
   EXPECT_NEAR(samples_beside_noise(of_budget(256)), 16 + 24, 4);
@@ -202,7 +199,7 @@ TEST(RoundPlanner, AThresholdEndsPixelsAndNoneAboveItEnds) {
     AdaptiveSettings s;
     s.estimator = entry.name;
     s.threshold = 0.02f;
-    s.max_samples = 1024;  // neighbours' contrast stays, however many samples
+    s.max_samples = 1024;  // contrast between neighbours does not fall with samples
     RoundPlanner planner(s, 48, 32, 5);
     frame.render(planner, [&] {
       for (size_t i = 0; i < frame.counts().size(); ++i) {
@@ -223,8 +220,7 @@ TEST(RoundPlanner, AThresholdEndsPixelsAndNoneAboveItEnds) {
   }
 }
 
-// The samples that a threshold costs are those that it needs: error ~ deviation / sqrt(n) falls to
-// it and not far below.
+// A threshold costs only the samples that it needs: error ~ deviation / sqrt(n) just reaches it.
 TEST(RoundPlanner, AThresholdIsMetAndNotMuchMore) {
   AdaptiveSettings s;
   s.threshold = 0.005f;
@@ -233,8 +229,8 @@ TEST(RoundPlanner, AThresholdIsMetAndNotMuchMore) {
   EXPECT_LT(spent, 1.5);
 }
 
-// Before the end it is known which pixels are to go on and which are not, but for what goes
-// everywhere; at the end, of all of them.
+// Before the end the planner knows which pixels continue and which do not, apart from the uniform
+// share; at the end it knows for all of them.
 TEST(RoundPlanner, TellsWhichPixelsHaveEndedWhileOthersGoOn) {
   SyntheticFrame frame(48, 32, 10, [](int x, int, TestRandom& random) {
     return noisy(random, 0.4f, 0.01f * float(x));
@@ -297,11 +293,11 @@ TEST(RoundPlanner, NoPixelIsFinishedBelowItsLeast) {
   for (const uint32_t n : frame.counts()) ASSERT_EQ(n, 48u);
 }
 
-// n ~ 1 / sqrt(cost). The camera's ray costs .17 and any further one 1 (pixel_statistics.cpp).
+// n ~ 1 / sqrt(cost). The camera ray costs .17 and every further ray 1 (pixel_statistics.cpp).
 TEST(RoundPlanner, DearSamplesAreFewer) {
   const double ratio = counts_at_a_seventh_of_the_cost(of_budget(400));
-  // Less than that, as a pixel whose deviation was thought too large once keeps what it got. With
-  // samples in proportion to 1 / cost it would be 7.
+  // The ratio is lower, since a pixel keeps the samples that it got when its deviation was
+  // overestimated. With samples proportional to 1 / cost it would be 7.
   const double expected = std::sqrt(8.17 / 1.17);
   EXPECT_GT(ratio, 0.85 * expected);
   EXPECT_LT(ratio, 1.02 * expected);
@@ -313,7 +309,7 @@ TEST(RoundPlanner, TheSamplesFollowTheDeviation) {
   EXPECT_LT(ratio, 1.02 * 4);
 }
 
-// v / n before, v / m after: the difference, of a variance that is known.
+// The gain is the reduction of a known variance: v / n before, v / m after.
 TEST(RoundPlanner, GainsAreTheVarianceThatGoes) {
   SyntheticFrame frame = even_noise(48, 48, 3);
   RoundPlanner planner(of_budget(400), 48, 48, 5);
@@ -327,7 +323,7 @@ TEST(RoundPlanner, GainsAreTheVarianceThatGoes) {
   EXPECT_EQ(gains[7], 0.0f);
   double mean = 0;
   for (const float gain : gains) mean += double(gain) / double(gains.size());
-  // Three channels of a deviation of 0.1, as the metric weighs them; 2304 estimates of it.
+  // Three channels with a deviation of 0.1, weighted by the metric; 2304 estimates of it.
   const double variance = square(double(planner.errors().deviation[8]));
   EXPECT_NEAR(gains[8], variance / 100 - variance / 400, 1e-6 * variance);
   EXPECT_NEAR(mean, 0.01 * (1.0 / 100 - 1.0 / 400), 0.1 * 0.01 * (1.0 / 100 - 1.0 / 400));
@@ -347,7 +343,7 @@ TEST(RoundPlanner, UnbiasedLeavesNobodyOut) {
   });
 }
 
-// Neither threads nor an earlier run in the same process have a say.
+// The result depends neither on threads nor on an earlier run in the process.
 TEST(RoundPlanner, TheSameForAnyThreads) {
   for (const EstimatorEntry& entry : estimator_table()) {
     for (const float threshold : {0.0f, 0.01f}) {
@@ -380,8 +376,8 @@ TEST(RoundPlanner, TheSameForAnyThreads) {
   }
 }
 
-// Samples that are not finite count as black, and so large that their squares overflow as large:
-// the frame goes on, and what the planner says of it is finite.
+// Non-finite samples count as black, and samples whose squares overflow as large: the frame
+// continues, and the planner's estimates are finite.
 TEST(RoundPlanner, NonFiniteSamplesStopNothing) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float infinity = std::numeric_limits<float>::infinity();
@@ -397,7 +393,7 @@ TEST(RoundPlanner, NonFiniteSamplesStopNothing) {
         s.estimator = entry.name;
         RoundPlanner planner(s, 32, 32, 5);
         frame.render(planner);
-        EXPECT_LE(frame.mean_count(), 48.8);  // 1024 roundings to 16
+        EXPECT_LE(frame.mean_count(), 48.8);  // 1024 counts rounded to 16
         EXPECT_GT(frame.mean_count(), 47.0);
         EXPECT_EQ(std::isfinite(planner.error_estimate()), entry.rms_error);
         for (const float error : planner.errors().error) ASSERT_TRUE(error >= 0.0f);
@@ -406,7 +402,7 @@ TEST(RoundPlanner, NonFiniteSamplesStopNothing) {
   }
 }
 
-// Of the historical estimators: the half with the larger errors gets a batch.
+// Historical estimators: the half with the larger errors gets a batch.
 TEST(RoundPlanner, BatchesGoToTheLargerErrors) {
   for (const EstimatorEntry& entry : estimator_table()) {
     if (entry.batch == 0) continue;

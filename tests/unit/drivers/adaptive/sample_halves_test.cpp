@@ -1,5 +1,5 @@
-// What two looks at a pixel tell of its variance: the arithmetic on made-up numbers, and on the
-// sampler itself the identity that `nested` stands on.
+// Estimating a pixel's variance from two successive means: the arithmetic on synthetic numbers, and
+// the identity behind `nested` on the sampler itself.
 #include "renderer/drivers/adaptive/sample_halves.h"
 
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ class Pixel {
   }
   float difference() const { return statistics_.stream_difference[1][0]; }
   float second() const { return statistics_.second_count[0]; }
-  // The variance of a sample as estimators make it of two streams.
+  // The variance of a sample, computed as estimators do from two streams.
   double variance() const {
     return square(double(difference())) * double(count_ - second()) * double(second()) /
            double(count_);
@@ -75,8 +75,8 @@ TEST(SampleHalves, BelowAStratifiedBlockThereIsNoPart) {
   EXPECT_EQ(pixel.second(), 0.0f) << "8, and 4 more";
 }
 
-// Independent samples, whatever steps they come in; 20000 pixels, four standard errors: false
-// alarms in 6e-5 of all seeds.
+// Independent samples in steps of any size; 20000 pixels, four standard errors: false alarms in
+// 6e-5 of all seeds.
 TEST(SampleHalves, TheirDifferenceIsTheVarianceOfASample) {
   const std::vector<std::vector<float>> looks = {{8, 8},     {8, 24},      {16, 8},
                                                  {16, 8, 8}, {32, 16, 16}, {32, 32, 8}};
@@ -98,9 +98,9 @@ TEST(SampleHalves, TheirDifferenceIsTheVarianceOfASample) {
   }
 }
 
-// E (M1 - M)^2 = V(n/2) - V(n), M1 the mean of the first half of n samples of one stream, holds if
-// E (M1 - M) (M - mu) = 0. 20000 pixels, four standard errors. Even and odd samples instead of
-// halves are off by hundreds of them in the pixel's own pair.
+// E (M1 - M)^2 = V(n/2) - V(n), with M1 the mean of the first half of n samples of one stream,
+// holds if E (M1 - M) (M - mu) = 0. 20000 pixels, four standard errors; even and odd samples
+// instead of halves are off by hundreds of them in the pixel's own pair.
 TEST(SampleHalves, TheSamplersHalvesAreNested) {
   struct Integrand {
     const char* name;

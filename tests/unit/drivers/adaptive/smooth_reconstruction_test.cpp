@@ -1,4 +1,4 @@
-// The smooth picture of a refinement tree, against its definition.
+// The smooth picture of a refinement tree, compared with its definition.
 #include "renderer/drivers/adaptive/smooth_reconstruction.h"
 
 #include <gtest/gtest.h>
@@ -69,7 +69,7 @@ TEST(SmoothReconstruction, SmoothIsBlackBeforeTheFirstSample) {
   EXPECT_TRUE(smooth(empty).empty());
 }
 
-// Samples stand as they are; all else lies between the least and the greatest of them: no black.
+// Samples keep their values, and everything else lies between their minimum and maximum: no black.
 TEST(SmoothReconstruction, SmoothKeepsSamplesAndStaysBetweenThem) {
   RefinementTree tree({0, 0, 101, 103}, {.seed = 4});
   while (!tree.finished()) {
@@ -89,8 +89,8 @@ TEST(SmoothReconstruction, SmoothKeepsSamplesAndStaysBetweenThem) {
   }
 }
 
-// Two samples among 4 x 1 pixels, one in each half: the hole beside the middle is three quarters
-// its own half's value, the outer one all of it.
+// Two samples among 4 x 1 pixels, one in each half: the hole next to the middle has three quarters
+// of its own half's value, the outer one all of it.
 TEST(SmoothReconstruction, SmoothIsBilinear) {
   int inner_holes = 0;
   for (uint32_t seed = 0; seed < 16; ++seed) {
@@ -117,7 +117,7 @@ double largest_step(const std::vector<Rgb>& picture, int width) {
   return largest;
 }
 
-// On a picture without edges: clearly below the error of constant leaves, and below their steps.
+// On a picture without edges the error and the steps are clearly below those of constant leaves.
 TEST(SmoothReconstruction, SmoothIsSmooth) {
   RefinementTree tree({0, 0, 256, 256}, {.seed = 5});
   for (const size_t samples : {256, 2048, 16384}) {
@@ -128,8 +128,8 @@ TEST(SmoothReconstruction, SmoothIsSmooth) {
   }
 }
 
-// What it is for: samples with noise of +-50 %, as a path tracer's, of a picture with edges.
-// Without noise the leaves know the edges better. tests/bench/results has the errors printed.
+// The intended use: samples with noise of +-50 %, as from a path tracer, of a picture with edges.
+// Without noise the leaves reproduce edges better. tests/bench/results lists the errors.
 TEST(SmoothReconstruction, SmoothAveragesNoise) {
   const Picture noisy = [](int x, int y) {
     const uint32_t h = hash_combine(hash32(uint32_t(x)), uint32_t(y));

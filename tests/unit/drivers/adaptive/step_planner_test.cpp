@@ -1,5 +1,5 @@
-// Where the planner sends samples if counts go by steps, powers of two and half again (`nested`),
-// on frames whose samples are made up.
+// The planner's allocation when counts go by steps (powers of two, and half again) as for `nested`,
+// on synthetic frames.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ AdaptiveSettings nested_of_budget(uint32_t budget) {
   return s;
 }
 
-// Half the pilot tells the other half how it differs.
+// The first half of the pilot is compared with the second.
 TEST(RoundPlannerOfSteps, ThePilotComesInTwoHalves) {
   const auto pilots = [](const AdaptiveSettings& s) {
     SyntheticFrame frame = even_noise(8, 8, 1);
@@ -41,9 +41,9 @@ TEST(RoundPlannerOfSteps, ThePilotComesInTwoHalves) {
   EXPECT_EQ(pilots(s), std::pair(8u, 16u));
 }
 
-// Where one pixel is like another, a power of two is shared out evenly, so that the frame is a
-// uniform one but for a few pixels: error x samples, mean(1 / n) mean(n), stays within a hundredth
-// of its least, and within three where pixels' estimates differ by their noise.
+// If all pixels are alike, a power of two is allocated evenly, so that the frame is uniform except
+// for few pixels: error x samples, mean(1 / n) mean(n), stays within a hundredth of its minimum, or
+// three hundredths where the pixels' estimates are noisy.
 TEST(RoundPlannerOfSteps, WhereNothingIsToGainNothingIsLost) {
   for (const bool noise : {false, true}) {
     for (const uint32_t budget : {16u, 32u, 128u, 512u}) {
@@ -64,7 +64,8 @@ TEST(RoundPlannerOfSteps, WhereNothingIsToGainNothingIsLost) {
   }
 }
 
-// A round looks at every pixel: what steps leave of the budget is not worth one.
+// A round reads every pixel, so the planner does not start one for the small rest of the budget
+// that steps leave.
 TEST(RoundPlannerOfSteps, NoRoundIsForCrumbs) {
   for (const uint32_t budget : {32u, 128u, 512u}) {
     for (const uint64_t seed : {2, 3, 4}) {
@@ -89,7 +90,7 @@ TEST(RoundPlannerOfSteps, OtherBudgetsAreMixed) {
   }
 }
 
-// As the share that goes to every pixel, whatever is known, does for the default.
+// The same uniform share as the default estimator's.
 TEST(RoundPlannerOfSteps, PixelsThatSeemFinishedGetTheirShare) {
   EXPECT_NEAR(samples_beside_noise(nested_of_budget(256)), 16 + 24, 6);
 }
@@ -108,8 +109,8 @@ TEST(RoundPlannerOfSteps, DearSamplesAreFewer) {
   EXPECT_LT(ratio, 1.1 * expected);
 }
 
-// Three channels of a deviation of .1. What was thought too much is looked at again, what was
-// thought too little is not, so the mean of all is somewhat low.
+// Three channels with a deviation of .1. Overestimates are corrected by later samples and
+// underestimates are not, so the mean is somewhat low.
 TEST(RoundPlannerOfSteps, TheVarianceIsSeen) {
   SyntheticFrame frame = even_noise(48, 48, 3);
   RoundPlanner planner(nested_of_budget(400), 48, 48, 5);
@@ -120,7 +121,7 @@ TEST(RoundPlannerOfSteps, TheVarianceIsSeen) {
   EXPECT_LT(mean, 1.05 * 0.01);
 }
 
-// Under a threshold alone there are steps in between, and no more is spent than the default spends.
+// Under a threshold alone there are intermediate steps, and it costs no more than with the default.
 TEST(RoundPlannerOfSteps, AThresholdIsMetAndNotMuchMore) {
   AdaptiveSettings s;
   s.estimator = "nested";

@@ -1,4 +1,5 @@
-// The default estimator's row buffers and vector loops against its definition, pixel by pixel.
+// The default estimator's row buffers and vector loops, compared pixel by pixel with its
+// definition.
 #include "renderer/drivers/adaptive/two_stream_estimator.h"
 
 #include <gtest/gtest.h>
@@ -60,7 +61,7 @@ Judged judge(const PixelStatistics& p, ErrorMetric allocation, int px, int py) {
     const double shown = streams > 0 ? seen[c] / streams : in(ErrorMetric::kDisplay)*own;
     sum.error += shown / n / 3;
     const double streamed = allocation == ErrorMetric::kDisplay ? shown : in(allocation)*honest;
-    // The pixel's own spread by its samples beyond 64, its neighbours' by 128.
+    // The pixel's own spread is weighted by its samples beyond 64, its neighbours' by 128.
     const double degrees = std::max(0.0, double(p.count[i]) - 64);
     const double near = (128 * own + degrees * double(p.variance[c][i])) / (128 + degrees);
     const double wider = own > 0 ? near / own : 1.0;
@@ -69,8 +70,7 @@ Judged judge(const PixelStatistics& p, ErrorMetric allocation, int px, int py) {
   return {std::sqrt(sum.error), std::sqrt(sum.deviation)};
 }
 
-// Counts from 0 to 24 and from 256 to 280, so that neighbours differ, and a stream or all samples
-// are missing in some.
+// Counts of 0 to 24 and 256 to 280, so that neighbours differ; some lack one or both streams.
 PixelStatistics uneven_pixels(int width, int height) {
   PixelStatistics pixels = constant_pixels(width, height, 0.0f, 0.0f);
   for (size_t i = 0; i < pixels.size(); ++i) {
@@ -92,7 +92,7 @@ PixelStatistics uneven_pixels(int width, int height) {
 constexpr ErrorMetric kMetrics[] = {ErrorMetric::kDisplay, ErrorMetric::kMse, ErrorMetric::kRelMse};
 
 TEST(TwoStreamEstimator, IsItsDefinition) {
-  // Heights around the kernel's and around the rows that one thread takes.
+  // Heights around those of the kernel and of one thread's rows.
   for (const auto& [width, height] : {std::pair{1, 1}, {1, 9}, {9, 1}, {5, 3}, {37, 67}}) {
     const PixelStatistics pixels = uneven_pixels(width, height);
     for (const ErrorMetric metric : kMetrics) {
@@ -100,7 +100,7 @@ TEST(TwoStreamEstimator, IsItsDefinition) {
       estimate_two_stream(pixels, {.allocation = metric}, &map);
       for (size_t i = 0; i < pixels.size(); ++i) {
         const Judged expected = judge(pixels, metric, int(i) % width, int(i) / width);
-        // The kernel's constants have six digits; a slope is a difference over .002 or more.
+        // The kernel's constants have six digits; a slope is a difference over at least .002.
         ASSERT_NEAR(double(map.error[i]), expected.error, 3e-4 * expected.error) << i;
         ASSERT_NEAR(double(map.deviation[i]), expected.deviation, 3e-4 * expected.deviation) << i;
       }

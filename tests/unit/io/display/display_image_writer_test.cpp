@@ -1,4 +1,4 @@
-// The PNG and JPEG files that DisplayImageWriter and write_image leave, read back.
+// PNG and JPEG files written by DisplayImageWriter and write_image, read back.
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@
 namespace emberline {
 namespace {
 
-// With the built-in config, whatever the environment says.
+// Uses the built-in config, whatever the environment is.
 class PictureTest : public OutputFolder {
  protected:
   void SetUp() override {
@@ -43,7 +43,7 @@ ReadBack read_back(const std::string& path) {
   return result;
 }
 
-// Radiance of pixel (x, y) of the test pictures, premultiplied.
+// Premultiplied radiance of pixel (x, y) of the test pictures.
 std::array<float, 4> test_pixel(int x, int y) {
   const float alpha = float(y % 5) / 4.0f;
   return {float(x % 11) / 10.0f * alpha, 0.18f * alpha, float(y % 3) / 2.0f * alpha, alpha};

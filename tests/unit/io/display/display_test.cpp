@@ -1,4 +1,4 @@
-// The display transform against closed forms, and the configs that $OCIO may name.
+// The display transform compared with closed forms, and configs named by $OCIO.
 #include "io/display/display.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@
 namespace emberline {
 namespace {
 
-// $OCIO is as the test sets it, and unset again afterwards.
+// Unsets $OCIO before and after each test.
 class DisplayTest : public OutputFolder {
  protected:
   void SetUp() override {
@@ -30,7 +30,6 @@ class DisplayTest : public OutputFolder {
     unsetenv("OCIO");
     OutputFolder::TearDown();
   }
-  // Points $OCIO to a config with that text.
   void use_config(const std::string& text) {
     std::ofstream(path("config.ocio")) << text;
     setenv("OCIO", path("config.ocio").c_str(), 1);
@@ -80,14 +79,14 @@ TEST_F(DisplayTest, RawIsTheIdentity) {
 }
 
 TEST_F(DisplayTest, AcesShowsMiddleGreyAtATenthOfPeak) {
-  // ACES 1.0: the rendering transform takes 0.18 to 4.8 of 48 cd/m2, the video output scales 0.02
-  // to 48 onto 0 to 1 and compensates for the dim surround with an exponent of 0.9811.
+  // ACES 1.0: the rendering transform maps 0.18 to 4.8 of 48 cd/m2; the video output scales 0.02 to
+  // 48 onto 0 to 1 and compensates for the dim surround with an exponent of 0.9811.
   const auto grey = shown(with_view("ACES"), 0.18f, 0.18f, 0.18f);
   EXPECT_NEAR(grey[0], test::srgb(std::pow((4.8 - 0.02) / (48.0 - 0.02), 0.9811)), 1e-3);
   // Neutral stays neutral: D65 is adapted to the ACES white and back.
   EXPECT_NEAR(grey[0], grey[1], 2e-3);
   EXPECT_NEAR(grey[2], grey[1], 2e-3);
-  // Highlights roll off: 1.0 is not yet white, 16.3 (the end of the curve) is.
+  // Highlights roll off: 1.0 is not yet white, but 16.3 (the end of the curve) is.
   EXPECT_LT(shown(with_view("ACES"), 1.0f, 1.0f, 1.0f)[1], 0.95f);
   EXPECT_GT(shown(with_view("ACES"), 1.0f, 1.0f, 1.0f)[1], 0.70f);
   EXPECT_NEAR(shown(with_view("ACES"), 20.0f, 20.0f, 20.0f)[1], 1.0f, 5e-3);
@@ -145,8 +144,8 @@ TEST_F(DisplayTest, DescribesItself) {
   EXPECT_EQ(DisplayTransform(with_view("aces")).describe(), "built-in: sRGB / ACES");
 }
 
-// A config whose reference space is linear Rec. 709 under a usual name, its scene_linear another
-// (twice as bright): the former must be the source. The view halves blue; the look zeroes red.
+// A config with linear Rec. 709 as reference space under a usual name, and another scene_linear
+// (twice as bright): the source must be the former. The view halves blue; the look zeroes red.
 constexpr const char* kNamedConfig = R"(ocio_profile_version: 2
 roles:
   scene_linear: other
@@ -203,7 +202,7 @@ colorspaces:
     isdata: true
 )");
   // Rec. 709 green in ACES2065-1, adapted from D65 by Bradford's matrix: the second column of the
-  // matrix in print, 0.38298 0.81342 0.11154.
+  // published matrix, 0.38298 0.81342 0.11154.
   const auto green = shown({}, 0.0f, 1.0f, 0.0f);
   EXPECT_NEAR(green[0], 0.38298f, 1e-4f);
   EXPECT_NEAR(green[1], 0.81342f, 1e-4f);
@@ -232,7 +231,7 @@ colorspaces:
 TEST_F(DisplayTest, OcioConfigsAreRegularFilesOfSomeSize) {
   ASSERT_EQ(mkfifo(path("pipe.ocio").c_str(), 0600), 0);
   std::ofstream(path("huge.ocio")) << "ocio_profile_version: 2\n";
-  std::filesystem::resize_file(path("huge.ocio"), uintmax_t(1) << 40);  // takes no space
+  std::filesystem::resize_file(path("huge.ocio"), uintmax_t(1) << 40);  // sparse
   for (const std::string& name :
        {path("pipe.ocio"), path("huge.ocio"), path("."), std::string("/dev/zero")}) {
     setenv("OCIO", name.c_str(), 1);
@@ -240,7 +239,7 @@ TEST_F(DisplayTest, OcioConfigsAreRegularFilesOfSomeSize) {
   }
 }
 
-// OpenColorIO 2.1 follows each of these without end.
+// OpenColorIO 2.1 does not terminate on any of these.
 TEST_F(DisplayTest, OcioConfigsLeadNowhereForEver) {
   const auto with = [&](const std::string& transform) {
     use_config(R"(ocio_profile_version: 2
@@ -298,7 +297,7 @@ colorspaces:
   EXPECT_EQ(display_tables(), std::vector<std::string>{path("my.cube")});
 }
 
-// Words between stars are no aliases, wherever they stand; an alias has an anchor of its name.
+// Words between stars are not aliases; an alias has an anchor of its name.
 TEST_F(DisplayTest, WordsBetweenStarsAreNoAliases) {
   std::string comments, bullets, commented;
   for (int i = 0; i < 40; ++i) {
@@ -319,7 +318,7 @@ TEST_F(DisplayTest, WordsBetweenStarsAreNoAliases) {
   use_config(comments + config(bullets, anchored) + commented + comments);
   EXPECT_NO_THROW(DisplayTransform({}));
 
-  // Real ones count behind comments, quotes and text that seem to hide them.
+  // Real aliases are found after comments, quotes and text that seem to hide them.
   std::string seventeen = "&a !<MatrixTransform> {offset: [1, 0, 0, 0]}";
   for (int i = 0; i < 17; ++i) seventeen += ", *a";
   const std::string tagged = "!<MatrixTransform>&a {offset: [1, 0, 0, 0]}" + seventeen.substr(44);
@@ -328,7 +327,7 @@ TEST_F(DisplayTest, WordsBetweenStarsAreNoAliases) {
     use_config(config("      text\n", transform));
     expect_error<InputError>([] { DisplayTransform({}); }, "16 YAML aliases");
   }
-  // Two damaged bytes are the same name to a parser.
+  // Two different invalid bytes are the same name to a parser.
   std::string damaged = "&\xff !<MatrixTransform> {offset: [1, 0, 0, 0]}";
   for (int i = 0; i < 17; ++i) damaged += ", *\xfe";
   use_config(config("      text\n", damaged));

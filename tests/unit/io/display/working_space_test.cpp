@@ -1,4 +1,4 @@
-// ACEScg: what the scene says is what is seen, whichever primaries it is rendered with.
+// ACEScg: the scene's colours do not depend on the primaries in which it is rendered.
 #include "io/display/working_space.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ TEST(WorkingSpace, MatricesAreTheAcademys) {
   const ToWorkingSpace there = to_working_space(kAcesCg), back = from_working_space(kAcesCg);
   ASSERT_TRUE(there && back);
   EXPECT_FALSE(to_working_space(WorkingSpace::kRec709));
-  // D65 adapted by Bradford's method, from the chromaticities, in double.
+  // D65 adapted by Bradford's method, computed from the chromaticities in double.
   const Rgb red = *there * Rgb(1, 0, 0), green = *there * Rgb(0, 1, 0);
   EXPECT_NEAR(red.x, 0.61310, 1e-4);
   EXPECT_NEAR(red.y, 0.07019, 1e-4);
@@ -74,7 +74,7 @@ Both rendered(SceneBuilderForTests b, const CameraDescription& view, int depth =
   return both;
 }
 
-// Each pixel, converted.
+// Expects each pixel of one picture to be the converted one of the other.
 void expect_converted(const Both& both, double tolerance, const std::string& what) {
   float brightest = 0;
   for (int y = 0; y < 8; ++y) {
@@ -110,7 +110,7 @@ std::shared_ptr<const Image> texture(TexelType type) {
 
 const CameraDescription kAbove = orthographic({0, 1, 0}, {0, 0, 0}, 0.9);
 
-// A square from -1 to 1 that is seen from above.
+// A square from -1 to 1, seen from above.
 SceneBuilderForTests square_of(const MaterialDescription& m) {
   SceneBuilderForTests b;
   if (m.base_color_texture.image >= 0 || m.emission_texture.image >= 0) {
@@ -120,8 +120,8 @@ SceneBuilderForTests square_of(const MaterialDescription& m) {
   return b;
 }
 
-// What has met one coloured thing alone is converted as a whole: light of any colour, or a surface
-// of any in white light, wherever its colour comes from.
+// A single coloured interaction converts exactly: coloured light, or a coloured surface in white
+// light, wherever the colour comes from.
 TEST(WorkingSpace, OneColourIsItself) {
   expect_converted(rendered(square_of(emitter(kOrange)), kAbove), 1e-6, "emission");
   MaterialDescription m = emitter(kOrange);
@@ -175,7 +175,7 @@ TEST(WorkingSpace, LightsKeepTheirColours) {
   expect_converted(rendered(b, kAbove, 1), 2e-5, "lamp");
 }
 
-// Grey light in a grey room, many times over: the same to rounding.
+// Grey light with many bounces in a grey room: the same up to rounding.
 TEST(WorkingSpace, GreyIsGrey) {
   SceneBuilderForTests b = square_of(metal(Rgb(0.7f), 0.4f));
   b.add_floor(1, 0.6f, b.add_material(lambert(Rgb(0.6f))), false);

@@ -1,5 +1,4 @@
-// What ExrWriter puts on disk, read back with OpenEXR's own reader; and that failures leave
-// nothing.
+// Files written by ExrWriter, read back with OpenEXR's own reader; failures leave no file.
 #include "io/exr/writer.h"
 
 #include <OpenEXR/ImfChannelList.h>
@@ -38,7 +37,7 @@ namespace fs = std::filesystem;
 
 using ExrWriterTest = OutputFolder;
 
-// A value that tells channel and pixel apart, exact in float and in uint.
+// A distinct value for each channel and pixel, exact in float and in uint.
 float expected_value(int x, int y, size_t channel) {
   return float((x * 7 + y * 13 + int(channel) * 101) % 1024);
 }
@@ -64,7 +63,7 @@ std::vector<float> tile_pixels(const ExrHeader& header, const Rect& rect) {
   return pixels;
 }
 
-// One channel of the data window as floats, by OpenEXR's general reader (which also converts).
+// One channel of the data window as floats, by OpenEXR's general reader, which also converts.
 std::vector<float> read_channel(const std::string& path, const std::string& name) {
   Imf::InputFile file(path.c_str(), 0);
   const Imath::Box2i crop = file.header().dataWindow();
@@ -84,7 +83,7 @@ ExrHeader cropped_header() {
   ExrHeader header;
   header.width = 200;
   header.height = 150;
-  header.data_window = {13, 21, 150, 102};  // not a multiple of the tile
+  header.data_window = {13, 21, 150, 102};  // not a multiple of the tile size
   header.tile_size = 32;
   header.channels = {{"R"},        {"G"}, {"B"}, {"A"}, {"samples", ChannelType::kUint},
                      {"albedo.R"}, {"Z"}};
@@ -113,7 +112,7 @@ TEST_F(ExrWriterTest, TilesInRandomOrderReadBack) {
   }
 }
 
-// Of some tiles the code is exactly as long as the pixels, for which readers would take it.
+// Some tiles compress to exactly their own size, and readers take those for uncompressed data.
 TEST_F(ExrWriterTest, TilesThatHardlyCompressReadBack) {
   ExrHeader header;
   header.width = header.height = 512;
@@ -125,7 +124,7 @@ TEST_F(ExrWriterTest, TilesThatHardlyCompressReadBack) {
   const std::vector<Rect> tiles = tiles_of(header);
   for (size_t t = 0; t < tiles.size(); ++t) {
     for (int i = 0; i < 64; ++i) {
-      // The more of a tile's values are even, the shorter is its code.
+      // The more equal values a tile has, the shorter its code.
       const bool noisy = i >= int(t % 16);
       const int x = tiles[t].x0 + i % 8, y = tiles[t].y0 + i / 8;
       pixels[size_t(y) * 512 + size_t(x)] =
@@ -261,7 +260,7 @@ TEST_F(ExrWriterTest, IncompressibleAndLongNames) {
   std::vector<float> pixels(64 * 64);
   std::mt19937 random(5);
   for (float& value : pixels) {
-    // Any bit pattern of a finite number: noise that ZIP can only store.
+    // Bit patterns of any finite number: noise that ZIP can only store.
     const uint32_t bits = uint32_t(random()) & 0xbfffffffu;
     std::memcpy(&value, &bits, 4);
   }
@@ -305,7 +304,7 @@ TEST_F(ExrWriterTest, UnusableTargets) {
   }
 }
 
-// The disk fills up: stood in for by the limit on a file's size, which fails the same writes.
+// Simulates a full disk by a limit on file size, which makes the same writes fail.
 class LimitedFileSize {
  public:
   explicit LimitedFileSize(rlim_t bytes) {
@@ -349,14 +348,14 @@ TEST_F(ExrWriterTest, AfterAFailureEveryCallFails) {
     expect_error<RenderError>([&] { writer.write_tile(tiles[0], tile_pixels(header, tiles[0])); },
                               "too large");
   }
-  // There is room again, but the file has a hole: it must not be taken for whole.
+  // Space is available again, but the file has a hole and must not count as complete.
   expect_error<RenderError>([&] { writer.write_tile(tiles[1], tile_pixels(header, tiles[1])); },
                             "too large");
   expect_error<RenderError>([&] { writer.finish(); }, "too large");
   EXPECT_FALSE(fs::exists(path("a.exr")));
 }
 
-// What the process holds does not grow with the frame: 2048 x 2048 pixels of 20 bytes are 84 MB.
+// Memory does not grow with the frame: 2048 x 2048 pixels of 20 bytes are 84 MB.
 TEST_F(ExrWriterTest, MemoryDoesNotGrowWithTheFrame) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "sanitizers hold on to freed memory";
@@ -369,7 +368,7 @@ TEST_F(ExrWriterTest, MemoryDoesNotGrowWithTheFrame) {
   const std::vector<float> pixels = tile_pixels(header, tiles[0]);
   rusage before = {}, after = {};
   ExrWriter writer(path("a.exr"), header);
-  writer.write_tile(tiles[0], pixels);  // what is allocated once is now allocated
+  writer.write_tile(tiles[0], pixels);  // one-time allocations are done now
   getrusage(RUSAGE_SELF, &before);
   for (size_t i = 1; i < tiles.size(); ++i) writer.write_tile(tiles[i], pixels);
   writer.finish();
@@ -423,7 +422,7 @@ ExrHeader layered_header() {
   return header;
 }
 
-// By OpenEXR's reader of several parts; the sums of tile_pixels() are exact in half floats.
+// Uses OpenEXR's multi-part reader; the sums of tile_pixels() are exact in half floats.
 void expect_layers(const std::string& path, const ExrHeader& header, double lossy_error) {
   Imf::MultiPartInputFile file(path.c_str());
   std::map<std::string, std::string> part_of;
@@ -506,7 +505,7 @@ TEST_F(ExrWriterTest, PartsTypesAndCompressions) {
   }
 }
 
-// Of a lossy one a part with ids or vectors stays whole; where all is in one part, that.
+// With lossy compression, parts with ids or vectors are lossless; so is a file of a single part.
 TEST_F(ExrWriterTest, NumbersAreNeverBlurred) {
   ExrHeader header = layered_header();
   header.compression = ExrCompression::kDwaa;

@@ -1,4 +1,4 @@
-// Files that appear whole or not at all.
+// Files that appear complete or not at all.
 #include "io/files/atomic_file.h"
 
 #include <fcntl.h>
@@ -65,7 +65,7 @@ TEST_F(AtomicFileTest, LeftoversAndLongNamesAreNoObstacle) {
   EXPECT_EQ(read_text(path(name)), "y");
 }
 
-// What a killed run has left goes when its target is written again; what only looks like it stays.
+// Files left by a killed run are removed by the next write of their target; similar names stay.
 TEST_F(AtomicFileTest, StaleFilesOfTheTargetAreRemoved) {
   const auto leave = [this](const std::string& name) { std::ofstream(path(name)) << "left"; };
   for (const char* name :
@@ -74,7 +74,7 @@ TEST_F(AtomicFileTest, StaleFilesOfTheTargetAreRemoved) {
   std::vector<std::string> others = {
       "b.emberline.part-1", "a.emberline.part-x", "a.emberline.part-007", "a.emberline.part-12-",
       "a.emberline.part-1a", "a.emberline.part-1.x", "xa.emberline.part-1", "a.emberline.part-",
-      // Of others: split(1) makes such ones.
+      // Files of other programs, such as split(1).
       "a.part-1", "a.part-4711"};
   for (const std::string& name : others) leave(name);
   fs::create_directory(path("a.emberline.part-5"));
@@ -88,7 +88,7 @@ TEST_F(AtomicFileTest, StaleFilesOfTheTargetAreRemoved) {
   EXPECT_EQ(contents(), others);
 }
 
-// A frame takes hours: where its picture goes is decided when it begins.
+// The target folder is resolved at the start, since a frame takes hours.
 TEST_F(AtomicFileTest, ALinkToTheFolderMayChangeMeanwhile) {
   fs::create_directory(path("one"));
   fs::create_directory(path("two"));
@@ -167,7 +167,7 @@ TEST_F(AtomicFileTest, GrowingFilesWaitForNoReader) {
   log.append("one\n");
   char read[4];
   EXPECT_EQ(::read(reader, read, sizeof read), 4);
-  const std::string more(size_t(1) << 22, 'x');  // than any pipe holds
+  const std::string more(size_t(1) << 22, 'x');  // more than any pipe buffers
   expect_error<RenderError>([&] { log.append(more); }, "does not keep up");
   ::close(reader);
 }

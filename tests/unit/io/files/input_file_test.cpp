@@ -1,4 +1,4 @@
-// The door through which files are read: what is no regular file is refused, at once.
+// Opening input files: anything but a regular file is rejected at once.
 #include "io/files/input_file.h"
 
 #include <fcntl.h>
@@ -38,7 +38,7 @@ TEST(InputFile, ReadsAllAndRanges) {
   EXPECT_EQ(file.try_read(99, 3, part), 0);
 }
 
-// A pipe would wait for a writer, /dev/zero would never end.
+// A pipe would wait for a writer, and /dev/zero would never end.
 TEST(InputFile, RefusesWhatIsNoRegularFile) {
   const TempFolder folder;
   ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);

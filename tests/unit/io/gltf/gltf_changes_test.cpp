@@ -1,5 +1,4 @@
-// What a file's pointers and visibility change while the shutter is open: at any time within it
-// they are what a still of that time has.
+// Changes by pointers and visibility while the shutter is open: values equal those of a still.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -60,7 +59,8 @@ class GltfChangesTest : public testing::Test {
     if (light.shown && !light.shown->at(share)) return Rgb(0.0f);
     return light.share ? light.intensity * light.share->at(share) : light.intensity;
   }
-  // At many times, each of them a little off key frames; `tolerance` of the largest.
+  // Compares with stills at many times, slightly off the key frames; `tolerance` is relative to the
+  // largest value.
   void expect_stills(double from, double to, float tolerance) const {
     const SceneDescription open = load_open(gltf_, from, to);
     const PunctualLightDescription& light = open.lights.at(0);
@@ -113,7 +113,7 @@ TEST_F(GltfChangesTest, StepsAreExact) {
   EXPECT_EQ(test::find_flaw(scene), "");
 }
 
-// With a shutter or without; once for each file, and only where the time that is asked for has it.
+// With or without a shutter, a warning comes once per file, and only if the time has the value.
 TEST_F(GltfChangesTest, ValuesBeyondTheirBoundsAreWarnedOf) {
   const std::string outer = std::string(kLight) + "/spot/outerConeAngle";
   AnimationBuilder(gltf_)
@@ -176,7 +176,7 @@ TEST_F(GltfChangesTest, WhatDoesNotChangeHasNoCurve) {
   EXPECT_EQ(scene.materials[0].emission, Rgb(0.0f));
   EXPECT_EQ(scene.materials[0].emission_share, nullptr);
   EXPECT_EQ(scene.instances[0].shown, nullptr);
-  // An instant is one, also beside the time that was asked for.
+  // A shutter of zero length is an instant, even at another time than requested.
   const test::TempFolder folder;
   GltfOptions options;
   options.time = 0;
@@ -218,7 +218,7 @@ TEST_F(GltfChangesTest, ChildrenAreSeenWhileTheirParentsAre) {
   EXPECT_EQ(scene.instances[0].shown->changes, (std::vector<float>{0.25f, 0.5f}));
   EXPECT_EQ(scene.lights.at(0).shown->changes, (std::vector<float>{0.5f, 0.75f}));
   expect_stills(0.51, 0.74, 1e-6f);
-  // The whole of a shutter.
+  // Hidden during the whole shutter.
   EXPECT_EQ(load_open(gltf_, 0.3, 0.4).instances.at(0).shown, nullptr);
   EXPECT_TRUE(load_open(gltf_, 0.3, 0.4).lights.empty());
 }
@@ -228,11 +228,11 @@ TEST_F(GltfChangesTest, AnAnimationMayHideAllThereIs) {
   const SceneDescription empty = load_at(gltf_, 0.5);
   EXPECT_TRUE(empty.instances.empty());
   EXPECT_EQ(test::find_flaw(empty), "");
-  // It is framed as it will be.
+  // Its bounds are those of the visible object.
   ASSERT_TRUE(empty.rest_bounds);
   EXPECT_EQ(empty.rest_bounds->center(), load_at(gltf_, 1.5).rest_bounds->center());
   EXPECT_EQ(load_open(gltf_, 0.5, 1.5).instances.at(0).shown->changes, std::vector<float>{0.5f});
-  // A file that hides it for good is a picture of the environment, too.
+  // A file in which it is always hidden shows the environment, too.
   gltf_.root["animations"] = json::array();
   gltf_.root["nodes"][0]["extensions"]["KHR_node_visibility"]["visible"] = false;
   AnimationBuilder(gltf_).point(std::string(kLight) + "/intensity", {0, 1}, "SCALAR", {0, 5});
@@ -280,7 +280,7 @@ TEST_F(GltfChangesTest, VisibilityThatIsSwitchedAHundredThousandTimes) {
   std::vector<uint8_t> values;
   for (size_t i = 0; i < kKeys; ++i) values.push_back(uint8_t(i % 2));
   hide(0, many_times(kKeys), values);
-  // Under a chain of nodes that all do the same.
+  // Under a chain of nodes with the same animation.
   const json visibility = {{"KHR_node_visibility", {{"visible", true}}}};
   json& animation = gltf_.root["animations"][0];
   int child = 0;
@@ -297,7 +297,7 @@ TEST_F(GltfChangesTest, VisibilityThatIsSwitchedAHundredThousandTimes) {
 }
 
 TEST_F(GltfChangesTest, SharedKeyFramesAreHeldAgainstTheFile) {
-  // 2000 lights of 20,000 key frames.
+  // 2000 lights with 20,000 key frames each.
   constexpr size_t kKeys = 20'000;
   std::vector<float> values;
   for (size_t i = 0; i < kKeys; ++i) values.push_back(float(i % 7));

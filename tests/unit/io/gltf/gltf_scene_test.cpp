@@ -32,7 +32,7 @@ TEST(GltfScene, TranslationRotationScaleInThatOrder) {
   const double h = std::sqrt(0.5);
   gltf.root["nodes"][0].update(
       {{"translation", {10, 20, 30}}, {"rotation", {0, 0, h, h}}, {"scale", {2, 3, 4}}});
-  // (1, 1, 1) is scaled to (2, 3, 4), turned by 90 degrees about z to (-3, 2, 4), then moved.
+  // (1, 1, 1) is scaled to (2, 3, 4), rotated by 90 degrees about z to (-3, 2, 4), then moved.
   expect_equal(transformed(load(gltf).instances[0].to_world, Vec3d(1.0)), Vec3d(7, 22, 34));
 }
 
@@ -112,14 +112,14 @@ TEST(GltfScene, WhatIsScaledToALineOrAPointIsDroppedAndCounted) {
       {{"mesh", mesh}, {"matrix", {1, 0, 0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1}}},
       {{"mesh", mesh}, {"scale", {1e-35, 1, 1e-38}}}};
   for (const json& node : singular) gltf.add_to_scene(gltf.push("nodes", node));
-  // Tiny, huge and mirrored ones are fine.
+  // Tiny, huge and mirrored scales are valid.
   gltf.add_to_scene(gltf.push("nodes", {{"mesh", mesh}, {"scale", {1e-9, 1e9, -1}}}));
   const SceneDescription scene = load(gltf);
   EXPECT_EQ(scene.repairs.singular_instances, 4u);
   EXPECT_EQ(scene.instances.size(), 2u);
 }
 
-// Scale matters to neither: what is scaled to a line or a point keeps its place and its rotation.
+// Cameras and lamps ignore scale: scaled to a line or a point, they keep position and rotation.
 TEST(GltfScene, CamerasAndLampsKeepTheirDirectionsWithoutAScale) {
   for (const json& scale : {json{0, 0, 0}, json{1, 0, 0}, json{0, 2, 0}}) {
     GltfBuilder gltf;
@@ -130,7 +130,7 @@ TEST(GltfScene, CamerasAndLampsKeepTheirDirectionsWithoutAScale) {
     gltf.root["cameras"] = {
         {{"type", "perspective"}, {"perspective", {{"yfov", 1}, {"znear", .1}}}}};
     const double half = std::sqrt(.5);
-    // A quarter turn about Y by the parent, one about X by the node.
+    // The parent rotates by a quarter turn about Y, the node by one about X.
     const int child =
         gltf.push("nodes", {{"camera", 0},
                             {"rotation", {half, 0, 0, half}},
@@ -145,7 +145,7 @@ TEST(GltfScene, CamerasAndLampsKeepTheirDirectionsWithoutAScale) {
     ASSERT_EQ(scene.cameras.size(), 1u) << scale;
     ASSERT_EQ(scene.lights.size(), 1u) << scale;
     for (const Mat44d& m : {scene.cameras[0].to_world, scene.lights[0].to_world}) {
-      // -Z goes to +Y, and +Y to +Z and on to +X; +X to -Z.
+      // -Z maps to +Y; +Y to +Z and on to +X; +X to -Z.
       EXPECT_NEAR(-m[2][1], 1, 1e-6) << scale;
       EXPECT_NEAR(m[1][0], 1, 1e-6) << scale;
       EXPECT_NEAR(m[3][2], -1, 1e-6) << scale;
@@ -185,7 +185,7 @@ TEST(GltfScene, WhatIsScaledToAPlaneIsFlat) {
     EXPECT_GT(dot(bounds.max - bounds.min, planes[i]), 0) << i;
     EXPECT_NEAR(dot(bounds.center(), planes[i]), i == 3 ? 4 : 0, 4e-6) << i;
   }
-  // Beside it, the mesh as it is; and an instance of many.
+  // The unscaled mesh beside it, and several instances.
   gltf.add_mesh_node(mesh);
   gltf.root["nodes"].back()["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {
       {"SCALE", gltf.add_accessor<float>("VEC3", {1, 1, 1, 1, 0, 1, 0, 0, 1})}};

@@ -1,4 +1,4 @@
-// Which channels of an EXR are its colour: environments, textures, pictures to compare.
+// Selection of the colour channels of an EXR: environments, textures, pictures to compare.
 #include "io/image/colour.h"
 
 #include <gtest/gtest.h>
@@ -41,7 +41,7 @@ struct PartOfFile {
   std::string environment = "";  // "CubeFace Environment"
 };
 
-// An EXR of one part or several.
+// Writes an EXR of one or several parts.
 void write_parts(const std::string& path, const std::vector<PartOfFile>& parts,
                  TypeDesc::BASETYPE type = TypeDesc::FLOAT) {
   std::vector<ImageSpec> specs;
@@ -70,7 +70,7 @@ void write_parts(const std::string& path, const std::vector<PartOfFile>& parts,
 
 class ImageColour : public ::testing::Test {
  protected:
-  // The first pixel of the file as an environment, or why there is none.
+  // The first pixel of the file as an environment, or the error.
   std::vector<float> sky(const std::vector<PartOfFile>& parts) const {
     write_parts(path_, parts);
     const auto image = read_environment(path_, nullptr);
@@ -100,7 +100,7 @@ TEST_F(ImageColour, TheOnlyLayerWithRgbIsUsed) {
             kSky);
   EXPECT_EQ(sky({{"", {"a.Z", "sky.red", "sky.green", "sky.blue"}, {50, 1, 2, 3}}}), kSky);
   EXPECT_EQ(sky({{"", {"r", "g", "b"}, {1, 2, 3}}}), kSky);
-  // R, G and B without a layer come first.
+  // R, G and B without a layer take precedence.
   EXPECT_EQ(sky({{"", {"R", "G", "B", "a.R", "a.G", "a.B"}, {1, 2, 3, 7, 8, 9}}}), kSky);
 }
 
@@ -135,7 +135,7 @@ TEST_F(ImageColour, GreyIsYAlone) {
 TEST_F(ImageColour, PartsAreSearchedToo) {
   EXPECT_EQ(sky({{"depth", {"Z"}, {50}}, {"sky", {"R", "G", "B"}, {1, 2, 3}}}), kSky);
   EXPECT_EQ(sky({{"depth", {"Z"}, {50}}, {"sky", {"sky.R", "sky.G", "sky.B"}, {1, 2, 3}}}), kSky);
-  // A later part is not hidden by the first.
+  // The first part does not hide a later one.
   EXPECT_EQ(
       refused_sky({{"day", {"R", "G", "B"}, {1, 2, 3}}, {"night", {"R", "G", "B"}, {4, 5, 6}}}),
       path_ +
@@ -161,7 +161,7 @@ TEST_F(ImageColour, CubesAreNoPanoramas) {
   EXPECT_EQ(sky({{"", {"R", "G", "B"}, {1, 2, 3}, 2, 0, "LatLong Environment"}}), kSky);
 }
 
-// Whole numbers beside the colour do not matter.
+// Integer channels next to the colour do not matter.
 TEST_F(ImageColour, OtherLayersMayHaveAnyType) {
   ImageSpec spec(1, 1, 4, TypeDesc::HALF);
   spec.channelnames = {"R", "G", "B", "id"};
@@ -179,7 +179,7 @@ TEST_F(ImageColour, TexturesTakeTheSameChannels) {
     return first;
   };
   EXPECT_EQ(texel({"Z", "sky.R", "sky.G", "sky.B"}, {50, 1, 2, 3}), kSky);
-  EXPECT_EQ(texel({"R", "G", "B", "Z"}, {1, 2, 3, 50}), kSky);  // depth is no alpha
+  EXPECT_EQ(texel({"R", "G", "B", "Z"}, {1, 2, 3, 50}), kSky);  // depth is not alpha
   EXPECT_EQ(texel({"sky.R", "sky.G", "sky.B", "sky.A"}, {1, 2, 3, 0.5f}),
             (std::vector<float>{2, 4, 6, 0.5f}));
   EXPECT_EQ(texel({"Y", "A"}, {1, 0.5f}), (std::vector<float>{2, 0.5f}));
@@ -218,7 +218,7 @@ TEST_F(ImageColour, ComparedPicturesTakeTheSameChannels) {
   EXPECT_THROW(read({{"", {"Y"}, {1}}}), InputError);
 }
 
-// The result would have lost the other part, or taken its colour for this one's.
+// The output would lose the other part, or use its colour for this one.
 TEST_F(ImageColour, DenoiseReadsOnePicture) {
   const PartOfFile left = {"left", {"R", "G", "B"}, {1, 2, 3}},
                    right = {"right", {"R", "G", "B"}, {4, 5, 6}};

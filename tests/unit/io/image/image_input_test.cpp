@@ -77,8 +77,8 @@ TEST(ImageInput, JpegInColourAndGrey) {
   EXPECT_EQ(grey->channels, 1);
 }
 
-// OpenImageIO's writer would multiply and divide on its own account, so these 38 bytes were made by
-// libwebp: lossless, 4 x 4 pixels of (200, 100, 50) with alpha 128.
+// OpenImageIO's writer would premultiply, so these 38 bytes were made by libwebp: lossless, 4 x 4
+// pixels of (200, 100, 50) with alpha 128.
 TEST(ImageInput, WebpWithAlphaIsNotPremultiplied) {
   const std::vector<uint8_t> webp = {0x52, 0x49, 0x46, 0x46, 0x1e, 0x00, 0x00, 0x00, 0x57, 0x45,
                                      0x42, 0x50, 0x56, 0x50, 0x38, 0x4c, 0x11, 0x00, 0x00, 0x00,
@@ -131,7 +131,7 @@ TEST(ImageInput, WhatIsNoImageSaysSo) {
   }
 }
 
-// A PNG header that announces more than any image has must fail before memory is taken for it.
+// A PNG header with impossible dimensions must fail before memory is allocated.
 TEST(ImageInput, DecompressionBombsAreRefused) {
   std::vector<uint8_t> png = test::small_png();
   const auto announce = [&](uint32_t width, uint32_t height) {
@@ -172,12 +172,12 @@ TEST(ReadEnvironment, HdrIsFloatExrKeepsHalf) {
   test::write_image<float>(folder / "a.exr", ImageSpec(16, 8, 4, TypeDesc::HALF), values);
   image = read_environment(folder / "a.exr", &repaired);
   EXPECT_EQ(image->type, TexelType::kHalf);
-  EXPECT_EQ(image->channels, 3);  // alpha is left out
+  EXPECT_EQ(image->channels, 3);  // alpha is dropped
   EXPECT_EQ(image->texels.size(), size_t(16 * 8 * 3 * 2));
   EXPECT_EQ(float(texels<Imath::half>(*image)[0]), 65504.0f);
 }
 
-// Some tiles at a time, so that a load can be called off between them.
+// Reads several tiles at a time, so that a load can be cancelled in between.
 TEST(ReadFloatImage, RowsOfManyTiles) {
   const TempFolder folder;
   ImageSpec spec(4000, 300, 3, TypeDesc::FLOAT);
@@ -214,7 +214,7 @@ TEST(ReadEnvironment, BadTexelsBecomeZeroAndAreCounted) {
     values[0] = nan;
     values[1] = inf;
     values[2] = -1.0f;
-    values[3] = -0.0f;  // no harm in it
+    values[3] = -0.0f;  // harmless
     test::write_image<float>(folder / "a.exr", ImageSpec(4, 2, 3, type), values);
     uint64_t repaired = 0;
     const auto image = read_environment(folder / "a.exr", &repaired);
@@ -226,7 +226,7 @@ TEST(ReadEnvironment, BadTexelsBecomeZeroAndAreCounted) {
 }
 
 // Primaries: SMPTE ST 2065-1 (AP0, whose blue has a negative y), the Academy's S-2014-004 (AP1),
-// ITU-R BT.2020. What Rec. 709 shows as a colour, written in those, is read as that colour again.
+// ITU-R BT.2020. Rec. 709 colours written in these are read back unchanged.
 TEST(ReadEnvironment, OtherPrimariesAreConverted) {
   const TempFolder folder;
   const Chromaticities ap0 = {0.7347f, 0.2653f, 0, 1, 0.0001f, -0.077f, 0.32168f, 0.33767f};
@@ -250,7 +250,7 @@ TEST(ReadEnvironment, OtherPrimariesAreConverted) {
       EXPECT_NEAR(value < 2.0f ? value : value / 5e4f, 1.0f, 1e-5f);
     }
   }
-  // OpenColorIO's matrix to AP1, and back by ours.
+  // OpenColorIO's matrix to AP1, and ours back.
   const Rgb orange(0.8f, 0.3f, 0.05f), there = *to_working_space(WorkingSpace::kAcesCg) * orange;
   const auto back = read(chromaticities_of(WorkingSpace::kAcesCg), {there.x, there.y, there.z},
                          TypeDesc::FLOAT, repaired);
@@ -261,7 +261,7 @@ TEST(ReadEnvironment, OtherPrimariesAreConverted) {
   EXPECT_NEAR(red[1], 0.0f, 1e-3f);
   EXPECT_NEAR(red[2], 0.0f, 1e-3f);
   EXPECT_EQ(repaired, 0u);
-  // Greens that Rec. 709 has not are counted; the largest half stays finite.
+  // Greens outside Rec. 709 are counted; the largest half stays finite.
   const auto green = read(rec2020, {0, 65504.0f, 0}, TypeDesc::HALF, repaired);
   EXPECT_EQ(green, (std::vector<float>{0, 65504.0f, 0}));
   EXPECT_EQ(repaired, 2u);
@@ -320,7 +320,7 @@ TEST(ReadEnvironment, TheFrameIsWhatIsRead) {
   ImageSpec spec(4, 2, 3, TypeDesc::FLOAT);
   std::vector<float> values(4 * 2 * 3);
   for (size_t i = 0; i < values.size(); ++i) values[i] = float(i / 3);
-  // Two pixels more than the frame on the left, one row more above.
+  // Two more pixels than the frame on the left, and one more row above.
   spec.x = -2;
   spec.y = -1;
   spec.full_width = 2;
@@ -341,8 +341,7 @@ TEST(ReadEnvironment, TheFrameIsWhatIsRead) {
   }
 }
 
-// Rows of runs and flat ones, as OpenImageIO writes them; the values are of those that the format
-// has.
+// Rows with and without runs, as written by OpenImageIO; the values are exact in this format.
 TEST(ReadFloatImage, HdrKeepsItsValues) {
   const TempFolder folder;
   for (const int width : {1, 7, 8, 127, 128, 129, 300, 1000}) {
@@ -361,11 +360,11 @@ TEST(ReadFloatImage, HdrKeepsItsValues) {
   }
 }
 
-// Radiance files say which way their rows and columns run.
+// Radiance files specify the direction of their rows and columns.
 TEST(ReadEnvironment, HdrIsTurnedUpright) {
   const TempFolder folder;
   const auto write = [&](const std::string& resolution) {
-    // Flat pixels: fewer than eight columns are never run-length encoded. Value 2^(e - 136) * m.
+    // Without runs: fewer than eight columns are never run-length encoded. Value 2^(e - 136) * m.
     std::string text = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n" + resolution + "\n";
     for (int i = 0; i < 4; ++i) text += std::string(3, char(128)) + char(129 + i);
     test::write_text(folder / "a.hdr", text);
@@ -400,7 +399,7 @@ TEST(ReadFloatImage, NamesChannelsAndDecodesSrgb) {
   EXPECT_EQ(exr.find_channel("nothing"), -1);
   EXPECT_EQ(exr.values[size_t(exr.find_channel("B"))], 3.0f);
   EXPECT_EQ(exr.values[size_t(exr.find_channel("albedo.G"))], 0.25f);
-  // Counts stay counts.
+  // Counts are not converted.
   EXPECT_EQ(exr.values[size_t(exr.find_channel("samples"))], 7.0f);
   EXPECT_EQ(exr.values[5 + size_t(exr.find_channel("samples"))], 16777215.0f);
 

@@ -1,4 +1,4 @@
-// KTX 2 pictures: to the bit those of the reference decoder, and what is not read is named.
+// KTX 2 pictures have the reference decoder's bits, and unsupported ones are reported.
 #include <gtest/gtest.h>
 
 #include "io/image/input.h"
@@ -25,8 +25,7 @@ std::string ktx2_message(const Ktx2Bytes& bytes) {
   return "no error";
 }
 
-// Channel `channel` of pixel `i` as the reference has it: four channels, alpha 1 where there is
-// none.
+// Channel `channel` of pixel `i` in the reference's layout: four channels, alpha 1 if missing.
 std::byte channel_at(const Image& image, size_t i, int channel) {
   if (channel >= image.channels) return std::byte(255);
   return image.texels[i * size_t(image.channels) + size_t(channel)];
@@ -50,7 +49,7 @@ TEST(Ktx2, PixelsAreThoseOfTheReferenceDecoder) {
   }
 }
 
-// Alpha where the descriptor has some; red alone is grey here, and a second component green.
+// Alpha if the descriptor has it; a single red channel is grey here, and a second component green.
 TEST(Ktx2, ChannelsAreThoseThatTheDescriptorNames) {
   const Ktx2Bytes uastc = test::ktx2_file("uastc_gradient"), etc1s = test::ktx2_file("etc1s_alpha");
   const auto uastc_rgba = decode_ktx2(uastc), etc1s_rgba = decode_ktx2(etc1s);
@@ -80,12 +79,12 @@ TEST(Ktx2, ChannelsAreThoseThatTheDescriptorNames) {
   expect(two, *etc1s_rgba, {0, 3, -1});
 }
 
-// An encoder may give alpha an end point that is a colour's, so its slice is not always grey. Here
-// the picture's own colours stand in its place, for each kind with a second slice.
+// An encoder may share an end point between alpha and colour, so an alpha slice is not always grey.
+// Here it is replaced by the picture's own colours, for each kind with a second slice.
 TEST(Ktx2, ASecondSliceCountsByItsGreen) {
   Ktx2Bytes shared = test::ktx2_file("etc1s_alpha");
-  // BasisLZ's global data: a header of 20 bytes; then, of each level's image, its flags, and offset
-  // and size of its colour and of its alpha.
+  // BasisLZ's global data: a header of 20 bytes; then, for the image of each level, its flags, and
+  // offset and size of its colour and of its alpha.
   const size_t image = test::word_at(shared, 64) + 20;
   for (const size_t word : {4u, 8u}) {
     test::set_word(shared, image + word + 8, test::word_at(shared, image + word));

@@ -1,5 +1,5 @@
-// Every kind of PNG and JPEG, encoded by the libraries themselves, against what their samples were
-// or, for JPEG, against OpenImageIO's decoder.
+// Every kind of PNG and JPEG, encoded by the libraries themselves, compared with the original
+// samples or, for JPEG, with OpenImageIO's decoder.
 #include <gtest/gtest.h>
 #include <jpeglib.h>
 #include <png.h>
@@ -14,13 +14,13 @@
 namespace emberline {
 namespace {
 
-constexpr int kPictureWidth = 13, kPictureHeight = 11;  // no multiple of what is coded together
+constexpr int kPictureWidth = 13, kPictureHeight = 11;  // not multiples of the coding blocks
 
 struct PngKind {
   int colour, depth;
   bool interlaced, transparent;
 
-  int stored() const {  // samples of a pixel
+  int stored() const {  // samples per pixel
     return colour == PNG_COLOR_TYPE_RGB          ? 3
            : colour == PNG_COLOR_TYPE_RGB_ALPHA  ? 4
            : colour == PNG_COLOR_TYPE_GRAY_ALPHA ? 2
@@ -49,7 +49,7 @@ uint8_t palette_value(size_t entry, size_t channel) {
   return uint8_t(37 * entry + 91 * channel + 5);
 }
 
-// `samples` as they are stored, a number each.
+// `samples` are the stored values, one number each.
 std::vector<uint8_t> png_of(const PngKind& kind, const std::vector<uint16_t>& samples) {
   std::vector<uint8_t> out;
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
@@ -96,7 +96,7 @@ std::vector<uint8_t> png_of(const PngKind& kind, const std::vector<uint16_t>& sa
   return out;
 }
 
-// What a texture of it holds, by the PNG specification (sections 4.3 and 13.12).
+// The expected texture by the PNG specification (sections 4.3 and 13.12).
 std::vector<uint16_t> expanded(const PngKind& kind, const std::vector<uint16_t>& samples) {
   const size_t stored = size_t(kind.stored());
   const int largest = (1 << kind.depth) - 1, opaque = kind.depth == 16 ? 65535 : 255;
@@ -142,7 +142,7 @@ TEST(PngJpeg, EveryKindOfPngIsExpanded) {
     }
     ASSERT_EQ(texels, expected);
 
-    // For `compare`: linear values of the same.
+    // Linear values of the same, as for `compare`.
     const test::TempFolder folder;
     test::write_bytes(folder / "it.png", png);
     const FloatImage read = read_float_image(folder / "it.png");
@@ -162,7 +162,7 @@ TEST(PngJpeg, EveryKindOfPngIsExpanded) {
 
 struct JpegKind {
   J_COLOR_SPACE colour;
-  int subsampling;  // of chroma, both ways
+  int subsampling;  // of chroma, in both directions
   bool progressive;
 };
 
@@ -185,7 +185,7 @@ std::vector<uint8_t> jpeg_of(const JpegKind& kind, const std::vector<uint8_t>& p
   jpeg_set_defaults(&info);
   jpeg_set_colorspace(&info, kind.colour);
   jpeg_set_quality(&info, quality, TRUE);
-  for (const size_t c : {size_t(0), channels - 1}) {  // luminance and, of four, black
+  for (const size_t c : {size_t(0), channels - 1}) {  // luminance and, with four channels, black
     if (c > 0 && channels != 4) continue;
     info.comp_info[c].h_samp_factor = info.comp_info[c].v_samp_factor = kind.subsampling;
   }
@@ -230,7 +230,7 @@ TEST(PngJpeg, JpegHasTheBitsOfOpenImageIo) {
   }
 }
 
-// As Adobe's programs store it: 255 is no ink.
+// Stored as in Adobe's programs: 255 is no ink.
 TEST(PngJpeg, CmykBecomesRgb) {
   const uint8_t inks[4] = {200, 90, 250, 180};
   std::vector<uint8_t> pixels;

@@ -19,7 +19,7 @@ class WholePicture : public ::testing::Test {
  protected:
   std::string path(const std::string& name) const { return folder_ / name; }
 
-  // Of no length that is less.
+  // A file truncated to any smaller length is recognised.
   void expect_cuts_found(const std::string& name) const {
     SCOPED_TRACE(name);
     EXPECT_TRUE(is_whole_picture(path(name)));
@@ -42,7 +42,7 @@ class WholePicture : public ::testing::Test {
   test::TempFolder folder_;
 };
 
-// As after a loss of power; and what somebody put behind it.
+// As after a power loss, or with data appended.
 TEST_F(WholePicture, AnExrWhoseEndIsZeroOrNotItsOwnIsFound) {
   for (const ExrCompression compression :
        {ExrCompression::kZip, ExrCompression::kPiz, ExrCompression::kDwaa}) {
@@ -93,7 +93,7 @@ TEST_F(WholePicture, EveryCutOfOurExrIsFound) {
   }
 }
 
-// The names of mattes take megabytes.
+// The names of mattes may take megabytes.
 TEST_F(WholePicture, AHeaderMayBeLong) {
   const ExrHeader header = {.width = 4,
                             .height = 4,

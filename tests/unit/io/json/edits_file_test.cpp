@@ -1,4 +1,4 @@
-// Edits to a file and back, and what is said of a file that is wrong.
+// Writing and reading edits, and the errors of invalid files.
 #include "io/json/edits_file.h"
 
 #include <gtest/gtest.h>
@@ -66,7 +66,7 @@ SceneEdits everything() {
   material.transmission = 0.9f;
   material.normal_scale = -2.5f;
   float number = 0.1f;
-  for (const MaterialParameter& p : material_parameters()) {  // what is not set above
+  for (const MaterialParameter& p : material_parameters()) {  // parameters not set above
     if (p.color) {
       auto& color = material.*p.edited_color;
       if (!color) color = Rgb(number, 0.5f * number, 0.25f);
@@ -115,7 +115,8 @@ TEST_F(EditsFile, AMaterialsParametersAreHeldToTheirRanges) {
   }
 }
 
-// The shortest digits that give the float: for people. std::mt19937 of seed 1.
+// Floats are written with the fewest digits that restore them, for readability. std::mt19937 with
+// seed 1.
 TEST_F(EditsFile, FloatsAreWrittenShortAndComeBackToTheBit) {
   std::mt19937 random(1);
   SceneEdits edits;
@@ -143,7 +144,7 @@ TEST_F(EditsFile, AnEnvironmentIsLookedForBesideIt) {
   EXPECT_EQ(edits.environment.image->width, 8);
   EXPECT_EQ(edits.environment.repaired_texels, 1u);
   EXPECT_EQ(edits.environment.file, path("sky.exr"));
-  // Written from elsewhere, and found from there.
+  // Paths are written relative to the file, and resolved from there.
   std::filesystem::create_directories(folder_ / "sub");
   edits.environment.file = std::filesystem::relative(path("sky.exr")).string();
   write_edits(path("sub/shot.json"), edits);
@@ -154,7 +155,7 @@ TEST_F(EditsFile, AnEnvironmentIsLookedForBesideIt) {
 
 TEST_F(EditsFile, SaysWhatIsWrongAndWhere) {
   struct Wrong {
-    const char* members;  // behind the version
+    const char* members;  // after the version
     std::vector<std::string> says;
   };
   const Wrong wrongs[] = {
@@ -230,7 +231,7 @@ TEST_F(EditsFile, SaysWhatIsWrongAndWhere) {
   }
 }
 
-// What overflowed the stack.
+// Deep nesting must not overflow the stack.
 TEST_F(EditsFile, NestedTooDeeplyIsRefused) {
   for (const int depth : {257, 100000, 1000000}) {
     const std::string message =

@@ -1,4 +1,4 @@
-// The door through which every JSON file comes: what it lets through, and what it says of the rest.
+// The single entry point for JSON files: accepted input, and the errors of the rest.
 #include "io/json/input.h"
 
 #include <gtest/gtest.h>
@@ -75,7 +75,7 @@ TEST(JsonInput, DepthIsRefusedBeforeItCostsAnything) {
   }
 }
 
-// A member of the scene twice, as a writer that appends may leave it.
+// A duplicate member of the scene, as an appending writer may leave it.
 TEST(JsonInput, OfAMemberThatMayStandTwiceTheLastCounts) {
   const char* text = R"({"a": {"old": [1, 2]}, "b": 1, "a": {"new": 3}, "b": 2, "b": [3]})";
   EXPECT_EQ(parse_json(text, "twice.json", DuplicateMembers::kWarnedOf),
@@ -85,8 +85,7 @@ TEST(JsonInput, OfAMemberThatMayStandTwiceTheLastCounts) {
             "2 more");
 }
 
-// Seconds at most for as many members as a file of some megabytes holds, the one that stands twice
-// the last.
+// Takes seconds at most for several megabytes of members, the last of which is the duplicate.
 TEST(JsonInput, ManyMembersAreNotComparedOneByOne) {
   std::string text = "{";
   for (int i = 0; i < 300000; ++i) text.append("\"").append(std::to_string(i)).append("\":0,");
@@ -106,11 +105,11 @@ TEST(JsonInput, ReadsRegularFilesOnly) {
     EXPECT_THROW(read_json(path), InputError) << path;
   }
   test::write_text(folder / "huge.json", "[1]");
-  std::filesystem::resize_file(folder / "huge.json", uintmax_t(1) << 40);  // takes no space
+  std::filesystem::resize_file(folder / "huge.json", uintmax_t(1) << 40);  // sparse
   EXPECT_THROW(read_json(folder / "huge.json"), InputError);
 }
 
-// Texts that unfold as far as text can. What is reserved is what the process may have to take.
+// Texts that expand as much as possible: the reservation covers the memory that they may need.
 TEST(JsonInput, CountsWhatADocumentTakes) {
   for (const char* element : {"0,", "[],", "{},", "{\"\":0},", "\"0123456789abcdef\","}) {
     std::string text = "{\"extras\":[";

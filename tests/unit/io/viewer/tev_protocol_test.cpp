@@ -1,5 +1,4 @@
-// The packets byte by byte as tev's published layout has them, written out by hand; and the
-// addresses that are understood.
+// Packets byte by byte, by tev's published layout, and the supported addresses.
 #include "io/viewer/tev_protocol.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +11,7 @@
 namespace emberline {
 namespace {
 
-using namespace std::string_literals;  // "..."s holds the zeros within
+using namespace std::string_literals;  // "..."s keeps embedded zeros
 
 std::string text(const std::vector<std::byte>& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
@@ -22,7 +21,7 @@ TEST(TevPackets, CreateImage) {
   const std::string expected =
       "\x20\0\0\0"      // all of it: 4 + 1 + 1 + 6 + 4 + 4 + 4 + 8 bytes
       "\x04"            // CreateImage
-      "\x01"            // to the front
+      "\x01"            // bring to the front
       "a.exr\0"         // name
       "\x00\x05\0\0"    // width 1280
       "\xd0\x02\0\0"    // height 720
@@ -32,7 +31,7 @@ TEST(TevPackets, CreateImage) {
 }
 
 TEST(TevPackets, UpdateImage) {
-  // Pixels (x, y) of a layout of 3 x 2 from (600, 7) on have the values 10 x' + y' + c / 4.
+  // Pixels (x, y) of a layout of 3 x 2 starting at (600, 7) have the values 10 x' + y' + c / 4.
   const Rect layout{600, 7, 603, 9};
   std::vector<float> rgba;
   for (int y = 0; y < 2; ++y) {
@@ -43,11 +42,11 @@ TEST(TevPackets, UpdateImage) {
   const std::string expected =
       "\x84\0\0\0"              // 4 + 1 + 1 + 2 + 4 + 8 + 16 + 32 + 32 + 2 x 16 bytes
       "\x06"                    // UpdateImage with strides
-      "\0"                      // where it is
+      "\0"                      // do not bring to the front
       "p\0"                     // name
       "\x04\0\0\0"              // channels
       "R\0G\0B\0A\0"            // their names
-      "\x59\x02\0\0\x08\0\0\0"  // from (601, 8)
+      "\x59\x02\0\0\x08\0\0\0"  // at (601, 8)
       "\x02\0\0\0\x01\0\0\0"    // 2 x 1 pixels
       "\0\0\0\0\0\0\0\0"        // offsets 0 1 2 3
       "\x01\0\0\0\0\0\0\0"

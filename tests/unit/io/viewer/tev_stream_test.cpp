@@ -1,4 +1,4 @@
-// What arrives in a viewer, and what becomes of a stream whose viewer is slow, silent or gone.
+// Data received by a viewer, and streams whose viewer is slow, silent or gone.
 #include "io/viewer/tev_stream.h"
 
 #include <gtest/gtest.h>
@@ -45,7 +45,7 @@ void expect_version(const TevImage& image, const Rect& rect, int n) {
   }
 }
 
-// Until the viewer is connected, or a minute has passed.
+// Waits until the viewer is connected, or a minute has passed.
 bool wait_for_connection(const TevServer& server) {
   for (const double end = seconds() + 60; seconds() < end; ::usleep(1000)) {
     if (server.connected()) return true;
@@ -63,9 +63,9 @@ bool warned_of(const std::string& part) {
 TEST(TevStream, TilesArriveAtTheirPlaces) {
   for (const bool ipv6 : {false, true}) {
     TevServer server({.ipv6 = ipv6});
-    if (server.port() == 0) continue;  // no IPv6 here
+    if (server.port() == 0) continue;  // IPv6 is unavailable
     TevStream stream(parse_tev_url(server.url()), {"name with spaces", 700, 300});
-    // Wider than a packet, a single pixel, and one at the edge.
+    // Larger than a packet, a single pixel, and one at the edge.
     const Rect tiles[] = {{100, 20, 500, 290}, {3, 4, 4, 5}, {690, 299, 700, 300}};
     for (const Rect& tile : tiles) stream.add(tile, pixels(tile, 1));
     stream.finish({});
@@ -95,8 +95,8 @@ TEST(TevStream, TheNewestPixelsWin) {
   expect_version(image, tile, 41);
   expect_version(image, {32, 16, 512, 80}, 40);
   expect_version(image, {160, 80, 512, 500}, 40);
-  // 64 tiles of 40 versions: were they queued, the viewer would get all 2560. As it is, 64 and what
-  // the system took before (4 MiB at most, 64 tiles).
+  // 64 tiles of 40 versions: a queue would send all 2560. Instead it sends 64, plus those that the
+  // system buffered before (4 MiB, which is at most 64 tiles).
   EXPECT_GE(image.updates.size(), 64u);
   EXPECT_LE(image.updates.size(), 64u + 64u + 1u);
   EXPECT_LE(stream.most_bytes(), uint64_t(crop.area()) * 16);
@@ -116,7 +116,7 @@ TEST(TevStream, KeepsOnlyWhatIsNotSent) {
   EXPECT_LT(stream.most_bytes(), uint64_t(64 * 6400) * 16 / 2) << "of a viewer that keeps up";
 }
 
-// Whoever waited for it would wait until the test's own time is over.
+// A blocking call would wait until the test times out.
 TEST(TevStream, NobodyWaitsForAViewerThatDoesNotRead) {
   TevServer server({.reads = false});
   TevStream stream(parse_tev_url(server.url()), {"silent", 2048, 2048});
@@ -162,7 +162,7 @@ TEST(TevStream, AViewerThatClosesEndsItWithAWarning) {
     stream.add_picture(crop, 64, pixels(crop, 1));
   }
   EXPECT_FALSE(stream.open());
-  stream.finish({});  // it may be closed a moment before the warning is there
+  stream.finish({});  // the stream may close just before the warning appears
   EXPECT_TRUE(warned_of(server.url()));
 }
 

@@ -1,4 +1,4 @@
-// The lobe of two widths against the isotropic one, closed forms and quadrature of its own.
+// The anisotropic lobe against the isotropic one, closed forms and independent quadrature.
 #include "renderer/shading/lobes/anisotropic_ggx.h"
 
 #include <gtest/gtest.h>
@@ -155,7 +155,7 @@ TEST(AnisotropicGgx, SweepStaysFinite) {
   }
 }
 
-// ---- what the lobe returns in all --------------------------------------------------------------
+// ---- albedo ------------------------------------------------------------------------------------
 
 TEST(AnisotropicAlbedo, EqualWidthsAreTheIsotropicTable) {
   for (uint64_t i = 0; i < 5000; ++i) {
@@ -179,7 +179,7 @@ TEST(AnisotropicAlbedo, MeetsQuadrature) {
     TestRandom random(67, i);
     const float strength = random.next();
     const float ay = std::max(kMirrorAlpha, square(random.next()));
-    const float ax = ay + (1 - ay) * square(strength);  // as glTF says
+    const float ax = ay + (1 - ay) * square(strength);  // as in glTF
     const float mu = i % 2 ? random.next() : std::max(.01f, square(random.next()));
     const Vec3f w = direction(mu, 6.2831853f * (i % 3 ? random.next() : .25f));
     const GgxAlbedo want = ggx_albedo(to_double(w), double(ax), double(ay), 300);
@@ -205,9 +205,9 @@ TEST(AnisotropicAlbedo, AveragesAreThoseOfTheTable) {
     double loss = 0, schlick = 0;
     const int n = 300, turns = 200;
     for (int a = 0; a < n; ++a) {
-      const double t = (a + .5) / n, mu = t * t * t;  // nodes where smooth surfaces lose
+      const double t = (a + .5) / n, mu = t * t * t;  // nodes where smooth surfaces lose energy
       for (int p = 0; p < turns; ++p) {
-        // phi = pi/2 (1 - s^2): nodes where a stretched lobe is narrow
+        // phi = pi/2 (1 - s^2) puts nodes where an anisotropic lobe is narrow.
         const double s = (p + .5) / turns, phi = kPiD / 2 * (1 - s * s);
         const SpecularAlbedo::Value value = table.at(direction(float(mu), float(phi)));
         const double weight = 2 * mu * 3 * t * t / n * 2 * s / turns;

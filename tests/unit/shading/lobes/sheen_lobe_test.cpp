@@ -1,4 +1,4 @@
-// The sheen lobe against the published formula, its table against quadrature, its sampling.
+// The sheen lobe against the published formula, its table against quadrature, and its sampling.
 #include "renderer/shading/lobes/sheen_lobe.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ namespace {
 using test::direction;
 using test::TestRandom;
 
-// f of Estevez & Kulla 2017 as KHR_materials_sheen prints it, without limits.
+// f of Estevez & Kulla 2017 as printed in KHR_materials_sheen, without limits.
 double published(double roughness, const Vec3d& wo, const Vec3d& wi) {
   const double alpha = roughness * roughness, t = (1 - alpha) * (1 - alpha);
   const auto mix = [t](double x, double y) { return x * (1 - t) + y * t; };
@@ -53,7 +53,7 @@ double published_albedo(double roughness, double mu) {
   });
 }
 
-// max(1, R), rounded off as the header says.
+// max(1, R), smoothed as defined in the header.
 double limited(double r, double roughness) {
   const double t = std::clamp((roughness - .15) / .135, 0.0, 1.0), round = .15 + (.045 - .15) * t;
   if (r < 1 - round) return 1;
@@ -104,7 +104,6 @@ TEST(SheenLobe, IsReciprocal) {
   }
 }
 
-// Both by quadrature of eval: at the table's nodes' middles as well as anywhere.
 TEST(SheenLobe, AlbedoMeetsQuadrature) {
   double largest = 0;
   for (uint64_t i = 0; i < 300; ++i) {
@@ -127,7 +126,7 @@ TEST(SheenLobe, ReturnsAtMostWhatItGets) {
       const float albedo = SheenLobe(roughness, direction(mu, 1)).albedo(mu);
       ASSERT_TRUE(albedo >= 0 && albedo <= 1);
     }
-  // The lobe itself, below the table's last column as well.
+  // The lobe itself, also below the table's last column.
   for (const float roughness : kRoughnesses)
     for (const float mu : {1e-2f, 1e-3f, 1e-4f, 1e-5f, 1e-7f}) {
       const SheenLobe lobe(roughness, direction(mu, 1));
@@ -151,7 +150,7 @@ TEST(SheenLobe, SamplesFollowTheDensity) {
   }
 }
 
-// The samples' weights: their mean is the albedo, their second moment and largest are bounded.
+// The mean of the sample weights is the albedo; their second moment and maximum are bounded.
 TEST(SheenLobe, WeightsAreBounded) {
   for (const float roughness : kRoughnesses)
     for (const float mu : {1.0f, .6f, .3f, .1f, .03f, .003f, 1e-5f}) {
@@ -203,7 +202,7 @@ TEST(SheenLobe, SweepStaysFinite) {
   }
   const SheenLobe lobe(.5f, Vec3f(0, 0, 1));
   for (const Vec3f& wi : {Vec3f(0, 0, -1), Vec3f(1, 0, 0), Vec3f(0, 0, 1)})
-    EXPECT_EQ(lobe.eval(wi), 0);  // the last: fibres along the normal reflect nothing there
+    EXPECT_EQ(lobe.eval(wi), 0);  // fibres along the normal reflect nothing in the last case
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The thin film against sums over wavelengths: of its own model, and of the whole truth.
+// The thin film against sums over wavelengths, of its own model and of the exact one.
 #include "renderer/shading/lobes/thin_film.h"
 
 #include <gtest/gtest.h>
@@ -16,8 +16,8 @@ namespace {
 
 using test::TestRandom;
 
-// Reflectance of two interfaces of amplitudes a and b, every bounce between them counted (Airy
-// 1833), the second one's light late by `phase`.
+// Reflectance of two interfaces of amplitudes a and b with all interreflections (Airy 1833); light
+// from the second is delayed by `phase`.
 double airy(double a, double b, double phase) {
   const std::complex<double> late = std::polar(b, phase);
   return std::norm((a + late) / (1.0 + a * late));
@@ -54,7 +54,7 @@ double model(const Film& film, double f0, double phase) {
   return airy(a, std::copysign(std::sqrt(b * b + (metal - b * b) * share), b), phase);
 }
 
-// Both polarisations, for a base of complex index.
+// The exact reflectance with both polarisations, for a base of complex index.
 using Index = std::complex<double>;
 double truth(const Film& film, const Index& base, double phase) {
   const Amplitudes top = fresnel(1, film.cosine, film.ior);
@@ -68,7 +68,7 @@ double truth(const Film& film, const Index& base, double phase) {
   return 0.5 * (sum(top.s, s) + sum(top.p, p));
 }
 
-// The extension's two interfaces, Schlick's both.
+// The extension's model: two interfaces, both by Schlick.
 double extension(const Film& film, double f0, double phase) {
   const double r = std::sqrt(f0), base = (1 + r) / (1 - r);
   const double bottom = (base - film.ior) / (base + film.ior);
@@ -119,9 +119,9 @@ TEST(ThinFilm, WithoutAFilmIsTheBase) {
     }
 }
 
-// A film of the base's own index has one face only. The model's upper face is exact Fresnel and the
-// whole is Schlick, so the lower face reflects what lies between these two, and the difference is
-// about theirs.
+// A film with the base's own index has only one face. The model's upper face is exact Fresnel and
+// the whole is Schlick, so the lower face reflects their difference, and the error is about as
+// large.
 TEST(ThinFilm, OfTheBasesIndexIsNearlyTheBase) {
   for (const double ior : {1.33, 1.5, 1.8, 2.4}) {
     double steep = 0, grazing = 0;
@@ -163,8 +163,8 @@ TEST(ThinFilm, MeetsTheSumOverWavelengths) {
               largest);
 }
 
-// How far scalar amplitudes are from both polarisations, and the extension's from them, for
-// dielectric bases and for metals (aluminium, gold, copper, chromium, iron near 600 nm).
+// The error of scalar amplitudes compared with both polarisations, and of the extension's model,
+// for dielectric bases and metals (aluminium, gold, copper, chromium, iron near 600 nm).
 TEST(ThinFilm, IsNearTheWholeTruth) {
   const Index metals[] = {{1.2, 7.0}, {.25, 3.0}, {.6, 3.1}, {3.1, 3.3}, {2.9, 2.9}};
   for (const bool dielectric : {true, false}) {

@@ -1,4 +1,4 @@
-// One wavelength per path: its weights, and the index of refraction there.
+// One wavelength per path: its weights, and its index of refraction.
 #include "renderer/shading/lobes/wavelength.h"
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 namespace emberline {
 namespace {
 
-// The fit against the standard's own table at 20 nm (CIE 15:2018, table 1).
+// The fit compared with the standard's table at 20 nm (CIE 15:2018, table 1).
 TEST(Wavelength, MatchingFunctionsAreTheStandards) {
   const double table[][4] = {
       {400, .01431, .000396, .06785}, {420, .13438, .0040, .6456},   {440, .34828, .0230, 1.74706},
@@ -33,7 +33,7 @@ TEST(Wavelength, MeanWeightIsWhite) {
     sum += to_double(s.weight);
     ASSERT_GE(std::min({s.weight.x, s.weight.y, s.weight.z}), 0);
     ASSERT_LE(max_component(s.weight), 3.0001f);
-    // Each sample is worth the same: the luminance of noise stays low.
+    // All samples have the same total weight, which keeps luminance noise low.
     ASSERT_NEAR(s.weight.x + s.weight.y + s.weight.z, 3, 1e-5);
   }
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(sum[c] / n, 1, 1e-5) << c;
@@ -53,7 +53,7 @@ TEST(Wavelength, IncreasesWithU) {
   }
 }
 
-// The density is the mean of the responses, and the weights are the responses over it.
+// The pdf is the mean of the responses, and the weights are the responses divided by it.
 TEST(Wavelength, FollowsTheResponses) {
   Vec3d integral(0.0);
   const auto cut = [](double nanometres) {

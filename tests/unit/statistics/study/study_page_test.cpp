@@ -1,5 +1,5 @@
-// The study's page from results made up for the purpose: what must be on it, and that nothing of
-// what may be missing (seeds, runs, pictures, a baseline) breaks it.
+// The study's page for made-up results: required contents, and robustness against missing seeds,
+// runs, pictures or baseline.
 #include "renderer/statistics/study/page.h"
 
 #include <gtest/gtest.h>
@@ -82,7 +82,7 @@ class StudyPage : public ::testing::Test {
   TempFolder folder_;
 };
 
-// Elements of a class, by the word.
+// Number of elements with this class.
 size_t of_class(const ReadMarkup& read, const std::string& word) {
   return size_t(std::ranges::count_if(read.elements, [&](const Element& element) {
     const auto found = element.attributes.find("class");
@@ -95,10 +95,10 @@ TEST_F(StudyPage, CurvesSpeedupsCalibrationAndSettings) {
   const ReadMarkup read = page(study(4));
   // Five metrics against time and samples, and the calibration.
   EXPECT_EQ(read.count("svg"), 11u);
-  // A line for each method in each; of the calibration the method's and the exact one.
+  // One line per method in each chart; in the calibration that of the method and the exact one.
   EXPECT_EQ(read.count("polyline"), 22u);
   EXPECT_EQ(read.count("polygon"), 20u);  // bands over the seeds
-  // The error of "fast" at 8 takes "slow" four times as long, for every seed alike.
+  // "slow" needs four times as long for the error of "fast" at 8, equally for every seed.
   expect_text(read, "4 [4,\u00a04]");
   EXPECT_GT(of_class(read, "good"), 0u);
   expect_text(read, study(4).settings.command_line);
@@ -145,7 +145,7 @@ TEST_F(StudyPage, AllFailed) {
 TEST_F(StudyPage, SomeFailedAndSomeNotMade) {
   StudyResults r = study(3);
   r.runs.back() = {1, 2, StudyRunStatus::kFailed, "killed", {}, {}};
-  r.runs.erase(r.runs.begin() + 2);  // of "slow", the second seed
+  r.runs.erase(r.runs.begin() + 2);  // the second seed of "slow"
   r.complete = false;
   const ReadMarkup read = page(r);
   EXPECT_EQ(of_class(read, "warning"), 2u);
@@ -191,7 +191,7 @@ TEST_F(StudyPage, NamesAreText) {
   expect_text(read, odd);
 }
 
-// The literal search: every place on the grid, the sum over its pixels.
+// Exhaustive search: every position on the grid, with the sum over its pixels.
 TEST(MostDifferentSquares, AreTheWorstAndDoNotOverlap) {
   ByteImage a{.width = 40, .height = 24, .values = std::vector<uint8_t>(40 * 24 * 3, 50)};
   ByteImage b = a;

@@ -1,4 +1,4 @@
-// From the options of a study to its methods.
+// Converts the options of a study to its methods.
 #include "renderer/statistics/study/plan.h"
 
 #include <gtest/gtest.h>
@@ -88,7 +88,7 @@ TEST(StudyPlan, FramesThatCannotBeLookedAtOnTheirWayAreSeparate) {
   for (const PlannedMethod& m : plan_study(options).methods) EXPECT_TRUE(m.separate);
 }
 
-// Each once more; the allocation that needs a denoised picture alone has no raw one.
+// Each method appears again with denoising, but the allocation for denoised pictures only once.
 TEST(StudyPlan, DenoisedMethodsStandBesideTheRaw) {
   StudyOptions options;
   options.drivers = "bucket,adaptive";
@@ -138,8 +138,8 @@ TEST(StudyPlan, TheReferenceHasASamplerThatIsNotStudied) {
   EXPECT_EQ(plan_study(options).reference_sampler, "sobol");
 }
 
-// Each method is at each place about as often: of 6000 orders of 3, 2000 +- 37 times; the band is
-// five of those, 9 cells: false alarms 5e-6.
+// Each method is equally often at each position: of 6000 orders of 3, 2000 +- 37 times. The
+// tolerance is five of those, for 9 cells: false alarms 5e-6.
 TEST(StudyPlan, OrdersArePermutationsWithoutFavourites) {
   int count[3][3] = {};
   for (uint32_t seed = 0; seed < 6000; ++seed) {

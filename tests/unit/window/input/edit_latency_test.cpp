@@ -1,4 +1,3 @@
-// From edits to the pictures that show them.
 #include "renderer/window/input/edit_latency.h"
 
 #include <gtest/gtest.h>

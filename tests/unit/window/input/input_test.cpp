@@ -1,4 +1,4 @@
-// The table of shortcuts: what the window lists is what its keys do.
+// The table of shortcuts: the window's list agrees with its keys.
 #include "renderer/window/input/input.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,3 @@
-// Entries of edits as lists and editors read and change them.
 #include "renderer/window/panels/edit_entries.h"
 
 #include <gtest/gtest.h>
@@ -6,7 +5,7 @@
 namespace emberline {
 namespace {
 
-// Lights "Key", "", "Twin", "Twin"; materials "wood", "neon" that shines, "wood".
+// Lights "Key", "", "Twin", "Twin"; materials "wood", the emissive "neon", "wood".
 SceneDescription scene() {
   SceneDescription description;
   for (const char* name : {"Key", "", "Twin", "Twin"}) {
@@ -73,7 +72,7 @@ TEST(EditEntries, ANameAloneMeansTheOnlyOneThatHasIt) {
   EXPECT_EQ(light_edit(edits, description, EditedLight::kPunctual, 0).intensity, 7.0f);
   EXPECT_EQ(light_edit(edits, description, EditedLight::kPunctual, 0).target.index, 0);
   EXPECT_EQ(light_edit(edits, description, EditedLight::kPunctual, 1).intensity, 1.0f);
-  // An index that another name has taken: the name decides.
+  // If the index now belongs to another name, the name decides.
   edits.lights[0].target.index = 1;
   EXPECT_EQ(light_edit(edits, description, EditedLight::kPunctual, 0).intensity, 7.0f);
   EXPECT_EQ(light_edit(edits, description, EditedLight::kPunctual, 1).intensity, 1.0f);

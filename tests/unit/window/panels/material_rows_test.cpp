@@ -1,4 +1,4 @@
-// What the material panel offers, and in which order.
+// The groups that the material panel offers, and their order.
 #include "renderer/window/panels/material_rows.h"
 
 #include <gtest/gtest.h>
@@ -43,7 +43,7 @@ TEST(MaterialRows, WhatTheMaterialHasComesFirst) {
   EXPECT_EQ(names(own),
             (std::vector<std::string>{"", "Sheen", "Interior", "Reflection", "Clear coat",
                                       "Iridescence", "Diffuse transmission"}));
-  // An edit moves nothing.
+  // An edit does not change the order.
   MaterialEdit edit;
   edit.clearcoat = 1.0f;
   EXPECT_EQ(names(own, edit), names(own));
@@ -58,7 +58,7 @@ TEST(MaterialRows, AnisotropyIsOfferedWhereThereAreTangents) {
   };
   MaterialDescription own;
   EXPECT_FALSE(offers(names(own)));
-  MaterialEdit edit;  // which the scene was opened with
+  MaterialEdit edit;  // the scene was opened with it
   edit.anisotropy = 0.5f;
   EXPECT_TRUE(offers(names(own, edit)));
   own.normal_texture.image = 0;

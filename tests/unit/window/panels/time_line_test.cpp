@@ -54,7 +54,7 @@ TEST(TimeLine, PlaysTheFrameThatIsDue) {
   EXPECT_EQ(playback.time_at(100.0, 10, 2.0), 0.5);
   EXPECT_EQ(playback.time_at(100.09, 10, 2.0), 0.5);
   EXPECT_EQ(playback.time_at(100.1, 10, 2.0), 0.6);
-  // What comes late leaves frames out.
+  // Late calls skip frames.
   EXPECT_EQ(playback.time_at(101.25, 10, 2.0), 1.7);
   EXPECT_EQ(playback.time_at(101.75, 10, 2.0), 0.2);
   EXPECT_EQ(playback.time_at(107.85, 10, 2.0), 0.3);
@@ -64,7 +64,7 @@ TEST(TimeLine, PlaysTheFrameThatIsDue) {
   EXPECT_FALSE(playback.playing());
 }
 
-// Nothing to go through: no division, and no end either.
+// An animation of zero duration causes no division and does not end.
 TEST(TimeLine, PlaysWhatTakesNoTime) {
   Playback playback;
   playback.start(0.0, 0.0);

@@ -18,7 +18,7 @@ TEST(Histogram, CountsEachChannelBlackAndClipped) {
   histogram.update(picture_of({{0, 0, 0}, {100, 50, 50}, {100, 50, 255}, {0, 0, 1}}), 0.0);
   EXPECT_DOUBLE_EQ(histogram.black(), 0.25);
   EXPECT_DOUBLE_EQ(histogram.clipped(), 0.25);
-  EXPECT_EQ(histogram.height(0, 50), 1.0f);  // two of 100, the most between black and white
+  EXPECT_EQ(histogram.height(0, 50), 1.0f);  // two of 100, the maximum between black and white
   EXPECT_EQ(histogram.height(1, 25), 1.0f);
   EXPECT_EQ(histogram.height(2, 25), 0.5f);
   EXPECT_EQ(histogram.height(0, 51), 0.0f);

@@ -1,4 +1,4 @@
-// Where the picture lies in the window, against the definition of its coordinates.
+// The picture's place in the window, compared with the definition of its coordinates.
 #include "renderer/window/picture/placement.h"
 
 #include <gtest/gtest.h>
@@ -54,7 +54,7 @@ TEST(PicturePlacement, NoPixelBesideASmallPicture) {
   EXPECT_FALSE(p.pixel_at(Vec2f(50, 90)));
 }
 
-// To the whole pixel of the screen that the picture begins at.
+// The picture starts at a whole screen pixel, which limits the precision.
 TEST(PicturePlacement, ZoomingKeepsWhatIsUnderTheCursor) {
   PicturePlacement p = placed({0, 0, 800, 600}, 1280, 720);
   const Vec2f cursor(300, 200);

@@ -1,4 +1,4 @@
-// The window without a window: its edits, wipes and files, over a small frame of the Cornell box.
+// The window's logic without a window: edits, wipes and files, with a small Cornell box.
 #include "renderer/window/workbench/workbench.h"
 
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ class WorkbenchTest : public OutputFolder {
     return result;
   }
 
-  // Updates the workbench, as the window's loop does, until `done`. False after two minutes.
+  // Updates the workbench like the window's loop until `done`. Returns false after two minutes.
   static bool wait(Workbench& bench, const std::function<bool()>& done) {
     using Clock = std::chrono::steady_clock;
     const auto end = Clock::now() + std::chrono::seconds(int(120 * test::kSlower));
@@ -138,7 +138,7 @@ TEST_F(WorkbenchTest, ReloadingKeepsTheEditsAndNotTheirHistory) {
   EXPECT_FALSE(bench.navigator.bookmarks()[2]);
 }
 
-// Edits of the command line belong to the scene of the command line.
+// An edits file given on the command line belongs to the scene given there.
 TEST_F(WorkbenchTest, EditsOfAnotherSceneDoNotReplaceTheFileThatWasGiven) {
   ViewOptions given = options(path("missing.glb"));
   given.render.edits = path("given.edits.json");

@@ -1,5 +1,5 @@
-// Animations of a file: what they move, and where it is at a time. What is expected is computed
-// here from the specification's formulas, in column vectors as it has them.
+// Animations of a file: what they move, and where it is at a time. Expected values are computed
+// from the specification's formulas, with column vectors as there.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -63,7 +63,7 @@ void expect_at(const Vec3d& found, const Vec3d& expected, double tolerance = 1e-
   }
 }
 
-// What is said while `body` runs.
+// Log messages while `body` runs.
 template <class Body>
 std::vector<std::string> said(const Body& body) {
   std::vector<std::string> lines;
@@ -118,7 +118,7 @@ TEST_F(GltfAnimationTest, WithoutATimeTheSceneIsAtRest) {
   const SceneDescription scene = load(gltf_);
   EXPECT_EQ(scene.instances[0].to_world, before.instances[0].to_world);
   EXPECT_EQ(scene.coverage.ignored, std::vector<std::string>{"animations (at rest)"});
-  // An animation alone: its beginning.
+  // An animation without a time is evaluated at its start.
   const test::TempFolder folder;
   const std::string path = gltf_.write_glb(folder / "a.glb");
   expect_at(vertex(load_gltf(path, {.animation = "0"}), 0, 0), Vec3d(5, 5, 5));
@@ -135,7 +135,7 @@ TEST_F(GltfAnimationTest, IsChosenByNameOrIndexOrAll) {
   expect_at(corner("up"), Vec3d(1, 1, 0));
   expect_at(corner("2"), Vec3d(1, 2, 0));
   expect_at(corner("big"), Vec3d(11, 7, 7));
-  expect_at(corner("all"), Vec3d(4, 2, 0));  // of two that move the same the later
+  expect_at(corner("all"), Vec3d(4, 2, 0));  // if two move the same property, the later one
   EXPECT_EQ(count_with(said([&] { corner(""); }), "posed by the first animation"), 1u);
   for (const char* wrong : {"down", "3", "-1", "All"}) {
     try {
@@ -187,7 +187,7 @@ TEST_F(GltfAnimationTest, MorphWeightsAreTheMeshsAtItsTime) {
       {{"POSITION", gltf_.add_accessor<float>("VEC3", {1, 0, 0, 0, 0, 0, 0, -1, 0})}}};
   gltf_.root["meshes"][0]["weights"] = {0.25, 0.5};
   node(1).erase("translation");
-  // A second node with the same mesh stays as it was.
+  // A second node with the same mesh is unaffected.
   gltf_.add_mesh_node(mesh_);
   // Two targets: in-tangents, values, out-tangents of a key.
   AnimationBuilder(gltf_).move(0, "weights", {0, 2}, "SCALAR",
@@ -207,7 +207,7 @@ TEST_F(GltfAnimationTest, MorphWeightsAreTheMeshsAtItsTime) {
   }
 }
 
-// Two joints, one below the other, of which each turns.
+// Two joints, one below the other; both rotate.
 TEST_F(GltfAnimationTest, JointsCarryTheirVertices) {
   auto& attributes = gltf_.primitive(mesh_)["attributes"];
   attributes["NORMAL"] = gltf_.add_accessor<float>("VEC3", {0, 0, 1, 1, 0, 0, 0, 1, 0});
@@ -274,7 +274,6 @@ TEST_F(GltfAnimationTest, CamerasAndLightsMoveWithTheirNodes) {
 }
 
 // ---- KHR_animation_pointer, KHR_node_visibility
-// ----------------------------------------------------------
 
 TEST_F(GltfAnimationTest, PointersReachMaterialsLightsAndCameras) {
   gltf_.root["cameras"] = {
@@ -330,7 +329,7 @@ TEST_F(GltfAnimationTest, PointersReachNodes) {
   expect_at(vertex(load_at(gltf_, 0.5), 0, 0), Vec3d(1, 0.5, 6));
 }
 
-// The specification has no rotation beside a matrix, but a translation.
+// The specification does not allow rotations on a node with a matrix; its translation is animated.
 TEST_F(GltfAnimationTest, OfAMatrixTheTranslationMoves) {
   node(1).erase("translation");
   node(1)["matrix"] = {2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 1, 1, 1, 1};
@@ -347,7 +346,7 @@ TEST_F(GltfAnimationTest, PointersThatLeadNowhereAreSaidAndCounted) {
   AnimationBuilder animation(gltf_);
   animation.move(1, "translation", {0}, "VEC3", {1, 2, 3});
   const std::vector<std::string> nowhere = {
-      "/materials/0/pbrMetallicRoughness/metallicFactor",  // its object is not there
+      "/materials/0/pbrMetallicRoughness/metallicFactor",  // its parent object is missing
       "/materials/1/alphaCutoff",
       "/materials/0/doubleSided",
       "/materials/00/alphaCutoff",
@@ -410,7 +409,7 @@ TEST_F(GltfAnimationTest, InvisibleNodesHideWhatIsBelow) {
   EXPECT_EQ(counts(load_at(gltf_, 1.0)), all);
   EXPECT_EQ(counts(load_at(gltf_, 1.9)), all);
   EXPECT_EQ(counts(load_at(gltf_, 2.0)), hidden);
-  // Where all is invisible the environment is left.
+  // If everything is invisible, only the environment is left.
   node(2)["extensions"]["KHR_node_visibility"]["visible"] = false;
   EXPECT_EQ(count_with(said([&] { EXPECT_TRUE(load(gltf_).instances.empty()); }),
                        "there is nothing to see (2 invisible nodes)"),

@@ -1,5 +1,4 @@
-// What moves while the shutter is open: at any time within it everything is where a still of that
-// time has it.
+// Motion while the shutter is open: at any time everything is where a still of that time has it.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -23,7 +22,7 @@ using test::load_open;
 
 constexpr double kPi = 3.14159265358979;
 
-// As scene_description.h says it.
+// As defined in scene_description.h.
 struct Segment {
   size_t step;
   double share;
@@ -54,7 +53,7 @@ Vec3d vertex_at(const SceneDescription& scene, size_t instance, size_t index, do
   return world;
 }
 
-// A triangle in node 1, which node 0's transform carries.
+// A triangle in node 1, a child of node 0.
 class GltfShutterTest : public testing::Test {
  protected:
   GltfShutterTest() {
@@ -68,7 +67,7 @@ class GltfShutterTest : public testing::Test {
   }
   json& node(size_t i) { return gltf_.root["nodes"][i]; }
 
-  // Every vertex, at many times, to within `tolerance`.
+  // Compares every vertex with stills at many times, to within `tolerance`.
   SceneDescription expect_stills(double from, double to, double tolerance = 2e-3) const {
     const SceneDescription open = load_open(gltf_, from, to);
     EXPECT_EQ(test::find_flaw(open), "");
@@ -89,8 +88,7 @@ class GltfShutterTest : public testing::Test {
     return open;
   }
 
-  // Of an instant: all is as it is without its velocity, and a vertex is later where a still has
-  // it.
+  // For an instant: the scene is as without velocities, and later vertices are those of a still.
   SceneDescription expect_later(double time, double later, double tolerance = 1e-5) const {
     const test::TempFolder folder;
     GltfOptions options;
@@ -128,7 +126,7 @@ class GltfShutterTest : public testing::Test {
   int mesh_ = 0;
 };
 
-// Key frames of `turns` turns about Z, three a turn.
+// Key frames for `turns` turns about Z, three per turn.
 void spin(GltfBuilder& gltf, int node, double turns, double seconds) {
   std::vector<float> times, rotations;
   const int keys = std::max(1, int(std::lround(3 * turns)));
@@ -144,7 +142,7 @@ TEST_F(GltfShutterTest, ABladeThatTurnsThriceHasItsTurns) {
   spin(gltf_, 1, 3, 1);
   const SceneDescription scene = expect_stills(0, 1);
   EXPECT_TRUE(scene.meshes[0].motion.empty());
-  // No more than a quarter of a turn a step, and no more steps than that takes.
+  // At most a quarter turn per step, and no more steps than needed.
   EXPECT_GE(scene.instances[0].motion.size(), 12u);
   EXPECT_LE(scene.instances[0].motion.size(), 16u);
   expect_later(.1, 1 / 24.0);
@@ -163,7 +161,7 @@ TEST_F(GltfShutterTest, WhatIsAtRestHasNoMotion) {
   const SceneDescription scene = load_open(gltf_, 0, 1);
   EXPECT_FALSE(scene.instances[0].motion.empty());
   EXPECT_TRUE(scene.instances[1].motion.empty());
-  // Behind the last key nothing moves any more; nor does it in an instant.
+  // There is no motion after the last key, nor in an instant.
   EXPECT_TRUE(load_open(gltf_, 1, 2).instances[0].motion.empty());
   EXPECT_TRUE(load_open(gltf_, 0.5, 0.5).instances[0].motion.empty());
   EXPECT_EQ(expect_later(0.5, 0.25).later_instances.size(), 1u);
@@ -174,7 +172,7 @@ TEST_F(GltfShutterTest, KeysWithinTheShutterCount) {
   AnimationBuilder(gltf_).move(1, "translation", {0, 0.3f, 0.31f, 1}, "VEC3",
                                {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 0, 0});
   const SceneDescription scene = load_open(gltf_, 0, 1);
-  EXPECT_EQ(scene.instances[0].motion.size(), 64u);  // as many as there may be
+  EXPECT_EQ(scene.instances[0].motion.size(), 64u);  // the maximum
   expect_stills(0, 0.3, 1e-6);
 }
 
@@ -192,7 +190,7 @@ TEST_F(GltfShutterTest, SplinesAndScalesAreFollowed) {
   expect_stills(0, 1, 6e-3);  // of a triangle that grows to 3
 }
 
-// Accessors have to say what they hold, but not all do.
+// Accessors must declare bounds, but some files lack them.
 TEST_F(GltfShutterTest, AMeshThatDoesNotSayItsSizeIsFollowed) {
   for (json& accessor : gltf_.root["accessors"]) accessor.erase("min");
   node(0)["translation"] = {3, 0, 0};
@@ -210,7 +208,7 @@ TEST_F(GltfShutterTest, WhatVanishesIsSmall) {
   expect_later(0.25, 0.5);
 }
 
-// To a 64th of the shutter, whichever way it goes.
+// To a 64th of the shutter, in both directions.
 TEST_F(GltfShutterTest, WhatIsScaledToNothingAtOnceGoesAtThatTime) {
   for (const bool comes : {false, true}) {
     GltfBuilder gltf = gltf_;
@@ -264,7 +262,7 @@ TEST_F(GltfShutterTest, MorphsAndSkinsHaveVerticesInMotion) {
   }
 }
 
-// Positions move; what else a morph changes is held, and listed.
+// Morphed positions move; other morphed attributes are held, and this is listed.
 TEST_F(GltfShutterTest, MorphedColoursAreListedAsHeld) {
   gltf_.primitive(mesh_)["attributes"]["COLOR_0"] =
       gltf_.add_accessor<float>("VEC3", {0, 0, 0, 0, 0, 0, 0, 0, 0});
@@ -278,7 +276,7 @@ TEST_F(GltfShutterTest, MorphedColoursAreListedAsHeld) {
   };
   EXPECT_TRUE(listed(load_open(gltf_, 0, 1)));
   EXPECT_FALSE(listed(load_at(gltf_, .5)));
-  EXPECT_FALSE(listed(load_open(gltf_, 1, 2)));  // it stands still
+  EXPECT_FALSE(listed(load_open(gltf_, 1, 2)));  // nothing moves then
 }
 
 TEST_F(GltfShutterTest, CamerasAndLightsMoveWithTheirNodes) {
@@ -299,7 +297,7 @@ TEST_F(GltfShutterTest, CamerasAndLightsMoveWithTheirNodes) {
   EXPECT_EQ(instant.cameras[0].later.value()[3][0], 1);
 }
 
-// Two nodes wear a mesh, one of them with weights that move: at this time it has the mesh's own.
+// Two nodes share a mesh, one with animated weights that at this time equal the mesh's own.
 TEST_F(GltfShutterTest, WeightsThatAreAnimatedAreANodesOwn) {
   gltf_.primitive(mesh_)["targets"] = {
       {{"POSITION", gltf_.add_accessor<float>("VEC3", {0, 0, 1, 0, 0, 1, 0, 0, 1})}}};
@@ -311,7 +309,7 @@ TEST_F(GltfShutterTest, WeightsThatAreAnimatedAreANodesOwn) {
   EXPECT_TRUE(scene.meshes[1].later.empty());
 }
 
-// A vertex that float cannot hold a frame later: the triangle is there now, and stays.
+// A vertex that leaves float's range in the next frame: the triangle exists now and is kept.
 TEST_F(GltfShutterTest, WhatIsNowhereLaterStays) {
   gltf_.primitive(mesh_)["targets"] = {
       {{"POSITION", gltf_.add_accessor<float>("VEC3", {0, 0, 3e38f, 0, 0, 0, 0, 0, 0})}}};
@@ -332,7 +330,7 @@ TEST_F(GltfShutterTest, InstancesOfAMovingNodeMove) {
   EXPECT_EQ(expect_stills(0, 1).instances.size(), 2u);
 }
 
-// Flat faces with a normal map: tangents of every step, of vertices that are the first's.
+// Flat faces with a normal map: every step has its own tangents, on the first step's vertices.
 TEST_F(GltfShutterTest, TangentsAreThoseOfTheStep) {
   gltf_.primitive(mesh_)["targets"] = {
       {{"POSITION", gltf_.add_accessor<float>("VEC3", {0, 0, 0, -1, 1, 0, -1, -1, 0})}}};

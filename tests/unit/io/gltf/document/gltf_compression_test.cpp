@@ -74,10 +74,10 @@ TEST(GltfDraco, BrokenStreamsAreErrors) {
   EXPECT_NE(message_of(shape).find("attributes/TEXCOORD_0"), std::string::npos);
 }
 
-// A face count of 2^32 - 1 in the header must not be believed before anything is allocated.
+// A face count of 2^32 - 1 in the header must be rejected before anything is allocated.
 TEST(GltfDraco, AbsurdCountsAreRefusedBeforeDecoding) {
   GltfBuilder gltf = draco_square(draco::MESH_SEQUENTIAL_ENCODING);
-  // Header of 11 bytes, then the faces as a varint of one byte: make it five bytes long.
+  // After a header of 11 bytes the face count is a varint of one byte; this makes it five bytes.
   ASSERT_EQ(gltf.bin[11], 2);
   gltf.bin.erase(gltf.bin.begin() + 11);
   const std::vector<uint8_t> huge = {0xff, 0xff, 0xff, 0xff, 0x0f};
@@ -135,7 +135,7 @@ TEST(GltfMeshopt, Filters) {
 #endif
   const int t = add_meshopt_view(gltf, encode_vertices(exponential, 8, "EXPONENTIAL"));
   gltf.primitive()["attributes"]["TEXCOORD_0"] = add_meshopt_accessor(gltf, t, 5126, 3, "VEC2");
-  // Quaternion rotations of instances: none, 90 degrees about z.
+  // Quaternion rotations of instances: none, and 90 degrees about z.
   const float h = std::sqrt(0.5f);
   const float quaternions[8] = {0, 0, 0, 1, 0, 0, h, h};
   std::vector<uint16_t> packed(8);
@@ -152,11 +152,11 @@ TEST(GltfMeshopt, Filters) {
       EXPECT_NEAR(mesh.uv_sets.at(0)[size_t(v)][c], uvs[v * 2 + c], 1e-3f);
   }
   ASSERT_EQ(scene.instances.size(), 2u);
-  EXPECT_NEAR(scene.instances[1].to_world[0][1], 1.0, 1e-3);  // x goes to y
+  EXPECT_NEAR(scene.instances[1].to_world[0][1], 1.0, 1e-3);  // x maps to y
 }
 
-// ---- version 1 of the attributes, and the filter COLOR: the streams are those of
-// meshoptimizer 1.3 (levels 3 and 2), which decodes them to the same
+// ---- Attributes of version 1 and the COLOR filter. The streams come from meshoptimizer 1.3
+// (levels 3 and 2), which decodes them to the same values.
 
 using Bytes = std::vector<uint8_t>;
 
@@ -164,8 +164,8 @@ Bytes from_base64(const char* text) {
   return decode_data_uri(std::string("data:;base64,") + text, "test");
 }
 
-// Elements of 12 bytes whose first four change byte by byte, the next as 16-bit integers, the last
-// as floats; literal, zero and packed bytes.
+// Elements of 12 bytes: the first four change byte by byte, the next as 16-bit integers, the last
+// as floats. Literal, zero and packed bytes.
 const char* const kForty =
     "oa2X6hUqquqqDeqq6qoNDeqqAAANAAIGCg4SFhoeIiYqLjI2Oj5CRkpOUlZaXmJmam5ydnp+"
     "goaKjpKWmgBYWFhYWFhYWFhYW"
@@ -307,7 +307,7 @@ TEST(GltfMeshopt, BrokenStreamsAreErrors) {
   GltfBuilder header = good;
   header.bin[0] = 0xf7;
   EXPECT_NE(message_of(header).find("corrupt or of a newer version"), std::string::npos);
-  // A view without compression cannot live in the placeholder.
+  // An uncompressed view cannot use the placeholder buffer.
   GltfBuilder nowhere = good;
   nowhere.root["bufferViews"][0]["extensions"]["EXT_meshopt_compression"]["buffer"] = 1;
   EXPECT_NE(message_of(nowhere).find("#/buffers/1: the buffer has neither"), std::string::npos);

@@ -1,4 +1,3 @@
-// What the coverage report says of extensions and features.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -50,7 +49,7 @@ TEST(GltfCoverage, SplatsAreNamed) {
             std::vector<std::string>{"KHR_gaussian_splatting (splats are not drawn)"});
 }
 
-// A later minor version may have what this one cannot see.
+// A later minor version may have members that this one does not support.
 TEST(GltfCoverage, MembersOfLaterVersionsAreNamed) {
   GltfBuilder gltf;
   gltf.add_triangle();
@@ -77,7 +76,7 @@ TEST(GltfCoverage, MembersOfLaterVersionsAreNamed) {
     std::ranges::sort(expected);
     EXPECT_EQ(found, expected) << version;
   }
-  // However many there are.
+  // The list is limited.
   for (int i = 0; i < 10000; ++i) gltf.root["nodes"][0]["new " + std::to_string(i)] = i;
   EXPECT_LE(load(gltf).coverage.ignored.size(), 101u);
 }

@@ -17,7 +17,7 @@ using test::load;
 using test::message_of;
 using Triangle = std::array<uint32_t, 3>;
 
-// A triangle whose positions are integers; without normalisation they are coordinates.
+// A triangle with integer positions, which are coordinates unless normalised.
 template <class T>
 void expect_integer_positions() {
   GltfBuilder gltf;
@@ -69,7 +69,7 @@ TEST(GltfGeometry, IndicesOfEveryWidthAndWithoutIndices) {
   EXPECT_EQ(triangles_with(std::vector<uint8_t>{0, 1, 2, 2, 1, 3}), expected);
   EXPECT_EQ(triangles_with(std::vector<uint16_t>{0, 1, 2, 2, 1, 3}), expected);
   EXPECT_EQ(triangles_with(std::vector<uint32_t>{0, 1, 2, 2, 1, 3}), expected);
-  // Two left over make no triangle.
+  // Two remaining indices make no triangle.
   EXPECT_EQ(triangles_with(std::vector<uint8_t>{0, 1, 2, 2, 1, 3, 0, 1}), expected);
 
   GltfBuilder gltf;
@@ -124,7 +124,7 @@ TEST(GltfGeometry, VertexColoursOfThreeAndFourComponents) {
   EXPECT_EQ(load(gltf).meshes.at(0).colors[0], Vec4f(1, 0, 0, 0.2f));
 }
 
-// Each vertex counts once, and only where a triangle uses it.
+// Each vertex counts once, and only if a triangle uses it.
 TEST(GltfGeometry, AttributesThatAreNotFiniteAreCounted) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float inf = std::numeric_limits<float>::infinity();
@@ -161,7 +161,7 @@ TEST(GltfGeometry, AttributesThatAreNotFiniteAreCounted) {
   }
 }
 
-// Specification 3.7.2.1 and 3.7.2.2: morphed or not, of any type.
+// Specification 3.7.2.1 and 3.7.2.2, for colours of any type, morphed or not.
 TEST(GltfGeometry, VertexColoursAreClamped) {
   GltfBuilder gltf;
   const int mesh = gltf.add_triangle();
@@ -173,7 +173,7 @@ TEST(GltfGeometry, VertexColoursAreClamped) {
   attributes["COLOR_0"] =
       gltf.add_accessor<uint8_t>("VEC4", {255, 1, 0, 0, 0, 0, 0, 9, 0, 0, 0, 0});
   EXPECT_EQ(load(gltf).meshes.at(0).colors[0], Vec4f(1, 1, 0, 0));
-  // A target takes away from what the file has.
+  // A morph target is added before the colour is clamped.
   attributes["COLOR_0"] = gltf.add_accessor<float>("VEC3", {2, 1, 0, 2, 1, 0, 2, 1, 0});
   gltf.primitive(mesh)["targets"] = {
       {{"COLOR_0", gltf.add_accessor<float>("VEC3", {-1.5f, 1, 0.5f, 0, 0, 0, 0, 0, 0})}}};
@@ -276,7 +276,7 @@ TEST(GltfGeometry, BadTrianglesAreDroppedAndCounted) {
   EXPECT_EQ(scene.repairs.degenerate_triangles, 2u);
   EXPECT_EQ(scene.repairs.non_finite_triangles, 2u);
   const MeshDescription& mesh = scene.meshes.at(0);
-  // Nothing that is not finite is left, not even unused.
+  // Non-finite vertices are removed, even unused ones.
   EXPECT_EQ(mesh.positions,
             (std::vector<Vec3f>{Vec3f(0, 0, 0), Vec3f(1, 0, 0), Vec3f(0, 1, 0), Vec3f(1, 1, 0)}));
   EXPECT_EQ(mesh.triangles, (std::vector<Triangle>{{0, 1, 2}, {1, 3, 2}}));

@@ -1,4 +1,4 @@
-// Tangents after the MikkTSpace convention, against geometry whose frame is known.
+// Tangents by the MikkTSpace convention, compared with geometry whose frame is known.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -52,7 +52,7 @@ TEST(GltfTangents, MirroredAndTurnedImages) {
   // u grows to the left; up in the image is still +y = cross(n, t) * w.
   for (const Vec4f& t : mirrored.tangents) expect_near(t, Vec4f(-1, 0, 0, -1));
 
-  // The image lies on its side: u grows upwards, its top points to -x.
+  // The image is rotated: u grows upwards, and its top points to -x.
   MeshDescription turned = square({Vec2f(0, 1), Vec2f(0, 0), Vec2f(1, 0), Vec2f(1, 1)});
   for (Vec2f& uv : turned.uv_sets[0]) uv.y = 1.0f - uv.y;
   generate_tangents(turned, texture());
@@ -90,13 +90,13 @@ TEST(GltfTangents, HandednessSplitsSharedVertices) {
 }
 
 // Corners in different vertices that agree in position, normal and UV share one tangent, weighted
-// by their angles: 90 degrees of direction a against 45 of direction b.
+// by their angles: 90 degrees of direction a and 45 of direction b.
 TEST(GltfTangents, CornersShareByValueAndWeighByAngle) {
   MeshDescription mesh;
   const Vec3f o(0.0f);
   mesh.positions = {o, Vec3f(1, 0, 0), Vec3f(0, 1, 0), o, Vec3f(0, 1, 0), Vec3f(-1, 1, 0)};
   mesh.normals.assign(6, Vec3f(0, 0, 1));
-  // First: u along +x. Second: u along +y, at the corner o with the same UV.
+  // First: u along +x. Second: u along +y, with the same UV at corner o.
   mesh.uv_sets = {{Vec2f(0, 0), Vec2f(1, 0), Vec2f(0, -1), Vec2f(0, 0), Vec2f(1, 0), Vec2f(1, -1)}};
   mesh.triangles = {{0, 1, 2}, {3, 4, 5}};
   generate_tangents(mesh, texture());
@@ -152,7 +152,7 @@ TEST(GltfTangents, WithoutUvAreaThereIsStillAFrame) {
     EXPECT_NEAR(Vec3f(t.x, t.y, t.z).length(), 1.0f, 1e-6f);
     EXPECT_NEAR(t.z, 0.0f, 1e-6f);
   }
-  // A face without UV area between others takes their frame instead of breaking it.
+  // A face without UV area takes its neighbours' frame instead of breaking it.
   MeshDescription mixed = square({Vec2f(0, 1), Vec2f(1, 1), Vec2f(1, 0), Vec2f(0, 1)});
   generate_tangents(mixed, texture());
   EXPECT_EQ(mixed.positions.size(), 4u);
@@ -191,7 +191,7 @@ TEST(GltfTangents, SuppliedOnesAreKeptUnlessNormalsAreMissing) {
   SceneDescription scene = load_gltf(gltf.write_glb(folder / "a.glb"), {});
   ASSERT_EQ(scene.meshes[0].tangents.size(), 3u);
   expect_near(scene.meshes[0].tangents[0], Vec4f(0, 1, 0, -1));
-  // One without direction is replaced by some direction in the plane.
+  // A zero tangent is replaced by some direction in the plane.
   EXPECT_NEAR(scene.meshes[0].tangents[2].z, 0.0f, 1e-6f);
 
   attributes.erase("NORMAL");
@@ -201,7 +201,7 @@ TEST(GltfTangents, SuppliedOnesAreKeptUnlessNormalsAreMissing) {
   expect_near(scene.meshes[0].tangents[0], Vec4f(1, 0, 0, 1));
 }
 
-// The triangle of above without its normal map, whose second UV set is turned: u grows upwards.
+// The triangle above without its normal map, with a rotated second UV set: u grows upwards.
 GltfBuilder layered_triangle(const nlohmann::json& extensions) {
   GltfBuilder gltf = normal_mapped_triangle();
   gltf.primitive()["attributes"]["TEXCOORD_1"] =
@@ -222,11 +222,11 @@ TEST(GltfTangents, AClearCoatsNormalMapNeedsThemInItsLayout) {
   std::vector<Vec4f> tangents = tangents_of(gltf);
   ASSERT_EQ(tangents.size(), 3u);
   EXPECT_NEAR(tangents[0].y, 1.0f, 1e-6f);
-  // The base's normal map comes first.
+  // The base's normal map takes precedence.
   gltf.root["materials"][0]["normalTexture"] = {{"index", 0}};
   tangents = tangents_of(gltf);
   expect_near(tangents.at(0), Vec4f(1, 0, 0, 1));
-  // A coat without one has none.
+  // A coat without a normal map needs no tangents.
   EXPECT_TRUE(tangents_of(layered_triangle({{"KHR_materials_clearcoat", {{"clearcoatFactor", 1}}}}))
                   .empty());
 }
@@ -235,7 +235,7 @@ TEST(GltfTangents, AnisotropyNeedsThem) {
   const auto with = [](const nlohmann::json& anisotropy) {
     return layered_triangle({{"KHR_materials_anisotropy", anisotropy}});
   };
-  // Without a texture those of the first UV set, or the file's own.
+  // Without a texture it uses those of the first UV set, or the file's own.
   GltfBuilder plain = with({{"anisotropyStrength", 0.5}});
   expect_near(tangents_of(plain).at(0), Vec4f(1, 0, 0, 1));
   plain.primitive()["attributes"]["TANGENT"] =
@@ -246,7 +246,7 @@ TEST(GltfTangents, AnisotropyNeedsThem) {
       tangents_of(with({{"anisotropyStrength", 0.5}, {"anisotropyTexture", slot}}));
   ASSERT_EQ(tangents.size(), 3u);
   EXPECT_NEAR(tangents[0].y, 1.0f, 1e-6f);
-  // Of no strength it needs none; who means to edit it asks for them.
+  // With zero strength it needs none, unless the caller requests tangents for edits.
   EXPECT_TRUE(tangents_of(with({{"anisotropyRotation", 0.5}})).empty());
   expect_near(tangents_of(with({{"anisotropyRotation", 0.5}}), {.tangents = true}).at(0),
               Vec4f(1, 0, 0, 1));

@@ -1,4 +1,4 @@
-// The material extensions as the renderer gets them: every member, its default, what it may not be.
+// Material extensions as the renderer gets them: every member, its default, and invalid values.
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -82,14 +82,14 @@ size_t lines(const std::string& text) { return size_t(std::ranges::count(text, '
 
 class GltfMaterialLayers : public test::GltfMaterialTest {
  protected:
-  // With what is written to stderr meanwhile.
+  // Loads and captures the messages on stderr.
   SceneDescription load_loudly(const json& value, bool lenient = true) {
     testing::internal::CaptureStderr();
     SceneDescription scene = load(value, lenient);
     said_ = testing::internal::GetCapturedStderr();
     return scene;
   }
-  // What is wrong in the extension where the file requires it.
+  // The error message when the file requires the extension.
   std::string message_if_required(const char* extension, const json& value) {
     gltf_.root["extensionsRequired"] = {extension};
     const std::string message = message_of(value);
@@ -127,10 +127,10 @@ TEST_F(GltfMaterialLayers, NumbersAndColoursAreRead) {
   }
 }
 
-// With its own UV set, transform and sampler, each in its slot and in no other.
+// Each texture has its own UV set, transform and sampler, and appears only in its own slot.
 TEST_F(GltfMaterialLayers, TexturesAreRead) {
   gltf_.push("samplers", {{"wrapS", 33071}, {"magFilter", 9728}});
-  test::add_texture(gltf_, {1, 2, 3});  // not read: not decoded
+  test::add_texture(gltf_, {1, 2, 3});  // unused, so not decoded
   test::add_texture(gltf_, test::small_png());
   gltf_.root["textures"][1]["sampler"] = 0;
   const json slot = {
@@ -176,7 +176,7 @@ TEST_F(GltfMaterialLayers, FactorsBeyondTheirRangeAreClampedAndWarnedOf) {
     EXPECT_EQ(material(high).*member.field, 1.0f) << member.name;
     EXPECT_EQ(material(with(member.extension, {{member.name, -3}})).*member.field, 0.0f);
   }
-  // A reflection's colour may be more than 1.
+  // The colour of a reflection may exceed 1.
   const json bright = with("KHR_materials_specular", {{"specularColorFactor", {20, -1, 0.5}}});
   EXPECT_EQ(material(bright).specular_color, Rgb(20.0f, 0.0f, 0.5f));
 }
@@ -222,7 +222,7 @@ TEST_F(GltfMaterialLayers, ANumberThatCannotBeIsAnErrorOrTheDefault) {
       EXPECT_EQ(lines(said_), 1u) << said_;
     }
   }
-  // What is no number at all is left out of an extension that the file does not require.
+  // An invalid member of an optional extension is ignored.
   EXPECT_EQ(load_loudly(with("KHR_materials_ior", {{"ior", "glass"}})).materials[0].ior, 1.5f);
   EXPECT_NE(said_.find("KHR_materials_ior/ior: expected a number"), std::string::npos) << said_;
 }
@@ -284,7 +284,7 @@ TEST_F(GltfMaterialLayers, ADistanceThatCannotBeIsAnErrorOrInfinite) {
   EXPECT_TRUE(load_loudly(thin).materials[0].thin_walled);
 }
 
-// Slots that hold a direction become straight up, and along the tangent; the others white.
+// Direction slots default to straight up, or along the tangent; the others to white.
 TEST_F(GltfMaterialLayers, WhatDoesNotDecodeHasNoDirection) {
   test::add_texture(gltf_, {'n', 'o', 't', ' ', 'a', 'n', ' ', 'i', 'm', 'a', 'g', 'e'});
   const SceneDescription scene =
@@ -351,7 +351,8 @@ TEST_F(GltfMaterialLayers, SpecularGlossinessTakesThePlaceOfMetallicRoughness) {
   EXPECT_EQ(m.roughness, 0.5f);
   EXPECT_EQ(m.base_color_texture.image, -1);
   EXPECT_EQ(m.metallic_roughness_texture.image, -1);
-  // What must not stand beside it: of two answers to one question its own, and what lies on top.
+  // Specular-glossiness takes precedence over ior and specular, which must not be combined with it;
+  // a clear coat is kept.
   value["extensions"]["KHR_materials_ior"] = {{"ior", 1.4}};
   value["extensions"]["KHR_materials_specular"] = {{"specularFactor", 0.5}};
   value["extensions"]["KHR_materials_clearcoat"] = {{"clearcoatFactor", 0.5}};

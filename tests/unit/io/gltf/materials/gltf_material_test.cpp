@@ -106,7 +106,7 @@ TEST_F(GltfMaterial, SamplersAndUvSets) {
   EXPECT_EQ(ref.wrap_s, WrapMode::kClampToEdge);
   EXPECT_EQ(ref.wrap_t, WrapMode::kMirroredRepeat);
   EXPECT_TRUE(ref.nearest);
-  // Set 0 always, set 2 because it is used, set 1 not.
+  // Set 0 is always read, set 2 because it is used, set 1 is not.
   ASSERT_EQ(scene.meshes[0].uv_sets.size(), 3u);
   EXPECT_EQ(scene.meshes[0].uv_sets[0].size(), 3u);
   EXPECT_EQ(scene.meshes[0].uv_sets[1].size(), 0u);
@@ -124,8 +124,8 @@ TEST_F(GltfMaterial, AMissingUvSetIsFilledAndReported) {
   EXPECT_NE(scene.coverage.ignored[0].find("TEXCOORD_3"), std::string::npos);
 }
 
-// The extension's README: uv' = translation * rotation * scale * uv, with
-// rotation = mat3(cos, sin, 0, -sin, cos, 0, 0, 0, 1) given in transposed (row) form.
+// The extension's README: uv' = translation * rotation * scale * uv, with rotation = mat3(cos, sin,
+// 0, -sin, cos, 0, 0, 0, 1) given in transposed (row) form.
 TEST_F(GltfMaterial, TextureTransform) {
   test::add_texture(gltf_, test::small_png());
   const double angle = 0.5;
@@ -139,7 +139,7 @@ TEST_F(GltfMaterial, TextureTransform) {
                              .base_color_texture;
   EXPECT_EQ(ref.uv_set, 1);
   const double u = 0.3, v = 0.7, c = std::cos(angle), s = std::sin(angle);
-  const double x = 2 * u, y = 3 * v;  // scaled, then turned, then moved
+  const double x = 2 * u, y = 3 * v;  // scaled, then rotated, then moved
   const auto& m = ref.uv_transform;
   EXPECT_NEAR(m[0] * u + m[1] * v + m[2], c * x + s * y + 0.25, 1e-6);
   EXPECT_NEAR(m[3] * u + m[4] * v + m[5], -s * x + c * y + 0.5, 1e-6);
@@ -167,7 +167,7 @@ TEST_F(GltfMaterial, ImagesKeepTheirDepthAndAreSharedBetweenSlots) {
   EXPECT_EQ(texel[3], 32768);
 }
 
-// The slot's image is numbered and its UV set read like any other's.
+// The slot's image index and UV set are read like any other's.
 TEST_F(GltfMaterial, TransmissionTextures) {
   test::add_texture(gltf_, {1, 2, 3});
   test::add_texture(gltf_, test::small_png());
@@ -223,7 +223,7 @@ TEST_F(GltfMaterial, BasisuTextures) {
   EXPECT_EQ(load(base_color_slot({{"index", 0}})).images.at(0)->width, 65);
 }
 
-// The texture's other image, where there is one and the extension is optional.
+// Falls back to the texture's other image, if it has one and the extension is optional.
 TEST_F(GltfMaterial, ABasisuTextureThatDoesNotDecodeFallsBack) {
   std::vector<uint8_t> damaged = test::ktx2_file("etc1s_odd");
   damaged.resize(damaged.size() - 1);
@@ -324,7 +324,7 @@ TEST_F(GltfMaterial, TransmissionWithoutThicknessIsAThinWall) {
 }
 
 TEST_F(GltfMaterial, GlassThatCannotBeIsAnError) {
-  // Of an optional extension they would be left out.
+  // In an optional extension these would be ignored.
   gltf_.root["extensionsRequired"] = {"KHR_materials_ior", "KHR_materials_transmission",
                                       "KHR_materials_volume"};
   EXPECT_NE(message_of(with("KHR_materials_ior", {{"ior", 0.5}})).find("KHR_materials_ior/ior"),

@@ -1,4 +1,4 @@
-// KHR_materials_variants: what the meshes wear in which variant, and what is read for it.
+// KHR_materials_variants: the materials of meshes in each variant, and the data read for them.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -13,8 +13,8 @@ namespace {
 
 using json = nlohmann::json;
 
-// A triangle of material 0 that wears material 1 in "red" and "late", and one that is the same in
-// all variants; material 2 is nobody's.
+// A triangle of material 0 that has material 1 in "red" and "late", and one that is the same in all
+// variants; material 2 is unused.
 GltfBuilder varied() {
   GltfBuilder gltf;
   gltf.add_triangle();
@@ -63,7 +63,7 @@ TEST(GltfVariants, OnlyNamesAreReadWhereNobodyChooses) {
   GltfBuilder gltf = varied();
   add_texture(gltf, {'n', 'o', 'n', 'e'});
   gltf.root["materials"][1]["emissiveTexture"]["index"] = 0;
-  SceneDescription scene = load_varied(gltf, false);  // the image is not looked at
+  SceneDescription scene = load_varied(gltf, false);  // the image is not decoded
   EXPECT_EQ(scene.variants.size(), 3u);
   EXPECT_TRUE(scene.meshes[0].variant_materials.empty());
   EXPECT_TRUE(scene.images.empty());
@@ -73,7 +73,7 @@ TEST(GltfVariants, OnlyNamesAreReadWhereNobodyChooses) {
   EXPECT_NE(refusal(gltf).find("/images/0"), std::string::npos);
 }
 
-// Images, texture coordinates and tangents of every material that the mesh may wear.
+// Images, texture coordinates and tangents of every material that the mesh may have.
 TEST(GltfVariants, WhatAnyOfThemNeedsIsThere) {
   GltfBuilder gltf = varied();
   const int uv = gltf.add_accessor<float>("VEC2", {0, 0, 1, 0, 0, 1});
@@ -96,7 +96,7 @@ TEST(GltfVariants, WhatAnyOfThemNeedsIsThere) {
   EXPECT_TRUE(load_varied(gltf, false).meshes[0].tangents.empty());
 }
 
-// One mesh has one set of tangents.
+// A mesh has only one set of tangents.
 TEST(GltfVariants, NormalMapsThatLieOtherwiseAreNamed) {
   GltfBuilder gltf = varied();
   gltf.primitive()["attributes"]["TEXCOORD_0"] =
@@ -110,7 +110,8 @@ TEST(GltfVariants, NormalMapsThatLieOtherwiseAreNamed) {
   EXPECT_NE(named[0].find("normal maps of variants on mesh 0/0"), std::string::npos) << named[0];
 }
 
-// Of a required extension: where it is optional, they are warned of (failure/needless_faults_test).
+// With a required extension these are errors; with an optional one, warnings
+// (failure/needless_faults_test).
 TEST(GltfVariants, FaultsAreNamedWithTheirPlace) {
   const auto expect = [](GltfBuilder gltf, const std::string& place, const std::string& words) {
     gltf.root["extensionsRequired"] = {"KHR_materials_variants"};
