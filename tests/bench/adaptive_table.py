@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes the table of gains of adaptive sampling by scene (RESULTS.md).
+"""Makes the table of gains of adaptive sampling by scene (tests/bench/results).
 
   adaptive_table.py --bench build/release/bin/adaptive_bench [--assets DIR] [--size 192x108]
       [--seeds 2] [--out DIR] [--only NAME,...] [--methods NAME,...] [--print]

@@ -1,6 +1,6 @@
 // Compares denoise() of a finished frame with a reference: a frame of many samples with another
 // seed, whose halves give two pictures. Not a test; denoise_scenes.py renders the frames and runs
-// this, and RESULTS.md has the figures.
+// this, and tests/bench/results has the figures.
 //
 //   denoise_bench FRAME.exr REFERENCE.exr [--clean FILE] [--repetitions N]
 //

@@ -1,5 +1,5 @@
-// Times edits of a built scene, and the cost of being editable. Not a test; RESULTS.md has the
-// figures.
+// Times edits of a built scene, and the cost of being editable. Not a test; tests/bench/results has
+// the figures.
 //
 //   edits_bench SCENE [--env FILE] [--look-from X,Y,Z --look-at X,Y,Z] [--size WxH] [--spp N]
 //       [--repetitions N]

@@ -1,5 +1,5 @@
-// Measures the cost of light groups and the latency of relighting. Not a test; RESULTS.md and
-// integrators/README.md have the figures.
+// Measures the cost of light groups and the latency of relighting. Not a test; tests/bench/results
+// and integrators/README.md have the figures.
 //
 //   light_groups_bench SCENE [--env FILE] [--look-from X,Y,Z --look-at X,Y,Z] [--size WxH]
 //       [--lamps N] [--spp N] [--threads N] [--repetitions N]

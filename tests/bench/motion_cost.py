@@ -5,7 +5,7 @@
 
 The versions are rendered alternately on one thread, and their processor times compared within each round. A mesh
 moves 1 cm sideways, or sideways while turning by 5 degrees; to deform, it grows by 4 mm along its normals. Everything
-stays in the picture at all times. Prints a table (RESULTS.md) of medians with extremes in brackets.
+stays in the picture at all times. Prints a table (tests/bench/results) of medians with extremes in brackets.
 """
 
 import argparse

@@ -1,5 +1,5 @@
 // Measures how soon a progressive driver shows a picture, how soon it stops, and its cost compared
-// with `bucket`. Not a test; RESULTS.md has the figures.
+// with `bucket`. Not a test; tests/bench/results has the figures.
 //
 //   progressive_bench SCENE --driver NAME [--env FILE] [--look-from X,Y,Z --look-at X,Y,Z]
 //       [--size WxH] [--spp N] [--threads N] [--repetitions N]

@@ -1,6 +1,6 @@
 // Measures a session behind a window: latency from an edit to its first complete picture, also
 // while dragging, and from a change of exposure; waits of the owner's thread; and the driver's
-// remaining speed. Not a test; RESULTS.md has the figures.
+// remaining speed. Not a test; tests/bench/results has the figures.
 //
 //   view_bench SCENE [--env FILE] [--look-from X,Y,Z --look-at X,Y,Z] [--size WxH] [--edits N]
 //       [--driver NAME] [--idle SECONDS] [--repetitions N]

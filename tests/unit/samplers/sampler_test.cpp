@@ -271,8 +271,8 @@ TEST_P(EverySampler, ScatteredBlocksReadTheSameNumbers) {
   }
 }
 
-// Prints the speed for RESULTS.md, and fails when the batch no longer vectorises: a ratio that does
-// not depend on machine load.
+// Prints the speed for tests/bench/results, and fails when the batch no longer vectorises: a ratio
+// that does not depend on machine load.
 TEST_P(EverySampler, BatchIsMuchCheaperThanItsSamples) {
   const auto sampler = make();
   SlotBlock block;

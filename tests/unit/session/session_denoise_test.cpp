@@ -48,7 +48,7 @@ TEST_F(SessionDenoiseTest, ShowsLessNoiseAndKeepsTheFilm) {
     EXPECT_TRUE(raw.session.picture()->denoised.empty());
     ASSERT_EQ(picture->denoised.size(), picture->rgba.size()) << driver;
     EXPECT_EQ(picture->rgba8, graded(picture->denoised));
-    // For such a small picture; RESULTS.md has larger ones.
+    // For such a small picture; tests/bench/results has larger ones.
     EXPECT_LT(difference(picture->denoised, truth), 0.75 * difference(picture->rgba, truth))
         << driver;
   }

@@ -54,7 +54,7 @@ double rmse(const RefinementTree& tree, const Picture& picture) {
 
 // Compared with leaves of equal size and one random sample in each, which is the same tree with so
 // large a kappa that only size counts. Without noise, and with +-50 % on every sample. The errors
-// are printed, and RESULTS.md lists them.
+// are printed, and tests/bench/results lists them.
 TEST(RefinementTree, TheErrorIsBelowThatOfEqualLeaves) {
   const Picture noisy = [](int x, int y) { return test_picture(x, y) * (0.5f + noise(x, y).x); };
   struct Case {
