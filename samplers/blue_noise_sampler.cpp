@@ -12,7 +12,7 @@
 namespace emberline {
 namespace {
 
-constexpr uint32_t kSalt = 0xb1e0015eu;
+constexpr uint32_t kBlueNoiseSalt = 0xb1e0015eu;
 
 // The 24 permutations of four digits; permutation p maps digit d to (p >> 2d) & 3.
 constexpr std::array<uint32_t, 24> orders_of_4() {
@@ -69,7 +69,7 @@ void BlueNoiseSampler::fill(const PixelKey& pixel, uint32_t slot, uint32_t first
   const uint32_t in_tile = (1u << tile_digits_) - 1;
   const uint32_t place = spread_bits(pixel.x & in_tile) | spread_bits(pixel.y & in_tile) << 1;
   for_each_run(streams_, {samples_, samples_}, first_sample, count, [&](const SampleRun& run) {
-    const uint32_t slot_hash = hash_combine(run_hash(tile, run, kSalt), slot);
+    const uint32_t slot_hash = hash_combine(run_hash(tile, run, kBlueNoiseSalt), slot);
     for (int d = 0; d < dimensions; d += 2) {
       const uint32_t key = hash_combine(slot_hash, uint32_t(d));
       const uint32_t piece = shuffled_place(place, tile_digits_, key) * samples_;

@@ -9,7 +9,7 @@
 namespace emberline {
 namespace {
 
-constexpr uint32_t kSalt = 0x4a71ba86u;
+constexpr uint32_t kHierarchicalSalt = 0x4a71ba86u;
 constexpr int kTreeDimensions = camera_dim::kTime + 1;  // pixel, lens, time
 constexpr int kTreeDepth = 32;
 constexpr uint32_t kTreeSize = 1u << 31;  // samples; more would start another tree
@@ -39,7 +39,7 @@ void HierarchicalSampler::fill(const PixelKey& pixel, uint32_t slot, uint32_t fi
   }
   if (slot != 0) return;
   for_each_run(streams_, {kTreeSize, kTreeSize}, first_sample, count, [&](const SampleRun& run) {
-    const uint32_t tree = run_hash(pixel, run, kSalt);
+    const uint32_t tree = run_hash(pixel, run, kHierarchicalSalt);
     uint32_t path[kSampleLanes], sample_hash[kSampleLanes];
     for (int i = 0; i < run.count; ++i) {
       path[i] = owen_sobol::permute(run.index + uint32_t(i), tree);

@@ -12,7 +12,7 @@
 namespace emberline {
 namespace {
 
-constexpr uint32_t kSalt = 0xd15c5a17u;
+constexpr uint32_t kPoissonDiskSalt = 0xd15c5a17u;
 constexpr uint32_t kTableSize = 1024;
 constexpr uint32_t kTables = 8;
 constexpr int kTablePairs = 2;                           // per slot
@@ -102,7 +102,7 @@ using Tables = std::array<Table, kTables>;
 const Tables& tables() {
   static const auto made = [] {
     auto result = std::make_unique<Tables>();
-    for (uint32_t t = 0; t < kTables; ++t) (*result)[t] = make_table(hash64(kSalt + t));
+    for (uint32_t t = 0; t < kTables; ++t) (*result)[t] = make_table(hash64(kPoissonDiskSalt + t));
     return result;
   }();
   return *made;
@@ -137,7 +137,7 @@ void PoissonDiskSampler::fill(const PixelKey& pixel, uint32_t slot, uint32_t fir
   }
   if (!has_tables) return;
   for_each_run(streams_, {kTableSize, kTableSize}, first_sample, count, [&](const SampleRun& run) {
-    const uint32_t hash = run_hash(pixel, run, kSalt);
+    const uint32_t hash = run_hash(pixel, run, kPoissonDiskSalt);
     for (uint32_t p = 0; p < uint32_t(kTablePairs) && 2 * int(p) < dimensions; ++p) {
       const uint32_t pair = kTablePairs * slot + p;
       // An odd stride visits every table once. Randomising it averages out accidental correlation

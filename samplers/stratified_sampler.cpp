@@ -11,7 +11,7 @@
 namespace emberline {
 namespace {
 
-constexpr uint32_t kSalt = 0x57a71f1eu;
+constexpr uint32_t kStratifiedSalt = 0x57a71f1eu;
 constexpr int kPlanarDimensions = 4;  // the first two pairs
 
 // A double holds the sum of a cell index (24 bits) and a position within the cell.
@@ -71,7 +71,7 @@ void StratifiedSampler::fill(const PixelKey& pixel, uint32_t slot, uint32_t firs
   const uint32_t block_size[] = {grids_[0].cells, grids_[1].cells};
   for_each_run(streams_, block_size, first_sample, count, [&](const SampleRun& run) {
     const JitterGrid& grid = grids_[run.stream];
-    const uint32_t slot_hash = hash_combine(run_hash(pixel, run, kSalt), slot);
+    const uint32_t slot_hash = hash_combine(run_hash(pixel, run, kStratifiedSalt), slot);
     for (int d = 0; d < dimensions;) {
       const RandomPermutation order(grid.cells, hash_combine(slot_hash, uint32_t(d)));
       uint32_t cell[kSampleLanes];

@@ -18,9 +18,6 @@ namespace {
 // Added to cosines before they decide that no light arrives: ten times the rounding error of the
 // code below. Directions that far beyond the edge of a cone keep a little probability.
 constexpr float kCosineSlack = 1e-5f;
-// The query's normal may differ from the BSDF's (geometric, interpolated, mapped), so emitters
-// above its horizon count as if at no more than 87 degrees. Chosen by us.
-constexpr float kLeastReceiverCosine = 0.05f;
 // Keeps importances finite at a point light, relative to the tree's size.
 constexpr float kLeastSquaredDistance = 1e-30f;
 

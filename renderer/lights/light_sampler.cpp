@@ -20,9 +20,6 @@
 namespace emberline {
 namespace {
 
-// A directional light above the query's horizon counts as if at no more than 87 degrees, since the
-// normal may differ from the BSDF's. As in light_bvh.cpp.
-constexpr float kLeastReceiverCosine = 0.05f;
 // Maximum weight of an infinite light, so that their sum fits a float.
 constexpr float kMostWeight = 1e30f;
 // KHR_lights_punctual: "lightAngleScale = 1.0f / max(0.001f, cos(innerConeAngle) - cos(outer...))".

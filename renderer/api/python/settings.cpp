@@ -33,7 +33,7 @@ std::vector<std::string> given(const api::Settings& settings) {
   return names;
 }
 
-std::string describe(const api::Settings& settings) {
+std::string settings_repr(const api::Settings& settings) {
   const api::Settings defaults;
   std::string all;
   for (const std::string& name : given(settings)) {
@@ -114,7 +114,7 @@ void add_settings(py::module_& module) {
       .def(
           "__deepcopy__",
           [](const api::Settings& s, const py::object&) { return api::Settings(s); }, "memo"_a)
-      .def("__repr__", &describe)
+      .def("__repr__", &settings_repr)
       .def_static("help", &help, "name"_a = py::none(), "What a setting does, or what all do.");
 }
 
