@@ -92,7 +92,8 @@ def ended_at_once(farm, driver):
 
 
 def again_and_again(farm, driver):
-    """An impatient farm: time limits of a fraction of the frame, with other threads each time."""
+    """An impatient farm: time limits of a fraction of the frame, with other threads each time. The limits grow, as other
+    work on the machine may leave a run no time within one."""
     case = f"{driver} again and again"
     if not farm.wanted(case):
         return
@@ -100,7 +101,7 @@ def again_and_again(farm, driver):
     expected, seconds = farm.reference(settings)
     earlier = -1
     for i in range(40):
-        limit = ["--time-limit", f"{min(seconds, 2 * SECONDS) / 5:.3f}"]
+        limit = ["--time-limit", f"{min(seconds, 2 * SECONDS) / 5 * 1.2**i:.3f}"]
         run = farm.run(folder, [*settings, *RESUME, *limit, "--threads", str(1 + i % 2)])
         left = (folder / CHECKPOINT).exists()
         if not farm.check(run.code == (EXIT_STOPPED if left else EXIT_DONE), case, f"run {i}: {run}"):
