@@ -1,15 +1,17 @@
 #!/usr/bin/env python3
 """Runs every `emberline` command in README.md and the manual, with tiny frames; each must exit with 0.
 
-    manual_commands.py EMBERLINE [PAGE...]
+    manual_commands.py EMBERLINE [--python PYTHON] [PAGE...]
 
-Commands are the lines in ```sh blocks that begin with `emberline`. Each page runs in an empty folder with a link to
-scenes/, its commands in order. A comment before a block says what else to do with it:
+Commands are the lines in ```sh blocks that begin with `emberline`, and with --python those that begin with `python3`:
+PYTHON runs them, and PYTHONPATH has the module. Each page runs in an empty folder with a link to scenes/, its commands
+in order. A comment before a block says what else to do with it:
 
     <!-- not run: needs Slurm -->    skips the block, for that reason
     <!-- file: look.json -->         writes the block to that file
 """
 
+import argparse
 import concurrent.futures
 import glob
 import pathlib
@@ -86,11 +88,11 @@ class Page:
                 continue
             words = shlex.split(re.sub(r"(^|\s)#.*", "", text))
             text = ""
-            if words and words[0] == "emberline":
+            if words and words[0] in ("emberline", "python3"):
                 if skipped:
                     self.skipped += 1
                 else:
-                    self.commands.append(Command(first, words[1:]))
+                    self.commands.append(Command(first, words))
 
 
 def shortened(words, folder):
@@ -122,41 +124,52 @@ def shortened(words, folder):
     return result
 
 
-def run(emberline, page):
-    """Returns the page's faults, each with its line."""
+def shortened_script(text):
+    return re.sub(r"spp=\d+", "spp=16", re.sub(r"size=\(\d+, \d+\)", "size=(32, 18)", text))
+
+
+def run(programs, page):
+    """Returns the page's faults, each with its line. `programs` is by the name of the command."""
     faults = list(page.faults)
     with tempfile.TemporaryDirectory() as folder:
         pathlib.Path(folder, "scenes").symlink_to(ROOT / "scenes")
         for name, text in page.files.items():
-            pathlib.Path(folder, name).write_text(text)
+            pathlib.Path(folder, name).write_text(shortened_script(text) if name.endswith(".py") else text)
         for command in page.commands:
-            words = shortened(command.words, folder)
+            name, *words = command.words
+            if not programs[name]:
+                continue
+            if name == "emberline":
+                words = shortened(words, folder)
             try:
-                done = subprocess.run([emberline, *words], cwd=folder, stdin=subprocess.DEVNULL, capture_output=True,
+                done = subprocess.run([programs[name], *words], cwd=folder, stdin=subprocess.DEVNULL, capture_output=True,
                                       text=True, timeout=TIMEOUT)
             except subprocess.TimeoutExpired:
-                faults.append(f"{command.line}: not finished after {TIMEOUT} s: emberline {shlex.join(words)}")
+                faults.append(f"{command.line}: not finished after {TIMEOUT} s: {shlex.join([name, *words])}")
                 continue
             if done.returncode != 0:
                 message = done.stderr.strip().splitlines()[-1:] or [""]
-                faults.append(f"{command.line}: exit code {done.returncode} of emberline {shlex.join(words)}\n"
+                faults.append(f"{command.line}: exit code {done.returncode} of {shlex.join([name, *words])}\n"
                               f"    {message[0][:300]}")
     return faults
 
 
 def main():
-    if len(sys.argv) < 2:
-        sys.exit(__doc__)
-    emberline = str(pathlib.Path(sys.argv[1]).resolve())
-    pages = [Page(path) for path in ([pathlib.Path(name) for name in sys.argv[2:]] or PAGES)]
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("emberline", type=pathlib.Path)
+    parser.add_argument("--python")
+    parser.add_argument("pages", nargs="*", type=pathlib.Path, default=PAGES)
+    arguments = parser.parse_intermixed_args()
+    programs = {"emberline": arguments.emberline.resolve(), "python3": arguments.python}
+    pages = [Page(path) for path in arguments.pages]
     failed = False
     with concurrent.futures.ThreadPoolExecutor(2) as pool:
-        for page, faults in zip(pages, pool.map(lambda page: run(emberline, page), pages)):
+        for page, faults in zip(pages, pool.map(lambda page: run(programs, page), pages)):
             for fault in faults:
                 print(f"{page.path}:{fault}")
                 failed = True
     commands = sum(len(page.commands) for page in pages)
-    print(f"{commands} commands of {len(pages)} pages run, {sum(page.skipped for page in pages)} skipped")
+    print(f"{commands} commands of {len(pages)} pages, and {sum(page.skipped for page in pages)} that are not run")
     if commands == 0:
         sys.exit("no commands found")
     sys.exit(failed)
