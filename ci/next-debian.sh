@@ -33,7 +33,7 @@ git ls-files -z --cached --others --exclude-standard |
 in_root "$root" sh -c '
   set -e
   cd /emberline
-  ci/setup.sh lintian
+  ci/setup.sh lintian mkdocs
   cmake --preset release -B /build/release
   cmake --build /build/release -j "$1"
   ctest --test-dir /build/release --output-on-failure -j "$1"

@@ -9,7 +9,7 @@ cd "$(dirname "$0")/.."
 
 [ $# -le 1 ] || fail "one argument at most: the folder of the root"
 { grep -q '^VERSION_ID="12"' /etc/os-release && [ "$(id -u)" -eq 0 ]; } || fail "needs Debian 12, root and network"
-ci/setup.sh debootstrap lintian
+ci/setup.sh debootstrap lintian mkdocs
 mkdir -p "${1:-build}"
 root=$(realpath "${1:-build/package-root}")
 make_root bookworm "$root"

@@ -94,6 +94,7 @@ check "the demo" emberline render "$scenes/teapot.glb" -o teapot.exr -o teapot.p
 check "version" says "emberline ${version%-*}" "emberline --version"
 check "help" says --noise-threshold "emberline render --help"
 check "manual" says "EMBERLINE\\-FARM" "zcat /usr/share/man/man1/emberline-farm.1.gz"
+check "manual as HTML" says "Getting started" "cat /usr/share/doc/emberline/html/index.html"
 check "completion" completes
 check "exr" render -o a.exr
 check "same bits on one thread" render -o b.exr --threads 1
