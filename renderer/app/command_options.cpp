@@ -44,7 +44,7 @@ void add_snapshots(CLI::App* app, RenderOptions& o) {
             .full = "Take snapshots at these moments, a comma-separated list: 'first' is the first "
                     "picture, N% is when that share of the pixels has a sample, Ns is a time of "
                     "rendering in seconds, and Nspp is an average of samples per pixel.",
-            .fallback = kDefaultSnapshotMoments,
+            .fallback = std::string(kDefaultSnapshotMoments),
             .example = "--snapshots shots --snapshot-at first,10s,60s"})
       ->needs(snapshots);
   add_name(

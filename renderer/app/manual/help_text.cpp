@@ -13,7 +13,7 @@
 namespace emberline {
 namespace {
 
-constexpr size_t kWidth = 100;       // columns
+constexpr size_t kHelpWidth = 100;   // columns
 constexpr size_t kBriefColumn = 28;  // of the short texts
 constexpr size_t kLongestBrief = 70;
 
@@ -23,7 +23,7 @@ std::string wrapped(const std::string& text, const std::string& first, size_t in
   bool empty = true;  // the line has only its indent
   for (size_t begin = 0; begin < text.size();) {
     const size_t end = std::min(text.find(' ', begin), text.size());
-    if (!empty && line.size() + 1 + (end - begin) > kWidth) {
+    if (!empty && line.size() + 1 + (end - begin) > kHelpWidth) {
       out += line + "\n";
       line = std::string(indent, ' ');
       empty = true;
@@ -35,7 +35,7 @@ std::string wrapped(const std::string& text, const std::string& first, size_t in
   return out + line + "\n";
 }
 
-std::string upper(std::string text) {
+std::string upper_case(std::string text) {
   std::ranges::transform(text, text.begin(), [](unsigned char c) { return char(std::toupper(c)); });
   return text;
 }
@@ -90,7 +90,7 @@ std::string_view without_dashes(std::string_view name) {
 
 std::string option_line(const OptionHelp& option) {
   const std::string names = fmt::format("{}", fmt::join(option.names, ", "));
-  if (option.argument) return upper(names) + (option.repeats ? "..." : "");
+  if (option.argument) return upper_case(names) + (option.repeats ? "..." : "");
   return option.type.empty() ? names : names + " " + option.type;
 }
 

@@ -10,7 +10,7 @@ namespace emberline {
 namespace {
 
 // Text that Markdown shows unchanged, also within a table.
-std::string plain(const std::string& text) {
+std::string markdown(const std::string& text) {
   std::string out;
   for (const char c : text) {
     if (c == '<') {
@@ -23,34 +23,34 @@ std::string plain(const std::string& text) {
   return out;
 }
 
-std::string code(const std::string& text) { return "`" + text + "`"; }
+std::string as_code(const std::string& text) { return "`" + text + "`"; }
 
-std::string option_entry(const OptionHelp& option) {
-  std::string text = "**" + code(option_line(option)) + "**  \n" + plain(option.text);
-  if (!option.fallback.empty()) text += " Default: " + plain(option.fallback) + ".";
+std::string option_paragraph(const OptionHelp& option) {
+  std::string text = "**" + as_code(option_line(option)) + "**  \n" + markdown(option.text);
+  if (!option.fallback.empty()) text += " Default: " + markdown(option.fallback) + ".";
   text += "\n\n";
   if (!option.values.empty() && !option.values.front().second.empty()) {
     for (const auto& [name, meaning] : option.values) {
-      text += "- " + code(name) + ": " + plain(meaning) + "\n";
+      text += "- " + as_code(name) + ": " + markdown(meaning) + "\n";
     }
     text += "\n";
   }
-  if (!option.example.empty()) text += "Example: " + code(option.example) + "\n\n";
+  if (!option.example.empty()) text += "Example: " + as_code(option.example) + "\n\n";
   return text;
 }
 
 std::string command_section(const CommandHelp& command, int level) {
   std::string text = fmt::format("{} {}\n\n{}\n\n```\n{}\n", std::string(size_t(level), '#'),
-                                 command.name, plain(command.summary), usage_line(command));
+                                 command.name, markdown(command.summary), usage_line(command));
   for (const std::string& example : command.examples) text += example + "\n";
   text += "```\n\n";
   for (const OptionHelp& option : command.options) {
-    if (option.argument) text += option_entry(option);
+    if (option.argument) text += option_paragraph(option);
   }
   for (const std::string& title : sections_of(command.options)) {
     text += fmt::format("{} {}\n\n", std::string(size_t(level) + 1, '#'), title);
     for (const OptionHelp& option : command.options) {
-      if (!option.argument && option.section == title) text += option_entry(option);
+      if (!option.argument && option.section == title) text += option_paragraph(option);
     }
   }
   for (const CommandHelp& below : command.commands) text += command_section(below, level + 1);
@@ -76,9 +76,9 @@ std::string channels_page() {
   for (const auto& row : nlohmann::ordered_json::parse(channel_list(true))) {
     const std::string name = row["name"], setting = row["setting"], summary = row["summary"];
     const std::string option = setting == "aov" ? "--aov " + name : "--" + setting;
-    text += fmt::format("| {} | {} | {} | {} | {} |\n", code(name),
-                        setting.empty() ? "" : code(option), row["value"].get<std::string>(),
-                        plain(row["unit"].get<std::string>()), plain(summary));
+    text += fmt::format("| {} | {} | {} | {} | {} |\n", as_code(name),
+                        setting.empty() ? "" : as_code(option), row["value"].get<std::string>(),
+                        markdown(row["unit"].get<std::string>()), markdown(summary));
   }
   return text;
 }
