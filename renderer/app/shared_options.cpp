@@ -157,6 +157,14 @@ void add_limits(CLI::App* app, LimitOptions& o) {
               .fallback = "never"});
 }
 
+void add_checkpoint_interval(CLI::App* app, RenderOptions& o) {
+  add_number(app, "--checkpoint-interval", o.checkpoint_interval_s, 0.1, 1e9,
+             {.section = H::kOutput,
+              .full = "Write a checkpoint after this many seconds, again and again. The signal "
+                      "SIGUSR1 writes one at once.",
+              .fallback = "300"});
+}
+
 void add_threads(CLI::App* app, int& threads) {
   add_number(app, "--threads", threads, 1, kMostThreads,
              {.section = H::kLimits,

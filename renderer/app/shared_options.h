@@ -102,6 +102,7 @@ void add_setting(CLI::App* app, const Setting& setting, FrameSettings& settings)
 void add_settings_file(CLI::App* app, RenderOptions& options);
 
 void add_limits(CLI::App* app, LimitOptions& options);
+void add_checkpoint_interval(CLI::App* app, RenderOptions& options);
 void add_threads(CLI::App* app, int& threads);
 // add_threads() and add_limits().
 void add_machine_options(CLI::App* app, RenderOptions& options);
