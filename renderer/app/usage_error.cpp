@@ -46,7 +46,10 @@ void throw_usage(const CLI::App& root, const CLI::ParseError& error) {
   const CLI::App* app = &root;
   while (!app->get_subcommands().empty()) app = app->get_subcommands().back();
   const std::string what = error.what();
-  if (dynamic_cast<const CLI::ExtrasError*>(&error) && !app->remaining().empty()) {
+  // A mistyped option may also be the reason why an argument is missing.
+  const bool extras = dynamic_cast<const CLI::ExtrasError*>(&error) ||
+                      dynamic_cast<const CLI::RequiredError*>(&error);
+  if (extras && !app->remaining().empty()) {
     const std::string unknown = app->remaining().front();
     if (unknown.starts_with("-") && unknown != "-") {
       throw_unknown_option(unknown.substr(0, unknown.find('=')),

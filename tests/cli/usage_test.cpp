@@ -344,7 +344,8 @@ TEST_F(Usage, UnknownWordsListTheValidOnes) {
   expect_failure(render_words({"--sppp=3"}), 2, {"unknown option '--sppp'"});
   expect_failure(render_words({"--threshold=3"}), 2, {"did you mean '--noise-threshold'"});
   expect_failure(render_words({"-x"}), 2, {"unknown option '-x'", "--help-all"});
-  expect_failure({"farm", "status", "--jsn"}, 2, {"--json", "emberline farm status --help-all"});
+  expect_failure({"farm", "status", path("a.exr"), "--jsn"}, 2,
+                 {"--json", "emberline farm status --help-all"});
   expect_failure(render_words({"second.glb"}), 2, {"unexpected argument 'second.glb'"});
   expect_failure({"info", scene(), "--spp", "3"}, 2,
                  {"unknown option '--spp'", "emberline info --help-all"});

@@ -62,8 +62,7 @@ std::string manual_page(const CommandHelp& command);
 // "emberline-render.1"
 std::string manual_name(const CommandHelp& command);
 
-// What a shell completes after `emberline`: commands, options, values, and files by suffix. To be
-// sourced; needs bash 4 and no other file.
+// A script for bash 4 that completes commands, options, values, and files by suffix.
 std::string bash_completion(const CommandHelp& root);
 // For a folder of $fpath, as _emberline.
 std::string zsh_completion(const CommandHelp& root);
