@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <initializer_list>
 
 #include "renderer/app/command_options.h"
 #include "renderer/app/shared_options.h"
@@ -85,6 +86,15 @@ void add_farm_verb(CLI::App* app, FarmOptions& o, FarmVerb verb, const char* nam
       ->required();
   sub->parse_complete_callback([&o, verb] { o.verb = verb; });
   if (verb == FarmVerb::kStatus) add_json(sub, o.json);
+}
+
+// Shows the options of these sections in --help-all alone.
+void leave_out_of_help(CLI::App* app, std::initializer_list<HelpSection> sections) {
+  for (CLI::Option* option : app->get_options()) {
+    for (const HelpSection section : sections) {
+      if (option->get_group() == title_of(section)) option->option_text("");
+    }
+  }
 }
 
 OptionText study_list(const char* brief, const char* full, const std::string& fallback,
@@ -326,6 +336,7 @@ void add_farm_options(CLI::App* app, FarmOptions& o) {
   add_settings(app, o.frame,
                {kEdits, kChannels, kCounts, kSample, kSeed, kSchedule, kView, kLight, kLoading},
                {"time-limit"});
+  leave_out_of_help(app, {H::kView, H::kLight, H::kScene});
   app->require_subcommand(0, 1);
   add_farm_verb(app, o, FarmVerb::kStatus, "status",
                 "Show the progress of the parts and failures.");

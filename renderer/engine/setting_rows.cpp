@@ -92,7 +92,6 @@ Setting crop() {
   return numbers<&FrameSettings::crop, 4, int>(
       "crop", kView, "X0,Y0,X1,Y1", ',', "X0,Y0,X1,Y1 in whole pixels",
       {.section = H::kView,
-       .brief = "render only these pixels; X1 and Y1 are excluded",
        .full = "Render only these pixels of the frame. X1 and Y1 are excluded.",
        .example = "--crop 640,0,1280,720"},
       [](const std::array<int, 4>& v) {
@@ -198,7 +197,6 @@ std::vector<Setting> edit_settings() {
            .example = "--edits look.json"}),
       word<&S::variant>("variant", kEdits, "NAME|INDEX",
                         {.section = H::kScene,
-                         .brief = "use this material variant",
                          .full = "Use the materials of this variant, given by name or index.",
                          .fallback = "the file's default",
                          .example = "--variant 1"}),
@@ -265,7 +263,6 @@ std::vector<Setting> channel_settings() {
       flag<&S::light_groups>(
           "light-groups", kChannels,
           {.section = H::kOutput,
-           .brief = "add a layer for each light to the EXR",
            .full = "Add a layer light.NAME to the EXR for each light, each emissive material and "
                    "the environment. The layers add up to R G B, so that lights can be changed "
                    "in compositing."}),
@@ -385,7 +382,6 @@ std::vector<Setting> sample_settings() {
                                  .fallback = "the filter's default"}),
       number<&S::seed>("seed", kSeed, 0u, 0xffffffffu,
                        {.section = H::kSamples,
-                        .brief = "another seed gives another pattern of noise",
                         .full = "Set the seed of the random numbers. Another seed gives another "
                                 "pattern of noise."}),
       number<&S::bucket_size>(
@@ -466,7 +462,6 @@ std::vector<Setting> light_settings() {
       sun(),
       number<&S::environment_strength>("env-strength", kLight, 0.0f, 1e9f,
                                        {.section = H::kLight,
-                                        .brief = "multiply the environment's light by this",
                                         .full = "Multiply the environment's light by this.",
                                         .example = "--env sky.hdr --env-strength 2"}),
       number<&S::environment_rotation>(
