@@ -21,18 +21,18 @@ std::unique_ptr<Sampler> make(const SamplerSettings& settings) {
 
 // The first row is the default.
 constexpr SamplerEntry kSamplers[] = {
-    {"sobol", "Owen-scrambled Sobol' pairs: the least noise for the same samples",
+    {"sobol", "Owen-scrambled Sobol' points: least noise for the same number of samples",
      SampleCounts::kAny, ConvergenceRate::kSobol, make<SobolSampler>},
-    {"blue_noise", "one Sobol' sequence along a Z-order of the pixels: noise that the eye forgives",
+    {"blue_noise", "one Sobol' sequence along a Z-order of the pixels: noise that is less visible",
      SampleCounts::kPowerOfTwo, ConvergenceRate::kUnknown, make<BlueNoiseSampler>},
-    {"stratified", "jitter: one random point in each of `spp` equal cells", SampleCounts::kFixed,
+    {"stratified", "jittered: one random point in each of `spp` equal cells", SampleCounts::kFixed,
      ConvergenceRate::kJittered, make<StratifiedSampler>},
-    {"poisson_disk", "pairs that keep their distance: aliases become high-frequency noise",
+    {"poisson_disk", "points that keep their distance: aliasing becomes high-frequency noise",
      SampleCounts::kAny, ConvergenceRate::kUnknown, make<PoissonDiskSampler>},
     {"hierarchical", "Kajiya's sequential uniform sampling over pixel, lens and time together",
      SampleCounts::kAny, ConvergenceRate::kUnknown, make<HierarchicalSampler>, true},
-    {"independent", "plain random numbers: no stratification, the yardstick", SampleCounts::kAny,
-     ConvergenceRate::kIndependent, make<IndependentSampler>},
+    {"independent", "plain random numbers without stratification, as a baseline",
+     SampleCounts::kAny, ConvergenceRate::kIndependent, make<IndependentSampler>},
 };
 
 void check_count(const SamplerEntry& entry, uint32_t samples) {

@@ -92,7 +92,7 @@ version=$(dpkg-query -W -f '${Version}' emberline)
 check "the demo" emberline render "$scenes/teapot.glb" -o teapot.exr -o teapot.png --spp 128 \
   --report teapot.json --report teapot.html
 check "version" says "emberline ${version%-*}" "emberline --version"
-check "help" says --noise-threshold "emberline render --help"
+check "help" says --noise-threshold "emberline render --help-all"
 check "manual" says "EMBERLINE\\-FARM" "zcat /usr/share/man/man1/emberline-farm.1.gz"
 check "manual as HTML" says "Getting started" "cat /usr/share/doc/emberline/html/index.html"
 check "completion" completes

@@ -10,8 +10,9 @@ namespace {
 namespace ocio = OCIO_NAMESPACE;
 
 constexpr NamedValue<WorkingSpace> kWorkingSpaces[] = {
-    {"rec709", "linear Rec. 709, as the scene's colours are", WorkingSpace::kRec709},
-    {"acescg", "ACEScg (AP1): scene and output converted by OpenColorIO", WorkingSpace::kAcesCg},
+    {"rec709", "linear Rec. 709, the primaries of glTF", WorkingSpace::kRec709},
+    {"acescg", "ACEScg (AP1); OpenColorIO converts the scene and the output",
+     WorkingSpace::kAcesCg},
 };
 
 ToWorkingSpace matrix_of(ocio::TransformDirection direction) {

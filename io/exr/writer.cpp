@@ -31,20 +31,20 @@ constexpr int kZipLevel = 4;
 constexpr size_t kShortNameLength = 31;
 
 constexpr NamedValue<ExrCompression> kCompressions[] = {
-    {"none", "as it is", ExrCompression::kNone},
-    {"zips", "lossless; of tiles as zip", ExrCompression::kZips},
+    {"none", "no compression", ExrCompression::kNone},
+    {"zips", "lossless; for tiles the same as zip", ExrCompression::kZips},
     {"zip", "lossless", ExrCompression::kZip},
     {"piz", "lossless, smaller for noise", ExrCompression::kPiz},
-    {"dwaa", "colours a little blurred, in blocks of 32 rows; much smaller", ExrCompression::kDwaa},
-    {"dwab", "the same in blocks of 256 rows", ExrCompression::kDwab},
+    {"dwaa", "lossy for colours, in blocks of 32 rows; much smaller", ExrCompression::kDwaa},
+    {"dwab", "lossy for colours, in blocks of 256 rows; much smaller", ExrCompression::kDwab},
 };
 constexpr exr_compression_t kExrCompressions[] = {EXR_COMPRESSION_NONE, EXR_COMPRESSION_ZIPS,
                                                   EXR_COMPRESSION_ZIP,  EXR_COMPRESSION_PIZ,
                                                   EXR_COMPRESSION_DWAA, EXR_COMPRESSION_DWAB};
 
 constexpr NamedValue<ExrParts> kParts[] = {
-    {"one", "all channels in one, as every program reads them", ExrParts::kOne},
-    {"layers", "one for each layer: faster to read where one is wanted", ExrParts::kLayers},
+    {"one", "one part with all channels, which every program can read", ExrParts::kOne},
+    {"layers", "a part for each layer, so that a single layer is read faster", ExrParts::kLayers},
 };
 
 // The message of this thread's last OpenEXR error, which OpenEXR passes only to a callback.

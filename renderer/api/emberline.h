@@ -59,7 +59,7 @@ struct EMBERLINE_API Stopped : Error {  // a load was stopped, or a frame was gi
 };
 
 // Everything that decides a frame, by the names of the command's options ("spp", "look-from") and
-// with their texts. `emberline render --help` lists them.
+// with their texts. `emberline render --help-all` lists them.
 class EMBERLINE_API Settings {
  public:
   Settings();
@@ -82,7 +82,7 @@ class EMBERLINE_API Settings {
     std::string values;  // one line per valid name
     bool of_scene;       // only affects how a scene is loaded
   };
-  // Lists all settings, as `emberline render --help` does.
+  // Lists all settings, as `emberline render --help-all` does.
   static std::vector<Help> help();
 
  private:

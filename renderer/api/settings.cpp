@@ -68,8 +68,10 @@ std::vector<Settings::Help> Settings::help() {
   std::vector<Help> all;
   for (const Setting& row : setting_table()) {
     const RulesHelp& rules = rules_of(row);
-    all.push_back({row.name, row.type, spelled(row.help + rules.rules), spelled(rules.values),
-                   is_of_scene(row.group)});
+    const std::string fallback = default_of(row, FrameSettings());
+    const std::string help = row.help.full + (fallback.empty() ? "" : " [" + fallback + "]");
+    all.push_back({row.name, row.type, spelled(help + as_sentences(rules.rules)),
+                   spelled(rules.values), is_of_scene(row.group)});
   }
   return all;
 }

@@ -1,13 +1,12 @@
 #include "renderer/app/command_line.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cstdio>
 #include <exception>
 #include <filesystem>
-#include <ranges>
 #include <set>
 
 #include "io/files/atomic_file.h"
@@ -15,6 +14,7 @@
 #include "renderer/app/commands.h"
 #include "renderer/app/failure.h"
 #include "renderer/app/manual/command_help.h"
+#include "renderer/app/shared_options.h"
 #include "renderer/app/shell_quote.h"
 #include "renderer/app/standard_output.h"
 #include "renderer/app/stop_signal.h"
@@ -35,7 +35,7 @@ void refuse_empty_values(const CLI::App& app) {
   for (const CLI::Option* option : app.get_options()) {
     const std::string type = option->get_type_name(), name = option->get_name(false, true);
     const bool looked_up =
-        type == "LIST" || option->get_description().find('\n') != std::string::npos;
+        type == "LIST" || option->get_description().find("\n  ") != std::string::npos;
     if (looked_up || std::ranges::find(option->results(), "") == option->results().end()) continue;
     throw UsageError("{} needs a value, and the one given is empty: {} {}", name, name, type);
   }
@@ -55,6 +55,7 @@ struct AllOptions {
   ExtendOptions extend;
   FarmOptions farm;
   SessionOptions session;
+  HelpOptions help;
 };
 
 struct Command {
@@ -77,26 +78,29 @@ int run_stoppable_view(ViewOptions view) {
 
 using All = AllOptions;
 constexpr Command kCommands[] = {
-    command<&All::render, add_render_options, run_render>("render", "render a scene to pictures"),
-    command<&All::view, add_view_options, run_stoppable_view>("view", "the interactive window"),
+    command<&All::render, add_render_options, run_render>("render", "Render a scene to pictures."),
+    command<&All::view, add_view_options, run_stoppable_view>(
+        "view", "Show a scene in a window while it renders."),
     command<&All::session, add_session_options, run_session>(
-        "session", "the window's session for another program, over a pipe and shared memory"),
-    command<&All::info, add_info_options, run_info>("info",
-                                                    "what is in a scene and what becomes of it"),
+        "session", "Serve another program, such as Blender, over a pipe and shared memory."),
+    command<&All::info, add_info_options, run_info>(
+        "info",
+        "List the contents of a scene, and glTF features that are approximated or ignored."),
     command<&All::heatmap, add_heatmap_options, run_heatmap>(
-        "heatmap", "sample density, error, reasons or time of a frame as a picture"),
+        "heatmap", "Draw the samples, error or time of each pixel of a finished frame."),
     command<&All::compare, add_compare_options, run_compare>(
-        "compare", "measure an image against a reference"),
+        "compare", "Measure a picture against a reference."),
     command<&All::denoise, add_denoise_options, run_denoise>("denoise",
-                                                             "a clean picture of a finished frame"),
+                                                             "Denoise a finished frame."),
     command<&All::extend, add_extend_options, run_extend>(
-        "extend", "a finished frame to more samples or a lower threshold"),
-    command<&All::merge, add_merge_options, run_merge>("merge",
-                                                       "the parts of a frame as one picture"),
-    command<&All::farm, add_farm_options, run_farm>(
-        "farm", "a frame in parts, as jobs of Slurm; farm status, cancel, retry"),
+        "extend", "Continue a finished frame to more samples or a lower noise threshold."),
+    command<&All::merge, add_merge_options, run_merge>("merge", "Join the parts of a frame."),
+    command<&All::farm, add_farm_options, run_farm>("farm",
+                                                    "Render a frame in parts, as Slurm jobs."),
     command<&All::study, add_study_options, run_study>(
-        "study", "speed against error of drivers, estimators and samplers"),
+        "study", "Measure the speed and error of drivers, estimators and samplers."),
+    command<&All::help, add_help_options, run_help>(
+        "help", "Explain the commands, one of them, or one of its options."),
 };
 
 void write_document(const std::filesystem::path& path, const std::string& text) {
@@ -112,6 +116,8 @@ void write_documents(const CommandHelp& root, const std::filesystem::path& folde
   }
   write_document(folder / "bash-completion/completions/emberline", bash_completion(root));
   write_document(folder / "zsh/vendor-completions/_emberline", zsh_completion(root));
+  write_document(folder / "doc/options.md", options_page(root));
+  write_document(folder / "doc/channels.md", channels_page());
 }
 
 void print_versions() {
@@ -140,44 +146,108 @@ void spell_as_options(const std::vector<CLI::App*>& commands) {
     for (const std::string& name : option->get_lnames()) option_names().insert(name);
   }
   spell_settings(spelled_as_option);
-  for (CLI::Option* option : options) option->description(spelled(option->get_description()));
+  for (CLI::Option* option : options) {
+    option->description(spelled(option->get_description()));
+    option->option_text(spelled(option->get_option_text()));
+    option->default_str(spelled(option->get_default_str()));
+  }
+}
+
+// Explains in a few lines what most people want.
+void print_welcome() {
+  std::fputs(
+      "Emberline renders glTF scenes by path tracing.\n\n"
+      "  emberline render scene.glb -o picture.png    render a scene to a picture\n"
+      "  emberline view scene.glb                     show a scene in a window\n"
+      "  emberline info scene.glb                     list what a scene contains\n\n"
+      "See all commands with: emberline help\n",
+      stderr);
+}
+
+// The options that every command has.
+void add_help_flags(CLI::App& app) {
+  describe(app.set_help_flag("-h,--help"),
+           {.section = HelpSection::kGeneral, .full = "Show the common options."});
+  describe(app.set_help_all_flag("--help-all"),
+           {.section = HelpSection::kGeneral, .full = "Show all options in full."});
+}
+
+void add_common_options(CLI::App& app, bool& quiet, bool& verbose) {
+  CLI::Option* q = add_flag(&app, "-q,--quiet", quiet,
+                            {.section = HelpSection::kGeneral, .full = "Print errors only."});
+  add_flag(&app, "-v,--verbose", verbose,
+           {.section = HelpSection::kGeneral, .full = "Print what is built and why."})
+      ->excludes(q);
+  add_help_flags(app);
+}
+
+// The commands as values of `emberline help`, for completion.
+std::string command_lines() {
+  std::string text;
+  for (const Command& command : kCommands) {
+    text += fmt::format("\n  {}: {}", command.name, command.help);
+  }
+  return text;
+}
+
+// The last command that was named.
+const CLI::App& chosen_command(const CLI::App& root) {
+  const CLI::App* app = &root;
+  while (!app->get_subcommands().empty()) app = app->get_subcommands().back();
+  return *app;
+}
+
+CommandHelp help_of(const CLI::App& app) {
+  std::string above;
+  for (const CLI::App* parent = app.get_parent(); parent; parent = parent->get_parent()) {
+    above = parent->get_name() + " " + above;
+  }
+  return command_help(app, above);
 }
 
 }  // namespace
 
 int run_command_line(int argc, char** argv) {
-  CLI::App root("Emberline: a path tracer for glTF scenes", "emberline");
+  CLI::App root("Emberline renders glTF scenes by path tracing.", "emberline");
   root.require_subcommand(0, 1);
   // The last occurrence of an option wins, so that a script's defaults can be overridden by
   // appending options.
   root.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
   bool version = false, quiet = false, verbose = false;
-  root.add_flag(
-      "--version", version,
-      "print the versions of the program and its libraries, and what they use of the processor");
+  add_help_flags(root);
+  add_flag(&root, "--version", version,
+           {.section = HelpSection::kGeneral,
+            .brief = "print the versions of the program and its libraries",
+            .full = "Print the versions of the program and its libraries, and the instruction sets "
+                    "that they use."});
   root.add_flag("-v,--verbose", verbose, "beside --version: the same")->group("");  // hidden
   std::string documents;
-  root.add_option("--write-documents", documents, "man pages and completion, for packages")
+  root.add_option("--write-documents", documents,
+                  "man pages, completion and pages of the manual, for packages")
       ->group("");  // hidden
   AllOptions options;
+  options.help.root = &root;
   std::vector<CLI::App*> commands;
   for (const Command& command : kCommands) {
     CLI::App* app = root.add_subcommand(command.name, command.help);
     command.add_options(app, options);
     std::vector<CLI::App*> all = app->get_subcommands(nullptr);
     all.push_back(app);
-    for (CLI::App* each : all) {
-      CLI::Option* q = each->add_flag("-q,--quiet", quiet, "errors only");
-      each->add_flag("-v,--verbose", verbose, "say what is built and why")->excludes(q);
-    }
+    for (CLI::App* each : all) add_common_options(*each, quiet, verbose);
     commands.insert(commands.end(), all.begin(), all.end());
   }
+  CLI::Option* explained = root.get_subcommand("help")->get_option("command");
+  explained->description(explained->get_description() + command_lines());
   spell_as_options(commands);
 
   try {
     root.parse(argc, argv);
-  } catch (const CLI::Success& success) {
-    return root.exit(success);  // --help
+  } catch (const CLI::CallForAllHelp&) {
+    print_result(full_help(help_of(chosen_command(root))));
+    return kExitDone;
+  } catch (const CLI::CallForHelp&) {
+    print_result(brief_help(help_of(chosen_command(root))));
+    return kExitDone;
   } catch (const CLI::ParseError& error) {
     throw_usage(root, error);
   }
@@ -198,8 +268,8 @@ int run_command_line(int argc, char** argv) {
   for (const Command& command : kCommands) {
     if (root.got_subcommand(command.name)) return command.run(options);
   }
-  throw UsageError("no command given; valid commands are {}; see emberline --help",
-                   fmt::join(kCommands | std::views::transform(&Command::name), ", "));
+  print_welcome();
+  return kExitUsage;
 }
 
 int run_program(int argc, char** argv) {

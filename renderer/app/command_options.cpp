@@ -18,93 +18,135 @@ namespace emberline {
 namespace {
 
 using enum SettingGroup;
+using H = HelpSection;
 
 void add_snapshots(CLI::App* app, RenderOptions& o) {
-  CLI::Option* snapshots =
-      add_text(app, "--snapshots", o.snapshots, "DIR",
-               "keep the picture at several moments of the render in this folder, and all of them "
-               "as refinement.gif; a copy of each (16 bytes a pixel) is held in memory until the "
-               "frame is done");
+  CLI::Option* snapshots = add_text(
+      app, "--snapshots", o.snapshots, "DIR",
+      {.section = H::kInspection,
+       .full = "Keep the picture at several moments of the render in this folder, and all of them "
+               "as refinement.gif. Each snapshot takes 16 bytes of memory per pixel until the "
+               "frame is done.",
+       .example = "--driver bisection --snapshots shots"});
   add_text(app, "--snapshot-at", o.snapshot_at, "LIST",
-           fmt::format("when: a list of 'first', N% of the pixels having a sample, Ns of "
-                       "rendering, Nspp on average [{}]",
-                       kDefaultSnapshotMoments))
+           {.section = H::kInspection,
+            .full = "Take snapshots at these moments, a comma-separated list: 'first' is the first "
+                    "picture, N% is when that share of the pixels has a sample, Ns is a time of "
+                    "rendering in seconds, and Nspp is an average of samples per pixel.",
+            .fallback = std::string(kDefaultSnapshotMoments),
+            .example = "--snapshots shots --snapshot-at first,10s,60s"})
       ->needs(snapshots);
-  add_name(app, "--snapshot-format", o.snapshot_format, "format", "what is written of each [png]",
-           snapshot_format_table())
+  add_name(
+      app, "--snapshot-format", o.snapshot_format, "format",
+      {.section = H::kInspection, .full = "Choose the format of snapshots.", .fallback = "png"},
+      snapshot_format_table())
       ->needs(snapshots);
   add_text(app, "--reference", o.reference, "FILE",
-           "measure each snapshot against this picture, into the report")
+           {.section = H::kInspection,
+            .full = "Measure the error of each snapshot against this picture, and put it into the "
+                    "report."})
       ->needs(snapshots);
 }
 
 void add_display(CLI::App* app, RenderOptions& o) {
-  app->add_option_function<std::vector<std::string>>(
-         "--display",
-         [&o](const std::vector<std::string>& values) {
-           for (const std::string& value : values) {
-             if (is_tev_url(value)) {
-               o.viewer = parse_tev_url(value);
-             } else {
-               o.display.display = value;
-             }
-           }
-         },
-         fmt::format("OpenColorIO display [the config's default]; or tev://HOST:PORT: show the "
-                     "picture in the viewer tev while it renders (port {} unless given). May be "
-                     "given once for each",
-                     TevAddress::kDefaultPort))
-      ->type_name("NAME|URL")
-      ->allow_extra_args(false);
-}
-
-void add_checkpoint_interval(CLI::App* app, RenderOptions& o) {
-  add_number(app, "--checkpoint-interval", o.checkpoint_interval_s, 0.1, 1e9,
-             "seconds between two checkpoints [300]; SIGUSR1 asks for one at once");
+  CLI::Option* added = app->add_option_function<std::vector<std::string>>(
+      "--display", [&o](const std::vector<std::string>& values) {
+        for (const std::string& value : values) {
+          if (is_tev_url(value)) {
+            o.viewer = parse_tev_url(value);
+          } else {
+            o.display.display = value;
+          }
+        }
+      });
+  describe(added->type_name("NAME|URL")->allow_extra_args(false),
+           {.section = H::kOutput,
+            .full = fmt::format("Show the picture for this OpenColorIO display. tev://HOST:PORT "
+                                "shows the picture in the viewer tev while it renders instead; "
+                                "the port is {} unless it is given. Both may be given, once each.",
+                                TevAddress::kDefaultPort),
+            .fallback = "the config's default",
+            .example = "--display tev://localhost"});
 }
 
 void add_checkpoint(CLI::App* app, RenderOptions& o) {
   add_text(app, "--checkpoint", o.checkpoint, "FILE",
-           "keep what there is of the frame in this file while it renders, for --resume; it goes "
-           "when the frame is done. A file that is no checkpoint is not replaced");
-  app->add_flag("--resumable", o.resumable,
-                "the same beside the first output (FILE.checkpoint), unless --checkpoint names "
-                "another; and it stays, for `emberline extend`");
-  app->add_flag("--resume", o.resume,
-                "go on with the checkpoint, to the same bits; without one the frame begins anew");
+           {.section = H::kOutput,
+            .full = "Save the state of the frame in this file while it renders, so that `resume` "
+                    "can continue it. The file is removed when the frame is done. A file that is "
+                    "not a checkpoint is never replaced.",
+            .example = "--checkpoint frame.checkpoint --resume"});
+  add_flag(app, "--resumable", o.resumable,
+           {.section = H::kOutput,
+            .brief = "keep a checkpoint, for --resume and `emberline extend`",
+            .full = "Save a checkpoint beside the first output (FILE.checkpoint), or where "
+                    "`checkpoint` says. It stays when the frame is done, so that `emberline "
+                    "extend` can add samples."});
+  add_flag(app, "--resume", o.resume,
+           {.section = H::kOutput,
+            .brief = "continue an interrupted frame from its checkpoint",
+            .full = "Continue from the checkpoint. The picture has the same bits as that of a "
+                    "render without interruption. Without a checkpoint the frame starts over.",
+            .example = "--resumable --resume"});
   add_checkpoint_interval(app, o);
   add_text(app, "--progress-file", o.progress_file, "FILE",
-           "say in this .json file, every two seconds, how far the frame is");
+           {.section = H::kOutput,
+            .full = "Write the progress of the frame to this .json file every two seconds."});
 }
 
 void add_range_options(CLI::App* app, RenderOptions& o) {
-  app->add_option_function<std::string>(
-         "--frames", [&o](const std::string& text) { o.frames = parse_frames(text); },
-         "frames one after another: N, A-B, A-BxSTEP, or a list of those. #### in the names of "
-         "outputs is the frame's number; frame N shows the scene at N / --fps seconds")
-      ->type_name("LIST");
-  app->add_flag("--skip-existing", o.skip_existing,
-                "leave out a frame whose outputs are all there and whole");
-  app->add_flag("--stop-on-error", o.stop_on_error,
-                "end the range with the first frame that fails [the others are rendered]");
+  CLI::Option* frames = app->add_option_function<std::string>(
+      "--frames", [&o](const std::string& text) { o.frames = parse_frames(text); });
+  describe(frames->type_name("LIST"),
+           {.section = H::kOutput,
+            .brief = "frames to render, such as 1-24; #### in a name is the number",
+            .full = "Render these frames one after another: N, A-B, A-BxSTEP, or a comma-separated "
+                    "list of them. #### in the names of outputs becomes the frame's number. Frame "
+                    "N shows the scene at N / `fps` seconds.",
+            .example = "--frames 1-24 -o shot.####.exr"});
+  add_flag(
+      app, "--skip-existing", o.skip_existing,
+      {.section = H::kOutput, .full = "Skip frames whose outputs all exist and are complete."});
+  add_flag(app, "--stop-on-error", o.stop_on_error,
+           {.section = H::kOutput,
+            .full = "Stop at the first frame that fails. Otherwise the other frames are still "
+                    "rendered."});
   add_text(app, "--range-report", o.range_report, "FILE",
-           "what became of each frame, as JSON; --report is of one frame");
+           {.section = H::kOutput,
+            .full = "Write the result of each frame to this file as JSON. `report` describes a "
+                    "single frame."});
 }
 
 void add_result_options(CLI::App* app, RenderOptions& o) {
   add_text(app, "-o,--output", o.outputs, "FILE",
-           "picture: .exr linear with all channels, streamed; .png, .jpg through OpenColorIO, held "
-           "in memory until done. May be given more than once");
+           {.section = H::kOutput,
+            .brief = "picture to write: .exr, .png or .jpg",
+            .full = "Write the picture to this file. An .exr file has all channels in linear "
+                    "floats and is written while the frame renders. .png, .jpg files are converted "
+                    "for display by OpenColorIO and stay in memory until the frame is done. May be "
+                    "given more than once.",
+            .example = "-o frame.exr -o frame.png"});
   add_heatmaps(app, o);
   add_text(app, "--report", o.reports, "FILE",
-           "what was done: .html is a page with pictures and charts, .json or any other name JSON. "
-           "May be given more than once");
+           {.section = H::kOutput,
+            .brief = "report of the render: .html or .json",
+            .full = "Write a report of the render. An .html file is a page with pictures and "
+                    "charts; .json or any other name gives JSON. May be given more than once.",
+            .example = "--report frame.html"});
   add_snapshots(app, o);
   add_checkpoint(app, o);
   add_text(app, "--save-settings", o.save_settings, "FILE",
-           "write what differs from the defaults to this .json file, for --settings");
-  add_text(app, "--replay", o.replay, "X,Y,SAMPLE", "compute one sample alone and print it");
-  add_parsed(app, "--explain", "X,Y", "after the render, print what decided this pixel's samples",
+           {.section = H::kGeneral,
+            .full = "Write the settings that differ from the defaults to this .json file, for "
+                    "`settings`."});
+  add_text(app, "--replay", o.replay, "X,Y,SAMPLE",
+           {.section = H::kInspection,
+            .full = "Compute only this sample of a pixel, and print it.",
+            .example = "--replay 100,50,7"});
+  add_parsed(app, "--explain", "X,Y",
+             {.section = H::kInspection,
+              .full = "After the render, print why this pixel got as many samples as it did.",
+              .example = "--driver adaptive --explain 100,50"},
              "X,Y in whole pixels of the frame", [&o](const std::string& text) {
                std::array<int, 2> v;
                if (!parse_numbers(text, ',', v) || v[0] < 0 || v[1] < 0) return false;
@@ -112,36 +154,48 @@ void add_result_options(CLI::App* app, RenderOptions& o) {
                return true;
              });
   add_text(app, "--tree", o.trees, "FILE",
-           "the refinement tree: leaves drawn over the picture (.png, .jpg), or .json. May be "
-           "given more than once");
+           {.section = H::kInspection,
+            .full = "Write the refinement tree of the adaptive driver: .png, .jpg files show its "
+                    "leaves over the picture, and a .json file has its data. May be given more "
+                    "than once.",
+            .example = "--driver adaptive --tree tree.png"});
   add_display(app, o);
   add_grading(app, o.display);
 }
 
-const SettingChoice kPictureFormats[] = {{"linear", "four floats a pixel, linear Rec. 709"},
-                                         {"display", "four bytes, through OpenColorIO"}};
+const SettingChoice kPictureFormats[] = {
+    {"linear", "four floats per pixel, in linear Rec. 709"},
+    {"display", "four bytes per pixel, converted for display by OpenColorIO"}};
 
 // Frame options that the window and a session share.
 void add_live_options(CLI::App* app, RenderOptions& o,
                       std::initializer_list<std::string_view> left_out) {
   std::vector<SettingChoice> drivers = find_setting("driver")->choices;
-  drivers.insert(
-      drivers.begin(),
-      {kLiveDriver,
-       "bisection until every pixel has a sample, then adaptive, whose settings it takes"});
-  add_name(app, "--driver", o.driver, "driver", "frame driver [live]", drivers);
+  drivers.insert(drivers.begin(), {kLiveDriver,
+                                   "bisection until every pixel has a sample, then adaptive; takes "
+                                   "the settings of adaptive"});
+  OptionText driver = find_setting("driver")->help;
+  driver.fallback = kLiveDriver;
+  driver.brief = "rendering order: live, bucket, bisection or adaptive";
+  add_name(app, "--driver", o.driver, "driver", driver, drivers);
   add_settings(app, o, {kEdits, kCounts, kSample, kSeed, kSchedule, kView, kLight, kLoading},
                left_out);
   add_machine_options(app, o);
-  app->add_flag("--light-groups", o.light_groups,
-                "keep what each light gives apart: changes of lights then need no new ray");
+  add_flag(app, "--light-groups", o.light_groups,
+           {.section = H::kLight,
+            .full = "Keep the contribution of each light separately. Changes of lights then show "
+                    "at once, without new rays."});
   add_display_options(app, o.display);
 }
 
 // Options of the window itself.
 void add_window_options(CLI::App* app, ViewOptions& o) {
-  add_parsed(app, "--window", "WxH", "size of the window [as last time]", "WxH from 320x240 on",
-             [&o](const std::string& text) {
+  add_parsed(app, "--window", "WxH",
+             {.section = H::kWindow,
+              .brief = "size of the window in pixels",
+              .full = "Set the size of the window in pixels.",
+              .fallback = "the last size"},
+             "WxH from 320x240 on", [&o](const std::string& text) {
                std::array<int, 2> v;
                if (!parse_numbers(text, 'x', v) || v[0] < 320 || v[1] < 240 ||
                    std::max(v[0], v[1]) > 16384) {
@@ -151,113 +205,53 @@ void add_window_options(CLI::App* app, ViewOptions& o) {
                return true;
              });
   add_number(app, "--ui-scale", o.interface_scale, 0.5f, 4.0f,
-             "size of letters and panels [the screen's]");
+             {.section = H::kWindow,
+              .brief = "scale of text and panels",
+              .full = "Scale text and panels by this.",
+              .fallback = "the screen's"});
   CLI::Option* screenshot =
       add_text(app, "--screenshot", o.screenshot, "FILE",
-               "write a picture of the window when the frame is done, and close");
+               {.section = H::kWindow,
+                .full = "Write a picture of the window when the frame is done, and close the "
+                        "window.",
+                .example = "--screenshot window.png"});
   add_number(app, "--screenshot-after", o.screenshot_after_s, 0.001, 1e6,
-             "not when the frame is done, but so many seconds after its first pass")
+             {.section = H::kWindow,
+              .full = "Take the screenshot this many seconds after the first pass, instead of when "
+                      "the frame is done.",
+              .example = "--screenshot window.png --screenshot-after 5"})
       ->needs(screenshot);
   CLI::Option* measure =
       add_text(app, "--measure", o.measure, "FILE",
-               "play edits, write how long each took to be on the screen, and close")
+               {.section = H::kWindow,
+                .full = "Play edits, write to this file how long each took to show on the screen, "
+                        "and close the window."})
           ->excludes(screenshot);
   add_text(app, "--measure-script", o.measure_script, "FILE",
-           "the edits, a .json file [orbits, lights, materials and environment in turn]")
+           {.section = H::kWindow,
+            .full = "Play the edits of this .json file.",
+            .fallback = "orbits, lights, materials and the environment in turn"})
       ->needs(measure);
-  add_text(app, "--journal", o.journal, "FILE", "what the window does, a line of JSON each");
-  app->add_flag("--forget", o.forget,
-                "neither read nor write the size and the panels of the window");
-}
-
-// Options for the jobs of a farm.
-void add_job_options(CLI::App* app, FarmOptions& o) {
-  add_number(app, "--parts", o.parts, 1u, 4096u, "how many jobs share the frame");
-  add_text(app, "--frames", o.frames, "LIST", "of several frames none yet: 0 alone [0]")
-      ->check([](const std::string& list) {
-        return list == "0"
-                   ? ""
-                   : "--frames: '" + list +
-                         "': the only frame is 0, since farm renders one, in parts; of a range "
-                         "each job is an `emberline render --frames` of its own";
-      });
-  add_text(app, "--partition", o.request.partition, "LIST", "of Slurm [its default]");
-  add_number(app, "--cpus", o.request.cpus, 1, 4096, "processors of each job [a whole node]");
-  add_size(app, "--memory", o.request.memory_bytes,
-           "memory of each job: bytes, or with K, M, G, T powers of 1024 of them [the "
-           "partition's]");
-  add_number(app, "--minutes", o.request.minutes, 2, 10000000,
-             "minutes of each job; a minute before, a part saves itself, for farm retry [the "
-             "partition's]");
-  app->add_flag(
-      "--print", o.print,
-      "submit nothing; print the command of a part, with {part} and {parts}, and that of the "
-      "merge, for another queue");
-  app->add_flag("--stage", o.stage, "copy the scene to each node's $TMPDIR first, once");
-}
-
-void add_farm_verb(CLI::App* app, FarmOptions& o, FarmVerb verb, const char* name,
-                   const char* help) {
-  CLI::App* sub = app->add_subcommand(name, help);
-  sub->add_option("output", o.output, "the output that was given to farm")->required();
-  sub->parse_complete_callback([&o, verb] { o.verb = verb; });
-  if (verb == FarmVerb::kStatus) sub->add_flag("--json", o.json, "machine-readable");
-}
-
-void add_study_choices(CLI::App* app, StudyOptions& o) {
-  app->add_option("scene", o.frame.scene, "a .gltf or .glb file");
-  add_text(app, "-o,--output", o.folder, "DIR",
-           "folder of the results; it is made if it is not there");
-  add_text(app, "--drivers", o.drivers, "LIST",
-           table_help("frame drivers, a list [bucket,bisection,adaptive]",
-                      find_setting("driver")->choices));
-  add_text(app, "--estimators", o.estimators, "LIST",
-           table_help("of the adaptive driver, a list of ESTIMATOR[/ALLOCATION][/unbiased] [" +
-                          o.estimators + "]",
-                      find_setting("estimator")->choices));
-  add_text(app, "--samplers", o.samplers, "LIST",
-           table_help("samplers, a list [sobol; of --convergence all]",
-                      find_setting("sampler")->choices));
-  add_text(app, "--spp", o.spp, "LIST",
-           "budgets: samples per pixel on average, ascending [1,2,4,8,16,32,64]");
-  add_text(app, "--seconds", o.seconds, "LIST", "budgets: seconds of rendering instead, ascending");
-  add_number(app, "--seeds", o.seeds, 1u, kMostStudySeeds,
-             "runs of each method, from --seed on [5]; of --convergence pixels [2000]");
-  add_text(app, "--baseline", o.baseline, "NAME",
-           "the method that others are compared with [the first]");
-  app->add_flag("--denoise", o.denoise,
-                "each method once more, NAME+denoise: what --denoise makes of its frames, the "
-                "filter's time included; implies --separate");
-  app->add_flag("--separate", o.separate,
-                "render a frame of its own for every budget, also where one frame could be looked "
-                "at on its way");
-  CLI::Option* reference = add_text(app, "--reference", o.reference, "FILE",
-                                    "the true picture [one is rendered, in two halves, so that its "
-                                    "own noise is taken out]");
-  add_number(app, "--reference-spp", o.reference_spp, 2u, kMaxSamples,
-             "samples per pixel of the rendered reference [64 times the largest budget's]")
-      ->excludes(reference);
-  add_text(app, "--cache", o.cache, "DIR",
-           "keep rendered references in this folder [DIR/reference]")
-      ->excludes(reference);
-  app->add_flag("--restart", o.restart, "forget the runs that the folder has");
-  app->add_flag("--convergence", o.convergence,
-                "no scene: variance against number of samples, on integrals with known values");
+  add_text(app, "--journal", o.journal, "FILE",
+           {.section = H::kWindow,
+            .full = "Write a line of JSON to this file for each event of the window."});
+  add_flag(app, "--forget", o.forget,
+           {.section = H::kWindow,
+            .full = "Neither read nor write the remembered size and panels of the window."});
 }
 
 // Adds option rules to help texts. Settings already have theirs.
 void add_option_rules(CLI::App* app) {
   for (CLI::Option* option : app->get_options()) {
     const std::string name = option->get_single_name();
-    if (find_setting(name)) continue;
-    option->description(option->get_description() + rules_of(option_rules(), name));
+    if (!find_setting(name)) add_rules(option, rules_of(option_rules(), name));
   }
 }
 
 }  // namespace
 
 void add_render_options(CLI::App* app, RenderOptions& o) {
-  app->add_option("scene", o.scene, "a .gltf or .glb file")->required();
+  add_argument(app, "scene", o.scene, "The scene: a .gltf or .glb file.")->required();
   add_settings_file(app, o);
   add_result_options(app, o);
   add_range_options(app, o);
@@ -266,132 +260,50 @@ void add_render_options(CLI::App* app, RenderOptions& o) {
                 kLoading});
   add_machine_options(app, o);
   add_option_rules(app);
+  app->footer(
+      "emberline render scene.glb -o picture.png\n"
+      "emberline render scene.glb -o frame.exr --driver adaptive --noise-threshold 0.01 --denoise\n"
+      "emberline render scene.glb -o shot.####.exr --frames 1-24 --shutter 0,0.5");
 }
 
 void add_view_options(CLI::App* app, ViewOptions& o) {
   RenderOptions& r = o.render;
   r.driver = kLiveDriver;
-  app->add_option("scene", r.scene, "a .gltf or .glb file [one is opened in the window]");
+  add_argument(app, "scene", r.scene,
+               "The scene: a .gltf or .glb file. Without one, open it in the window.");
   add_settings_file(app, r);
   add_window_options(app, o);
   add_live_options(app, r, {"driver"});
+  app->footer(
+      "emberline view scene.glb\n"
+      "emberline view scene.glb --env sky.hdr --size 1920x1080");
 }
 
 void add_session_options(CLI::App* app, SessionOptions& o) {
   add_settings_file(app, o.render);
-  add_name(app, "--format", o.format, "format", "what the host gets of pictures [linear]",
+  add_name(app, "--format", o.format, "format",
+           {.section = H::kSession,
+            .brief = "pixels that the host gets: linear or display",
+            .full = "Choose the format in which the host program gets pictures.",
+            .fallback = "linear"},
            kPictureFormats);
-  add_name(app, "--overlay", o.overlay, "overlay", "shown in place of the picture [none]",
-           overlay_table());
+  add_name(
+      app, "--overlay", o.overlay, "overlay",
+      {.section = H::kSession, .full = "Show this instead of the picture.", .fallback = "none"},
+      overlay_table());
   add_parsed(app, "--region", "X0,Y0,X1,Y1",
-             "pixels that get their samples first, X1 and Y1 excluded",
+             {.section = H::kSession, .full = "Sample these pixels first. X1 and Y1 are excluded."},
              "X0,Y0,X1,Y1 in whole pixels", [&o](const std::string& text) {
                std::array<int, 4> v;
                if (!parse_numbers(text, ',', v)) return false;
                o.region = Rect{v[0], v[1], v[2], v[3]};
                return v[0] >= 0 && v[1] >= 0 && !o.region->empty();
              });
-  app->add_flag("--paused", o.paused, "the frame stands still");
-  app->add_flag("--denoise", o.denoise, "pictures are filtered; what is saved is not");
+  add_flag(app, "--paused", o.paused, {.section = H::kSession, .full = "Pause the frame."});
+  add_flag(app, "--denoise", o.denoise,
+           {.section = H::kSession,
+            .full = "Denoise the pictures that the host gets. Saved pictures are not denoised."});
   add_live_options(app, o.render, {"driver", "edits", "panorama", "working-space"});
-}
-
-void add_info_options(CLI::App* app, InfoOptions& o) {
-  CLI::Option* scene = app->add_option("scene", o.scene, "a .gltf or .glb file");
-  app->add_flag("--channels", o.channels, "the channels that pictures can have, without a scene")
-      ->excludes(scene);
-  app->add_flag("--json", o.json, "machine-readable");
-  add_settings(app, o.settings, {kLoading});
-  add_limits(app, o.limits);
-}
-
-void add_heatmap_options(CLI::App* app, HeatmapOptions& o) {
-  o.quantity = heatmap_quantity_table().front().name;
-  app->add_option("image", o.image, "an .exr that render wrote")->required();
-  add_text(app, "-o,--output", o.output, "FILE",
-           "picture with legend: .png, .jpg; .exr: the numbers alone")
-      ->required();
-  add_text(app, "--of", o.quantity, "NAME",
-           table_help("what it shows [samples]", heatmap_quantity_table()));
-  add_heatmap_style(app, o.style, nullptr);
-  add_limits(app, o.limits);
-}
-
-void add_compare_options(CLI::App* app, CompareOptions& o) {
-  app->add_option("image", o.image, "the image")->required();
-  app->add_option("reference", o.reference, "what it should be")->required();
-  app->add_flag("--json", o.json, "machine-readable");
-  add_text(app, "-o,--difference", o.difference, "FILE",
-           "difference picture: FLIP as .png, signed difference as .exr");
-  add_number(app, "--exposure", o.exposure, -64.0f, 64.0f, "stops, for FLIP, SSIM and PSNR [0]");
-  add_limits(app, o.limits);
-}
-
-void add_denoise_options(CLI::App* app, DenoiseOptions& o) {
-  app->add_option("frame", o.image, "an .exr that render wrote with --aov denoising")->required();
-  add_text(app, "-o,--output", o.outputs, "FILE",
-           ".exr: all channels of the frame, and denoised.{R,G,B} and denoised.error; .png, .jpg: "
-           "the clean picture. May be given more than once")
-      ->required();
-  add_display_options(app, o.display);
-  add_number(app, "--threads", o.threads, 1, kMostThreads,
-             "worker threads [one for each processor that the process may use]");
-  add_limits(app, o.limits);
-}
-
-void add_extend_options(CLI::App* app, ExtendOptions& o) {
-  app->add_option("frame", o.frame,
-                  "a picture that was rendered with --resumable, or its checkpoint")
-      ->required();
-  add_text(app, "--scene", o.scene, "FILE", "where its scene is now [where it was]");
-  for (const char* name : {"spp", "noise-threshold", "max-spp", "time-limit"}) {
-    add_setting(app, *find_setting(name), o.more);
-  }
-  add_outputs(app, o.more, "picture, as of render; may be given more than once [the frame's own]",
-              "what was done, as of render");
-  add_checkpoint_interval(app, o.more);
-  add_machine_options(app, o.more);
-}
-
-void add_merge_options(CLI::App* app, MergeOptions& o) {
-  app->add_option("parts", o.parts,
-                  "checkpoints that render --part, --sample-range or --resumable "
-                  "has kept; several seeds of a frame are averaged")
-      ->required();
-  add_outputs(app, o.frame,
-              "picture: .exr, .png or .jpg, as of render. May be given more than once",
-              "what the parts come to, as JSON");
-  app->add_flag("--allow-holes", o.allow_holes,
-                "write a frame of which parts are missing: its pixels are black, their stop is 0");
-  app->add_flag("--strict", o.strict, "refuse parts from several kinds of machine");
-  add_machine_options(app, o.frame);
-}
-
-void add_farm_options(CLI::App* app, FarmOptions& o) {
-  // Not required, because the subcommands take no scene.
-  app->add_option("scene", o.frame.scene, "a .gltf or .glb file");
-  add_settings_file(app, o.frame);
-  add_outputs(app, o.frame,
-              "picture: .exr, .png or .jpg, as of render; beside the first, FILE.farm has the "
-              "jobs. #### in a name is the frame's number. May be given more than once",
-              "what the parts come to, as JSON");
-  add_job_options(app, o);
-  add_settings(app, o.frame,
-               {kEdits, kChannels, kCounts, kSample, kSeed, kSchedule, kView, kLight, kLoading},
-               {"time-limit"});
-  app->require_subcommand(0, 1);
-  add_farm_verb(app, o, FarmVerb::kStatus, "status", "how far the parts are, and what failed");
-  add_farm_verb(app, o, FarmVerb::kCancel, "cancel", "end the jobs; what is done stays");
-  add_farm_verb(app, o, FarmVerb::kRetry, "retry",
-                "submit the parts that are missing, and the merge");
-}
-
-void add_study_options(CLI::App* app, StudyOptions& o) {
-  o.frame.width = 320;
-  o.frame.height = 180;
-  add_study_choices(app, o);
-  add_settings(app, o.frame, kStudySettings);
-  add_machine_options(app, o.frame);
 }
 
 }  // namespace emberline

@@ -23,5 +23,6 @@ void add_merge_options(CLI::App* app, MergeOptions& options);
 void add_extend_options(CLI::App* app, ExtendOptions& options);
 void add_farm_options(CLI::App* app, FarmOptions& options);
 void add_study_options(CLI::App* app, StudyOptions& options);
+void add_help_options(CLI::App* app, HelpOptions& options);
 
 }  // namespace emberline

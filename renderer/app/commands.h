@@ -16,6 +16,10 @@
 #include "renderer/statistics/heatmap_quantity.h"
 #include "renderer/statistics/study/options.h"
 
+namespace CLI {
+class App;
+}
+
 namespace emberline {
 
 // `emberline render`: renders a scene file into pictures and a report. Returns the exit code.
@@ -163,5 +167,14 @@ struct SessionOptions {
 
 // Returns kExitDone when the host says "quit". Throws as run_session_host() does, and UsageError.
 int run_session(const SessionOptions& options);
+
+// `emberline help [COMMAND [OPTION]]`: explains the commands, one of them, or one of its options.
+struct HelpOptions {
+  const CLI::App* root = nullptr;
+  std::vector<std::string> words;
+};
+
+// Prints to stdout. Returns kExitDone. Throws UsageError for an unknown command or option.
+int run_help(const HelpOptions& options);
 
 }  // namespace emberline

@@ -37,7 +37,7 @@ HostSettings settings_of(const SessionOptions& options) {
 
 // Parses the host's settings as options that override those of the command line.
 HostSettings with_texts(SessionOptions options, const HostTexts& texts) {
-  CLI::App app("", "session");
+  CLI::App app("", "emberline session");
   app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
   app.set_help_flag("");
   add_session_options(&app, options);

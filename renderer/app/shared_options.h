@@ -24,26 +24,30 @@ class Option;
 
 namespace emberline {
 
-// Appends the "name: summary" lines of a table, for --help.
+// The "name: summary" lines of a table, which follow an option's full help.
 template <typename Table>
-std::string table_help(const std::string& what, const Table& table) {
-  std::string text = what;
-  for (const auto& entry : table) {
-    text += fmt::format("\n  {}: {}", entry.name, entry.summary);
-  }
+std::string table_lines(const Table& table) {
+  std::string text;
+  for (const auto& entry : table) text += fmt::format("\n  {}: {}", entry.name, entry.summary);
   return text;
 }
+
+// Stores the help in the option, from where manual/command_help.cpp reads it.
+CLI::Option* describe(CLI::Option* option, const OptionText& text, const std::string& lines = "");
+
+// Adds sentences for the rules of rules_of() to the full help.
+void add_rules(CLI::Option* option, std::string_view rules);
 
 // `read` parses the option's text, and returns false for one that is not `what` ("a number above
 // 0").
 CLI::Option* add_parsed(CLI::App* app, const std::string& name, const std::string& type,
-                        const std::string& help, const std::string& what,
+                        const OptionText& text, const std::string& what,
                         const std::function<bool(const std::string& text)>& read);
 
 // An option whose value is a number in [min, max]. `Target` is the number or an optional of it.
 template <typename T, typename Target>
 CLI::Option* add_number(CLI::App* app, const std::string& name, Target& target, T min, T max,
-                        const std::string& help) {
+                        const OptionText& help) {
   const auto read = [&target, min, max](const std::string& text) {
     const std::optional<T> value = parse_number<T>(text);
     if (!value || *value < min || *value > max) return false;
@@ -57,28 +61,36 @@ CLI::Option* add_number(CLI::App* app, const std::string& name, Target& target, 
 
 // An option whose value is a text, such as a file name. A list takes one value per occurrence.
 CLI::Option* add_text(CLI::App* app, const std::string& option, std::string& target,
-                      const std::string& type, const std::string& help);
+                      const std::string& type, const OptionText& help);
 CLI::Option* add_text(CLI::App* app, const std::string& option, std::optional<std::string>& target,
-                      const std::string& type, const std::string& help);
+                      const std::string& type, const OptionText& help);
 CLI::Option* add_text(CLI::App* app, const std::string& option, std::vector<std::string>& target,
-                      const std::string& type, const std::string& help);
+                      const std::string& type, const OptionText& help);
 
-// An option whose value is a name; `check` throws UsageError for an unknown one.
+// An argument without a name, such as the scene.
+CLI::Option* add_argument(CLI::App* app, const std::string& name, std::string& target,
+                          const std::string& help);
+
+CLI::Option* add_flag(CLI::App* app, const std::string& option, bool& target,
+                      const OptionText& help);
+
+// An option whose value is a name; `check` throws UsageError for an unknown one. `lines` lists the
+// names.
 CLI::Option* add_checked_name(CLI::App* app, const std::string& option, std::string& target,
                               const std::function<void(const std::string& name)>& check,
-                              const std::string& help);
+                              const OptionText& help, const std::string& lines);
 
 // An option whose value is a name of `table`, checked while the command line is parsed.
 template <typename Table>
 CLI::Option* add_name(CLI::App* app, const std::string& option, std::string& target,
-                      const char* kind, const char* help, const Table& table) {
+                      const char* kind, const OptionText& help, const Table& table) {
   const auto check = [=](const std::string& name) { find_named(table, option, kind, name); };
-  return add_checked_name(app, option, target, check, table_help(help, table));
+  return add_checked_name(app, option, target, check, help, table_lines(table));
 }
 
 // A size in bytes, with an optional suffix K, M, G or T (powers of 1024).
 void add_size(CLI::App* app, const std::string& option, std::optional<uint64_t>& bytes,
-              const std::string& help);
+              const OptionText& help);
 
 // Adds the settings of these groups except those in `left_out`, whose names have another meaning
 // for the command.
@@ -90,6 +102,9 @@ void add_setting(CLI::App* app, const Setting& setting, FrameSettings& settings)
 void add_settings_file(CLI::App* app, RenderOptions& options);
 
 void add_limits(CLI::App* app, LimitOptions& options);
+void add_checkpoint_interval(CLI::App* app, RenderOptions& options);
+void add_threads(CLI::App* app, int& threads);
+// add_threads() and add_limits().
 void add_machine_options(CLI::App* app, RenderOptions& options);
 
 // Options for a heatmap's style. If `needed` is not null, each of them requires it.
@@ -99,7 +114,7 @@ void add_grading(CLI::App* app, DisplaySettings& options);
 // add_grading() and --display.
 void add_display_options(CLI::App* app, DisplaySettings& options);
 // Pictures and report of a command other than `render`.
-void add_outputs(CLI::App* app, RenderOptions& options, const char* output_help,
-                 const char* report_help);
+void add_outputs(CLI::App* app, RenderOptions& options, const OptionText& output,
+                 const OptionText& report);
 
 }  // namespace emberline

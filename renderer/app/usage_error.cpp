@@ -1,36 +1,59 @@
 #include "renderer/app/usage_error.h"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "renderer/core/errors.h"
+#include "renderer/core/names.h"
 #include "renderer/core/option_values.h"
 #include "renderer/core/shortened.h"
 
 namespace emberline {
 namespace {
 
-std::vector<std::string> option_names(const CLI::App& app) {
+std::vector<std::string> option_names(const CLI::App& app, bool short_ones) {
   std::vector<std::string> names;
   for (const CLI::Option* option : app.get_options()) {
-    for (const std::string& name : option->get_snames()) names.push_back("-" + name);
+    if (short_ones) {
+      for (const std::string& name : option->get_snames()) names.push_back("-" + name);
+    }
     for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
   }
   return names;
 }
 
+// "emberline farm status"
+std::string name_with_parents(const CLI::App& app) {
+  const std::string above = app.get_parent() ? name_with_parents(*app.get_parent()) + " " : "";
+  return above + app.get_name();
+}
+
 }  // namespace
+
+void throw_unknown_option(const std::string& word, const std::vector<std::string>& valid,
+                          const std::string& command) {
+  const std::vector<std::string_view> views(valid.begin(), valid.end());
+  const std::string nearest = nearest_names(word, views);
+  throw UsageError("unknown option '{}'{}; see {} --help-all", shortened(word),
+                   nearest.empty() ? "" : fmt::format(" (did you mean {}?)", nearest), command);
+}
 
 void throw_usage(const CLI::App& root, const CLI::ParseError& error) {
   const CLI::App* app = &root;
   while (!app->get_subcommands().empty()) app = app->get_subcommands().back();
   const std::string what = error.what();
-  if (dynamic_cast<const CLI::ExtrasError*>(&error) && !app->remaining().empty()) {
+  // A mistyped option may also be the reason why an argument is missing.
+  const bool extras = dynamic_cast<const CLI::ExtrasError*>(&error) ||
+                      dynamic_cast<const CLI::RequiredError*>(&error);
+  if (extras && !app->remaining().empty()) {
     const std::string unknown = app->remaining().front();
     if (unknown.starts_with("-") && unknown != "-") {
-      throw UsageError(
-          unknown_word_message("option", unknown.substr(0, unknown.find('=')), option_names(*app)));
+      throw_unknown_option(unknown.substr(0, unknown.find('=')),
+                           option_names(*app, !unknown.starts_with("--")), name_with_parents(*app));
     }
     if (app != &root) throw UsageError("unexpected argument '{}'", shortened(unknown));
     std::vector<std::string> commands;
@@ -46,9 +69,9 @@ void throw_usage(const CLI::App& root, const CLI::ParseError& error) {
                          : "");
   }
   if (dynamic_cast<const CLI::RequiredError*>(&error) && app != &root) {
-    const bool nested = app->get_parent() != &root;
-    const std::string name = (nested ? app->get_parent()->get_name() + " " : "") + app->get_name();
-    throw UsageError("{}: missing argument: {}; see emberline {} --help", name, what, name);
+    const std::string name = name_with_parents(*app);
+    throw UsageError("{}: missing argument: {}; see {} --help", name.substr(name.find(' ') + 1),
+                     what, name);
   }
   throw UsageError(what);
 }

@@ -1,6 +1,9 @@
 // Reports CLI11's errors in Emberline's wording.
 #pragma once
 
+#include <string>
+#include <vector>
+
 namespace CLI {
 class App;
 class ParseError;
@@ -11,5 +14,10 @@ namespace emberline {
 // Throws UsageError with one line that names the option and what is valid. `root` is the parsed
 // app.
 [[noreturn]] void throw_usage(const CLI::App& root, const CLI::ParseError& error);
+
+// Throws UsageError with the options of `command` that are nearest to an unknown one.
+[[noreturn]] void throw_unknown_option(const std::string& word,
+                                       const std::vector<std::string>& valid,
+                                       const std::string& command);
 
 }  // namespace emberline

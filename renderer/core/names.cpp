@@ -26,9 +26,57 @@ size_t edit_distance(std::string_view a, std::string_view b) {
   return row[b.size()];
 }
 
+namespace {
+
+constexpr size_t kLongestWord = 64;  // only the beginning of longer names is compared
+
+// The beginning of a name, without dashes.
+std::string_view compared(std::string_view name) {
+  return name.substr(std::min(name.find_first_not_of('-'), name.size()), kLongestWord);
+}
+
+// 0 for equal words, 1 for words without a common letter.
+double dissimilarity(std::string_view a, std::string_view b) {
+  constexpr size_t kLeastPart = 3;  // letters; shorter parts are chance
+  if (a.size() > b.size()) std::swap(a, b);
+  const double longest = double(std::max<size_t>(b.size(), 1));
+  // Our choice: the letters around a contained word weigh a third of wrong ones.
+  if (a.size() >= kLeastPart && b.find(a) != b.npos)
+    return double(b.size() - a.size()) / 3 / longest;
+  return double(edit_distance(a, b)) / longest;
+}
+
+}  // namespace
+
+std::vector<size_t> nearest_of(std::string_view name, std::span<const std::string_view> valid) {
+  constexpr size_t kMost = 3;
+  std::vector<std::pair<double, size_t>> ranked;
+  for (size_t i = 0; i < valid.size(); ++i) {
+    ranked.emplace_back(dissimilarity(compared(name), compared(valid[i])), i);
+  }
+  std::ranges::sort(ranked);
+  std::vector<size_t> nearest;
+  for (size_t i = 0; i < std::min(kMost, ranked.size()); ++i) nearest.push_back(ranked[i].second);
+  return nearest;
+}
+
+std::string nearest_names(std::string_view name, std::span<const std::string_view> valid) {
+  const std::vector<size_t> nearest = nearest_of(name, valid);
+  std::string text;
+  for (size_t i = 0; i < nearest.size(); ++i) {
+    const char* separator = i == 0 ? "" : i + 1 < nearest.size() ? ", " : " or ";
+    text += fmt::format("{}'{}'", separator, shortened(valid[nearest[i]]));
+  }
+  return text;
+}
+
 std::string unknown_name_message(std::string_view kind, std::string_view name,
                                  std::span<const std::string_view> valid) {
-  constexpr size_t kLongestWord = 64;  // longer names are not compared
+  if (valid.size() > kFewNames) {
+    const std::string nearest = nearest_names(name, valid);
+    return fmt::format("unknown {} '{}'{}", kind, shortened(name),
+                       nearest.empty() ? "" : fmt::format(" (did you mean {}?)", nearest));
+  }
   std::string_view nearest;
   size_t nearest_distance = 0;
   for (const std::string_view candidate : valid) {

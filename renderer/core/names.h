@@ -31,8 +31,18 @@ std::string_view name_of(std::span<const NamedValue<T>> table, T value) {
 // (Levenshtein 1966); O(|a| |b|).
 size_t edit_distance(std::string_view a, std::string_view b);
 
-// "unknown sampler 'sobel' (did you mean 'sobol'?); valid names are sobol, independent".
-// A name is suggested only if at most a third of its letters differ.
+// Longer lists of names are cut to the nearest in messages.
+inline constexpr size_t kFewNames = 12;
+
+// The positions of the three names that are most similar to `name`, nearest first. A name that
+// contains the other is similar, too.
+std::vector<size_t> nearest_of(std::string_view name, std::span<const std::string_view> valid);
+// "'spp', 'min-spp' or 'max-spp'"; empty if there are none.
+std::string nearest_names(std::string_view name, std::span<const std::string_view> valid);
+
+// "unknown sampler 'sobel' (did you mean 'sobol'?); valid names are sobol, independent". Here a
+// name is suggested only if at most a third of its letters differ. With more than kFewNames names:
+// "unknown setting 'sp' (did you mean 'spp', 'min-spp' or 'max-spp'?)".
 std::string unknown_name_message(std::string_view kind, std::string_view name,
                                  std::span<const std::string_view> valid);
 

@@ -11,9 +11,9 @@ namespace emberline {
 namespace {
 
 constexpr NamedValue<Reconstruction> kReconstructions[] = {
-    {"duplicate", "the nearest pixel that has samples, as in the paper",
+    {"duplicate", "copy the nearest pixel that has samples, as in the paper",
      Reconstruction::kDuplicate},
-    {"linear", "a blend of those around it", Reconstruction::kLinear},
+    {"linear", "blend the pixels around it that have samples", Reconstruction::kLinear},
 };
 
 constexpr size_t kChannels = 4;  // R G B A

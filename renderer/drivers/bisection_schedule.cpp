@@ -15,9 +15,9 @@ namespace {
 constexpr size_t kTile = 4;
 
 constexpr NamedValue<BisectionAxis> kAxes[] = {
-    {"rows", "whole rows, as in the paper", BisectionAxis::kRows},
-    {"columns", "whole columns", BisectionAxis::kColumns},
-    {"both", "columns and rows in turn: samples spread evenly, the best early picture",
+    {"rows", "by rows, as in the paper", BisectionAxis::kRows},
+    {"columns", "by columns", BisectionAxis::kColumns},
+    {"both", "by columns and rows in turn: samples are spread evenly, for the best early picture",
      BisectionAxis::kBoth},
 };
 

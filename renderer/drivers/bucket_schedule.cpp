@@ -11,11 +11,11 @@ namespace emberline {
 namespace {
 
 constexpr NamedValue<BucketOrder> kOrders[] = {
-    {"hilbert", "along Hilbert's curve: neighbours in time are neighbours in the frame",
+    {"hilbert", "along the Hilbert curve, so that each bucket touches the one before it",
      BucketOrder::kHilbert},
     {"spiral", "from the middle outwards", BucketOrder::kSpiral},
-    {"scanline", "rows from the top", BucketOrder::kScanline},
-    {"random", "shuffled: an early impression of the whole frame", BucketOrder::kRandom},
+    {"scanline", "row by row from the top", BucketOrder::kScanline},
+    {"random", "in random order, for an early impression of the whole frame", BucketOrder::kRandom},
 };
 
 struct Cell {

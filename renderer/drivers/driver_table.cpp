@@ -16,7 +16,7 @@ constexpr int kLeastTile = 16;
 bool has_threshold(const DriverSettings& settings) { return settings.adaptive.threshold > 0.0f; }
 
 constexpr DriverEntry kDrivers[] = {
-    {"bucket", "bucket after bucket, each finished, streamed out and released",
+    {"bucket", "one bucket after another; each is finished and written before the next",
      Sharing::kEvenWithoutThreshold, true,
      [](const Frame& frame, const Rect& pixels, const DriverSettings& settings) {
        return has_threshold(settings) ? adaptive_tile_driver(frame, pixels, settings)
@@ -28,11 +28,11 @@ constexpr DriverEntry kDrivers[] = {
      [](const DriverSettings& settings) {
        return has_threshold(settings) ? adaptive_bytes_per_pixel(settings) : 0;
      }},
-    {"bisection", "the whole frame at once, refined line between lines and pass after pass",
-     Sharing::kEven, false, bisection_driver, [](const DriverSettings&) { return FilmExtras{}; },
+    {"bisection", "the whole frame at once, refined pass by pass", Sharing::kEven, false,
+     bisection_driver, [](const DriverSettings&) { return FilmExtras{}; },
      [](const DriverSettings&) { return uint64_t(0); }},
-    {"adaptive", "the whole frame, samples going where the error is", Sharing::kByError, false,
-     adaptive_driver, adaptive_film_extras, adaptive_bytes_per_pixel},
+    {"adaptive", "the whole frame, with most samples where the error is largest", Sharing::kByError,
+     false, adaptive_driver, adaptive_film_extras, adaptive_bytes_per_pixel},
 };
 
 }  // namespace

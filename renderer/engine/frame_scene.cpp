@@ -11,6 +11,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/core/name_or_index.h"
+#include "renderer/core/names.h"
 #include "renderer/core/setting_names.h"
 #include "renderer/core/shortened.h"
 #include "renderer/description/framing.h"
@@ -46,10 +47,17 @@ size_t find_camera(const std::string& wanted, const std::vector<CameraDescriptio
     }
   };
   if (fits.empty()) {
-    for (size_t i = 0; i < std::min(cameras.size(), kMostListed); ++i) list(i);
+    std::vector<std::string_view> names;
+    for (const CameraDescription& camera : cameras) names.push_back(camera.name);
+    const bool few = cameras.size() <= kFewNames;
+    if (few) {
+      for (size_t i = 0; i < cameras.size(); ++i) list(i);
+    } else {
+      for (const size_t i : nearest_of(wanted, names)) list(i);
+    }
     throw UsageError(fmt::format("`camera`: no camera '{}'; the file has {}{}", shortened(wanted),
-                                 cameras.empty() ? "none" : listed,
-                                 cameras.size() > kMostListed ? " and more" : ""));
+                                 few ? "" : fmt::format("{} cameras, such as ", cameras.size()),
+                                 cameras.empty() ? "none" : listed));
   }
   if (fits.size() > 1) {
     for (size_t i = 0; i < std::min(fits.size(), kMostListed); ++i) list(fits[i]);

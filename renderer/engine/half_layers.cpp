@@ -13,7 +13,7 @@ std::span<const HalfLayer> half_layer_table() {
     std::vector<HalfLayer> layers;
     for (const ChannelRow& row : channel_table()) {
       if (!may_be_half(row.use)) continue;
-      layers.push_back({row.name, row.setting == "aov" ? "as in `aov`" : row.summary});
+      layers.push_back({row.name, row.setting == "aov" ? "see `aov`" : row.summary});
     }
     return layers;
   }();

@@ -412,4 +412,19 @@ const RulesHelp& rules_of(const Setting& setting) {
   return all.at(setting.name);
 }
 
+std::string as_sentences(std::string_view rules) {
+  constexpr std::string_view kRequires = "; requires ", kExcludes = "; excludes ";
+  std::string text;
+  while (rules.starts_with(kRequires) || rules.starts_with(kExcludes)) {
+    const bool required = rules.starts_with(kRequires);
+    rules.remove_prefix(kRequires.size());
+    const size_t end = std::min(rules.find(kExcludes), rules.size());
+    text += required ? " Requires " : " Cannot be combined with ";
+    text += rules.substr(0, end);
+    text += ".";
+    rules.remove_prefix(end);
+  }
+  return text;
+}
+
 }  // namespace emberline

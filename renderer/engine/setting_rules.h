@@ -73,4 +73,7 @@ struct RulesHelp {
 };
 const RulesHelp& rules_of(const Setting& setting);
 
+// The texts of rules_of() as sentences: " Requires `env` or `sun`. Cannot be combined with `time`."
+std::string as_sentences(std::string_view rules);
+
 }  // namespace emberline

@@ -31,6 +31,35 @@ enum class SettingGroup : uint8_t {
   kTurn,      // frame of a turntable
 };
 
+// Sections of help texts, in their order.
+enum class HelpSection : uint8_t {
+  kOutput,
+  kSamples,
+  kView,
+  kLight,
+  kScene,
+  kLimits,
+  kParts,
+  kInspection,
+  // Sections of options that are not frame settings.
+  kWindow,
+  kSession,
+  kJobs,
+  kStudy,
+  kGeneral,
+};
+std::string_view title_of(HelpSection section);
+
+// Help of one option. Settings have it in their row, other options where they are added.
+struct OptionText {
+  HelpSection section;
+  // One line for --help, at most 70 characters. Empty: only --help-all lists the option.
+  std::string brief = {};
+  std::string full = {};      // sentences for --help-all, man pages and the options page
+  std::string fallback = {};  // the default in words, if the value has no text
+  std::string example = {};   // options as typed
+};
+
 struct SettingChoice {
   std::string name, summary;
 };
@@ -39,7 +68,7 @@ struct Setting {
   std::string name;  // option name without dashes
   SettingGroup group;
   std::string type;  // value type for --help; empty: a flag
-  std::string help;  // one line; the default is in brackets
+  OptionText help;
   // Throws UsageError with the option, the text and the valid values.
   std::function<void(FrameSettings& settings, std::string_view text)> read;
   // The text from which read() makes the same value; empty: not given.
@@ -49,6 +78,8 @@ struct Setting {
 };
 
 std::span<const Setting> setting_table();
+// The text of the setting's value, or else the default in words; empty: no default.
+std::string default_of(const Setting& setting, const FrameSettings& settings);
 // Null for an unknown name.
 const Setting* find_setting(std::string_view name);
 

@@ -127,9 +127,9 @@ constexpr ChannelRow kRows[] = {
      .use = Use::kNumber,
      .unit = "radiance^2",
      .summary =
-         "variance of the pixel's mean: of adaptive frames what their last doubling has shown, "
-         "from the two streams with two-stream or `streams` 2; else as if samples were "
-         "independent, an upper estimate for stratified ones",
+         "variance of the pixel's mean. The adaptive driver estimates it from the last doubling of "
+         "the samples; two-stream and `streams` 2 estimate it from the two streams; otherwise it "
+         "is estimated as for independent samples, which is too high for stratified ones",
      .put = put_variance},
     // Over all samples, as denoisers expect: a half-covered pixel has half the albedo.
     of_first_hit<&FirstHit::albedo>("albedo", kRgb, Kind::kMean, Use::kColour, SumGroup::kSurface,
@@ -152,37 +152,41 @@ constexpr ChannelRow kRows[] = {
      .feed = Feed::kFirstHit,
      .use = Use::kNumber,
      .unit = "pixels a frame",
-     .summary = "where the first surface goes, in pixels a frame of `fps`: X to the right, Y up; "
-                "the mean over the shutter, or without one over the frame that follows",
+     .summary = "motion of the first surface, in pixels per frame of `fps`: X to the right, Y up; "
+                "the mean over the shutter, or over the next frame if there is no shutter",
      .put = put_velocity},
     {.name = "clamped",
      .components = kRgb,
      .kind = Kind::kMean,
      .feed = Feed::kClamping,
      .use = Use::kColour,
-     .summary = "what `clamp-indirect` took: added to R G B it is the picture without",
+     .summary = "light that `clamp-indirect` removed; adding it to R G B undoes the clamping",
      .group = SumGroup::kClamped,
      .add = add_clamped},
     path_layer<PathLayer::kDirect>(
         "direct",
-        "layers by light path, which add up to R G B: diffuse reflection by the first "
-        "surface of light that comes straight to it"),
-    path_layer<PathLayer::kIndirect>("indirect",
-                                     "the same of light that other surfaces send to it"),
-    path_layer<PathLayer::kEmission>("emission", "surfaces that shine, seen by the camera itself"),
-    path_layer<PathLayer::kTransmission>("transmission", "what comes through the first surface"),
+        "light that the first surface reflects diffusely and that comes directly from a light; "
+        "the six layers by light path add up to R G B"),
+    path_layer<PathLayer::kIndirect>(
+        "indirect",
+        "light that the first surface reflects diffusely and that comes from other surfaces"),
+    path_layer<PathLayer::kEmission>("emission",
+                                     "light-emitting surfaces that the camera sees directly"),
+    path_layer<PathLayer::kTransmission>("transmission",
+                                         "light that comes through the first surface"),
     path_layer<PathLayer::kReflection>("reflection",
                                        "mirror images and highlights on the first surface"),
     path_layer<PathLayer::kEnvironment>("environment",
-                                        "the environment, seen by the camera itself"),
+                                        "the environment that the camera sees directly"),
     {.name = "shadow",
      .components = kRgb,
      .kind = Kind::kRatio,
      .feed = Feed::kCatchers,
      .use = Use::kColour,
      .summary =
-         "what a plate is to be multiplied by: the light that `catcher` receives from the lights "
-         "over that which it would without the other objects; 1 beside it. Comes with `catcher`",
+         "factor by which a plate is multiplied: the light that the catcher receives, divided by "
+         "the light that it would receive without the other objects; 1 outside the catcher. "
+         "`catcher` adds it by itself",
      .group = SumGroup::kShadow,
      .add = add_shadow,
      .sums = kShadowSums,
@@ -192,63 +196,65 @@ constexpr ChannelRow kRows[] = {
      .kind = Kind::kDerived,
      .feed = Feed::kFeatures,
      .use = Use::kExact,
-     .summary = "what `emberline denoise` reads: the two halves of the samples apart, and what "
-                "they saw; there are two streams then",
+     .summary =
+         "the channels that `emberline denoise` reads: the two halves of the samples and the "
+         "features that they saw; takes two streams",
      .put = put_halves,
      .channels = half_channels},
     one_value<[](const FilmTile& film, size_t i) { return float(film.sums(i).id); }>(
         "id", Kind::kFirstHit, Feed::kHitId, Use::kWhole,
-        "instance seen by the pixel's first sample that hits one"),
+        "instance that the pixel's first hit sees"),
     one_value<[](const FilmTile& film, size_t i) {
       return to_finite_float(*film.block<float>(Sums::kSeconds, i));
     }>("time", Kind::kCount, Feed::kClock, Use::kExact, "seconds spent on the pixel", "s"),
     one_value<[](const FilmTile& film, size_t i) {
       return float(*film.block<PixelStop>(Sums::kStop, i));
     }>("stop", Kind::kAssigned, Feed::kDriver, Use::kWhole,
-       "why the pixel got no more samples: 1 `spp`, 2 `noise-threshold`, 3 `max-spp`, 4 "
-       "`time-limit`, 5 the user, 6 it was to get more when a window saved it; 0 if it got none"),
+       "why the pixel got no more samples: 0 it has none, 1 `spp`, 2 `noise-threshold`, 3 "
+       "`max-spp`, 4 `time-limit`, 5 the user, 6 unfinished when a window saved it"),
     one_value<[](const FilmTile& film, size_t i) { return float(film.sums(i).non_finite); }>(
         "non_finite", Kind::kCount, Feed::kRadiance, Use::kWhole,
         "samples that were NaN or infinite, counted as black"),
     one_value<[](const FilmTile& film, size_t) { return float(film.part()); }>(
         "part", Kind::kAssigned, Feed::kMerge, Use::kWhole,
-        "of a merged frame: the number of the part that brought the pixel, 1 the first given"),
+        "part of a merged frame that the pixel comes from; 1 is the first that was given"),
     {.name = "rays",
      .components = kRayKinds,
      .kind = Kind::kCount,
      .feed = Feed::kRays,
      .use = Use::kWhole,
-     .summary = "rays traced for the pixel: of the camera, of paths that go on, and to lights",
+     .summary = "rays traced for the pixel: camera rays, rays that continue paths, and shadow rays",
      .count = count_rays},
     of_first_hit<&FirstHit::geometric_normal>(
         "Ng", kXyz, Kind::kMean, Use::kNumber, SumGroup::kNone, "",
         "geometric normal of the first surface, world axes, on the camera's side"),
     of_first_hit<&FirstHit::roughness>(
         "roughness", {}, Kind::kMeanOfHits, Use::kNumber, SumGroup::kNone, "",
-        "roughness of the first surface, glTF's: 0 a mirror, 1 rough"),
+        "roughness of the first surface as in glTF: 0 is a mirror, 1 is rough"),
     of_first_hit<&FirstHit::metallic>("metallic", {}, Kind::kMeanOfHits, Use::kNumber,
                                       SumGroup::kNone, "",
-                                      "how much of a metal the first surface is, 0 to 1"),
+                                      "metalness of the first surface, 0 to 1"),
     {.name = "material",
      .kind = Kind::kFirstHit,
      .feed = Feed::kFirstHit,
      .use = Use::kWhole,
-     .summary = "material seen by the pixel's first sample that hits a surface: its index + 1",
+     .summary = "index + 1 of the material that the pixel's first hit sees",
      .count = [](const FilmSample& s, uint32_t* number) { *number = s.value.first_hit.material; }},
     {.name = "depth_variance",
      .kind = Kind::kVarianceOfHits,
      .feed = Feed::kFirstHit,
      .use = Use::kNumber,
      .unit = "m^2",
-     .summary = "variance of Z among the pixel's samples: high where surfaces meet",
+     .summary = "variance of Z among the pixel's samples; it is high at edges",
      .add = add_depth_and_square,
      .sums = 2},
     {.name = "ao",
      .kind = Kind::kMeanOfHits,
      .feed = Feed::kPaths,
      .use = Use::kNumber,
-     .summary = "ambient occlusion: how open the hemisphere above the first surface is, within a "
-                "fifth of the scene's radius; 1 where nothing is hit",
+     .summary =
+         "ambient occlusion: the open part of the hemisphere above the first surface, within "
+         "a fifth of the scene's radius; 1 where nothing is hit",
      .add = add_of_hit<&FirstHit::openness>,
      .background = 1.0f},
     // Rows named by the scene; their channels follow those of the film.
@@ -258,7 +264,7 @@ constexpr ChannelRow kRows[] = {
      .feed = Feed::kLights,
      .use = Use::kColour,
      .setting = "light-groups",
-     .summary = "what each light group gave, as light.NAME",
+     .summary = "contribution of each light, as light.NAME",
      .denoised = true},
     {.name = "Crypto",
      .components = kRgba,
@@ -266,14 +272,14 @@ constexpr ChannelRow kRows[] = {
      .feed = Feed::kHitId,
      .use = Use::kExact,
      .setting = "cryptomatte",
-     .summary = "ranks of ids and coverage, as CryptoObject00"},
+     .summary = "pairs of ids and coverage in layers such as CryptoObject00"},
     {.name = "denoised",
      .components = kRgb,
      .kind = Kind::kDerived,
      .feed = Feed::kFeatures,
      .use = Use::kColour,
      .setting = "denoise",
-     .summary = "the clean picture of `denoise`, and its error"},
+     .summary = "the denoised picture of `denoise`, and its estimated error"},
 };
 
 constexpr bool is_named(Aov aov, std::string_view name) { return kRows[size_t(aov)].name == name; }

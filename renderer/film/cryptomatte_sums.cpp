@@ -12,9 +12,9 @@ namespace emberline {
 namespace {
 
 constexpr NamedValue<CryptomatteKind> kKinds[] = {
-    {"object", "mattes of what has a name: nodes with a mesh", CryptomatteKind::kObject},
+    {"object", "mattes of nodes that have a mesh", CryptomatteKind::kObject},
     {"material", "mattes of materials", CryptomatteKind::kMaterial},
-    {"asset", "mattes of the topmost nodes, with all that is below them", CryptomatteKind::kAsset},
+    {"asset", "mattes of the topmost nodes, with all nodes below them", CryptomatteKind::kAsset},
 };
 
 }  // namespace

@@ -37,7 +37,7 @@ double mitchell(double x) {
 // Radii follow production renderers: Blackman-Harris spans three pixels in Cycles (its "1.5 px" is
 // doubled); the Gaussian and Mitchell are pbrt-v4's.
 constexpr FilterEntry kFilters[] = {
-    {"box", "the pixel's square; sharpest without ringing, aliases most", 0.5f, box},
+    {"box", "the pixel's square: the sharpest without ringing, and the most aliasing", 0.5f, box},
     {"gaussian", "soft; sigma is a third of the radius", 1.5f, gaussian},
     {"blackman-harris", "close to the Gaussian, a little sharper for its radius", 1.5f,
      blackman_harris},

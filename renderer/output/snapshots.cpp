@@ -23,8 +23,8 @@ namespace {
 using Unit = SnapshotMoment::Unit;
 
 constexpr NamedValue<SnapshotFormat> kFormats[] = {
-    {"png", "as displayed (`display`, `view`, `look`, `exposure`)", SnapshotFormat::kPng},
-    {"exr", "that, and linear R G B A beside it", SnapshotFormat::kExr},
+    {"png", "the displayed picture (`display`, `view`, `look`, `exposure`)", SnapshotFormat::kPng},
+    {"exr", "the displayed picture, and linear R G B A in an .exr file", SnapshotFormat::kExr},
 };
 
 constexpr const char* kAnimation = "refinement.gif";

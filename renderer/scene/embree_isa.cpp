@@ -10,13 +10,12 @@ namespace {
 using enum EmbreeIsa;
 
 #ifdef __aarch64__
-constexpr std::array<NamedValue<EmbreeIsa>, 1> kIsas = {
-    {{"neon", "what every 64-bit ARM has", kNeon}}};
+constexpr std::array<NamedValue<EmbreeIsa>, 1> kIsas = {{{"neon", "every 64-bit ARM", kNeon}}};
 #else
 constexpr std::array<NamedValue<EmbreeIsa>, 3> kIsas = {{
-    {"sse4.2", "what every x86-64 of the last 15 years has", kSse42},
+    {"sse4.2", "every x86-64 processor of the last 15 years", kSse42},
     {"avx2", "Intel since 2013, AMD since 2015", kAvx2},
-    {"avx512", "servers, AMD since 2022", kAvx512},
+    {"avx512", "Intel servers, AMD since 2022", kAvx512},
 }};
 #endif
 

@@ -39,18 +39,18 @@ std::string as_listed(const std::string& name) {
   return text;
 }
 
-// Up to five similar names, for messages.
+// The names for messages: all of a few, or the nearest three.
 std::string nearest_names(const std::string& wanted, const Nodes& nodes,
                           const std::vector<char>& have) {
-  constexpr size_t kMost = 5, kCompared = 64;
+  constexpr size_t kMost = 3, kCompared = 64;
   std::set<std::pair<size_t, std::string>> nearest;
   for (size_t i = 0; i < nodes.size(); ++i) {
     if (!have[i] || nodes[i].name.empty()) continue;
     const size_t distance = edit_distance(wanted.substr(0, kCompared),
                                           std::string_view(nodes[i].name).substr(0, kCompared));
     nearest.emplace(distance, nodes[i].name);
-    if (nearest.size() > kMost) nearest.erase(std::prev(nearest.end()));
   }
+  if (nearest.size() > kFewNames) nearest.erase(std::next(nearest.begin(), kMost), nearest.end());
   if (nearest.empty()) return "the file has no nodes with a mesh and a name";
   std::vector<std::string> names;
   for (const auto& [distance, name] : nearest)

@@ -43,7 +43,7 @@ constexpr ColourMapEntry kMaps[] = {
     {"inferno", "black over red to light yellow", ColourMap::kInferno, {0, 255, 255}},
     {"magma", "black over purple to light yellow", ColourMap::kMagma, {0, 255, 0}},
     {"turbo",
-     "rainbow: tells most values apart, but bright is not more",
+     "a rainbow, which tells the most values apart; brighter is not more",
      ColourMap::kTurbo,
      {153, 102, 102}},
 };

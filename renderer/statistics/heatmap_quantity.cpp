@@ -39,7 +39,7 @@ std::span<const HeatmapQuantity> heatmap_quantity_table() {
   constexpr double kTimeBright = 0.95;
   static const std::vector<HeatmapQuantity> table = {
       {.name = "samples",
-       .summary = "samples per pixel: bright where many are",
+       .summary = "samples per pixel; brighter is more",
        .title = "samples per pixel",
        .channels = {"samples"}},
       {.name = "error",
@@ -50,7 +50,7 @@ std::span<const HeatmapQuantity> heatmap_quantity_table() {
        .value = display_error,
        .rms = true},
       {.name = "denoised_error",
-       .summary = "the same of the denoised picture, of a finished .exr",
+       .summary = "estimated error of the denoised picture, of a finished .exr",
        .title = "estimated error when denoised, RMS as displayed (0 to 1)",
        .channels = {"denoised.error"},
        .of_denoised = true,
@@ -74,20 +74,20 @@ std::span<const HeatmapQuantity> heatmap_quantity_table() {
        .aov = Aov::kNonFinite,
        .channels = {"non_finite"}},
       {.name = "part",
-       .summary = "which part of a merged frame brought each pixel",
+       .summary = "the part of a merged frame that each pixel comes from",
        .title = "part of the frame",
        .aov = Aov::kPart,
        .channels = {"part"}},
       {.name = "rays",
-       .summary = "rays traced for each pixel, of all kinds",
+       .summary = "rays traced for each pixel",
        .title = "rays per pixel",
        .aov = Aov::kRays,
        .channels = {"rays.camera", "rays.scatter", "rays.shadow"},
        .value = [](const float* channels) { return channels[0] + channels[1] + channels[2]; }},
-      ray_quantity("rays.camera", "camera rays of each pixel", "camera rays per pixel"),
-      ray_quantity("rays.scatter", "rays of paths that go on, of each pixel",
+      ray_quantity("rays.camera", "camera rays for each pixel", "camera rays per pixel"),
+      ray_quantity("rays.scatter", "rays that continue paths, for each pixel",
                    "continued paths per pixel"),
-      ray_quantity("rays.shadow", "rays to lights, of each pixel", "shadow rays per pixel"),
+      ray_quantity("rays.shadow", "shadow rays for each pixel", "shadow rays per pixel"),
   };
   return table;
 }

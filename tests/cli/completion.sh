@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Tests what the Tab key shows in bash, and that it lists everything in --help:
+# Tests what the Tab key shows in bash, and that it lists everything in --help-all:
 #     completion.sh PROGRAM SHARE       SHARE: the folder of --write-documents
 set -euo pipefail
 program=$(realpath "$1")
@@ -51,15 +51,16 @@ expect 'look.json' emberline render --edits l
 expect 'shots' emberline render --snapshots ''
 expect 'status' emberline farm stat
 expect '--json' emberline farm status --j
+expect 'render' emberline help ren
 expect 'notes.txt' emberline farm status n
 
 for command in '' $(shown emberline '' | tr '|' ' '); do
   # shellcheck disable=SC2086
-  options=$("$program" $command --help | grep -oE '^ +(-[a-z],)?--[a-z-]+' | grep -oE -- '--[a-z-]+' | sort)
+  options=$("$program" $command --help-all | grep -oE '^  (-[a-z], )?--[a-z-]+' | grep -oE -- '--[a-z-]+' | sort)
   completed=$(shown emberline $command -- | tr '|' '\n')
   page=$(zcat "$share/man/man1/emberline${command:+-$command}.1.gz" | sed 's/\\//g')
   [ "$options" = "$completed" ] || {
-    echo "emberline $command: --help and completion differ:"
+    echo "emberline $command: --help-all and completion differ:"
     diff <(echo "$options") <(echo "$completed") || true
     failed=1
   }

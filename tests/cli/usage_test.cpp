@@ -1,9 +1,12 @@
 // Wrong command lines: exit code 2, one line that names the option and what is valid; no file
 // changed.
+#include <algorithm>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
 
 #include "cli/command_test.h"
+#include "renderer/engine/setting_table.h"
 
 namespace emberline::test {
 namespace {
@@ -121,16 +124,13 @@ const std::vector<WrongValue>& wrong_values() {
       {"--filter",
        {"gauss", ""},
        {"valid names are", "box", "gaussian", "blackman-harris", "mitchell"}},
-      {"--aov",
-       {"foo", "albedo,foo", "albedo N"},
-       {"valid names are", "variance", "albedo", "N", "Z", "velocity", "id", "time", "stop",
-        "non_finite"}},
+      {"--aov", {"foo", "albedo,foo", "albedo N"}, {"unknown channel", "did you mean"}},
       {"--cryptomatte",
        {"foo", "object,foo", "objects"},
        {"valid names are", "object", "material", "asset"}},
       {"--aov", {"shadow"}, {"--aov shadow requires --catcher"}},
       {"--cryptomatte-levels", numbers({"0", "65", "-1", "2.5"}), {"1 to 64"}},
-      {"--half", {"foo", "id", "N,samples"}, {"valid names are", "RGBA", "albedo", "light"}},
+      {"--half", {"foo", "id", "N,samples"}, {"unknown layer", "did you mean"}},
       {"--exr-compression", {"foo", "rle"}, {"valid names are", "none", "zip", "dwab"}},
       {"--isa", {"foo", "avx", ""}, {"valid names are"}},
       {"--exr-parts", {"foo", "2"}, {"valid names are", "one", "layers"}},
@@ -228,22 +228,19 @@ struct HelpedOption {
   bool has_value;
 };
 
+// The options that --help-all lists: "  -o, --output FILE", while texts are indented further.
 std::vector<HelpedOption> options_in(const std::string& help) {
   std::vector<HelpedOption> options;
   std::istringstream lines(help);
   for (std::string line; std::getline(lines, line);) {
-    // "  -o,--output FILE ...": names follow two spaces, or ten for long ones alone in newer CLI11;
-    // help texts are indented further.
-    const size_t name = line.find_first_not_of(' ');
-    if (name > 10 || line[name] != '-') continue;
-    const size_t at = line.find("--"), end = std::min(line.size(), line.find_first_of(" ,", at));
-    // "--quiet Excludes: --verbose" takes no value.
-    const std::string next = line.substr(end, line.find(' ', end + 1) - end);
-    const bool has_value = next.size() > 1 && next.back() != ':';
-    options.push_back({line.substr(at, end - at), has_value});
+    if (!line.starts_with("  -")) continue;
+    const size_t at = line.find("--"), end = std::min(line.size(), line.find(' ', at));
+    options.push_back({line.substr(at, end - at), end < line.size()});
   }
   return options;
 }
+
+size_t line_count(const std::string& text) { return size_t(std::ranges::count(text, '\n')); }
 
 TEST_F(Usage, WrongValuesNameTheOptionAndWhatIsValid) {
   for (const WrongValue& row : wrong_values()) {
@@ -255,12 +252,13 @@ TEST_F(Usage, WrongValuesNameTheOptionAndWhatIsValid) {
 }
 
 TEST_F(Usage, EveryOptionHasARow) {
-  const RunResult help = run({"render", "--help"});
+  const RunResult help = run({"render", "--help-all"});
   ASSERT_EQ(help.exit_code, 0);
   std::set<std::string> with_row = {
-      "--help",      "--transparent",   "--lenient",       "--unbiased", "--light-groups",
-      "--quiet",     "--verbose",       "--log",           "--plain",    "--resume",
-      "--resumable", "--skip-existing", "--stop-on-error", "--denoise",  "--panorama"};
+      "--help",          "--help-all",      "--transparent", "--lenient",
+      "--unbiased",      "--light-groups",  "--quiet",       "--verbose",
+      "--log",           "--plain",         "--resume",      "--resumable",
+      "--skip-existing", "--stop-on-error", "--denoise",     "--panorama"};
   for (const WrongValue& row : wrong_values()) with_row.insert(row.option);
   const std::vector<HelpedOption> options = options_in(help.out);
   EXPECT_GE(options.size(), 30u) << help.out;
@@ -279,7 +277,7 @@ TEST_F(Usage, EmptyValuesAreNotTakenForNone) {
                             {"study", scene(), "-o", path("s")}};
   for (const Words& words : commands) {
     size_t values = 0;
-    for (const HelpedOption& option : options_in(run({words[0], "--help"}).out)) {
+    for (const HelpedOption& option : options_in(run({words[0], "--help-all"}).out)) {
       if (!option.has_value) continue;
       ++values;
       expect_failure(words + Words{option.name, ""}, 2, {spoken(option.name)});
@@ -316,17 +314,41 @@ TEST_F(Usage, OptionsThatNeedEachOther) {
   expect_failure({"render", scene()}, 2, {"-o"});
 }
 
+// A long list would hide the suggestion.
+TEST_F(Usage, UnknownOptionsNameOnlyTheNearest) {
+  for (const char* command : {"render", "view", "compare", "study", "farm"}) {
+    const std::string err = run({command, "--noise-treshold", "1"}).err;
+    EXPECT_LE(line_count(err), 2u) << err;
+    EXPECT_LE(std::ranges::count(err, '\''), 8) << err;  // the word and three names
+  }
+}
+
+TEST_F(Usage, NoCommandShowsTheThreeThatMostPeopleWant) {
+  const RunResult result = run({});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_EQ(result.out, "");
+  for (const char* word :
+       {"emberline render ", "emberline view ", "emberline info ", "emberline help"}) {
+    EXPECT_NE(result.err.find(word), std::string::npos) << result.err;
+  }
+  EXPECT_LE(line_count(result.err), 8u);
+}
+
 TEST_F(Usage, UnknownWordsListTheValidOnes) {
   expect_failure({"rendr", scene()}, 2,
                  {"unknown command 'rendr'", "render", "info", "heatmap", "compare"});
-  expect_failure({}, 2, {"render", "info", "heatmap", "compare", "--help"});
   expect_failure({"--vers"}, 2, {"unknown option '--vers'", "--version"});
   expect_failure(render_words({"--sppp", "3"}), 2,
-                 {"unknown option '--sppp'", "did you mean '--spp'", "--bucket-order"});
+                 {"unknown option '--sppp'", "did you mean '--spp', '--min-spp' or '--max-spp'",
+                  "see emberline render --help-all"});
   expect_failure(render_words({"--sppp=3"}), 2, {"unknown option '--sppp'"});
-  expect_failure(render_words({"-x"}), 2, {"unknown option '-x'", "--spp"});
+  expect_failure(render_words({"--threshold=3"}), 2, {"did you mean '--noise-threshold'"});
+  expect_failure(render_words({"-x"}), 2, {"unknown option '-x'", "--help-all"});
+  expect_failure({"farm", "status", path("a.exr"), "--jsn"}, 2,
+                 {"--json", "emberline farm status --help-all"});
   expect_failure(render_words({"second.glb"}), 2, {"unexpected argument 'second.glb'"});
-  expect_failure({"info", scene(), "--spp", "3"}, 2, {"unknown option '--spp'", "--json"});
+  expect_failure({"info", scene(), "--spp", "3"}, 2,
+                 {"unknown option '--spp'", "emberline info --help-all"});
   expect_failure({"compare", scene()}, 2, {"reference"});
   expect_failure({"render"}, 2, {"scene", "--help"});
   expect_failure({"info"}, 2, {"scene"});
@@ -357,17 +379,85 @@ TEST_F(Usage, HelpAndVersion) {
     EXPECT_EQ(result.err, "");
     EXPECT_NE(result.out.find("emberline"), std::string::npos) << result.out;
   }
-  // The help must list the tables behind the names.
-  const std::string help = run({"render", "--help"}).out;
-  for (const char* name : {"sobol", "independent", "hilbert", "spiral", "mitchell", "path",
-                           "ambient_occlusion", "variance", "bucket"}) {
-    EXPECT_NE(help.find(name), std::string::npos) << name;
-  }
   const RunResult version = run({"--version"});
   EXPECT_EQ(version.exit_code, 0);
   for (const char* library :
        {"emberline ", "embree ", "openexr ", "openimageio ", "opencolorio "}) {
     EXPECT_NE(version.out.find(library), std::string::npos) << version.out;
+  }
+}
+
+// The longest line counts, too, since terminals break it.
+TEST_F(Usage, HelpFitsOnAScreen) {
+  for (const char* command : {"render", "view", "session", "info", "heatmap", "compare", "denoise",
+                              "extend", "merge", "farm", "study", "help"}) {
+    const RunResult help = run({command, "--help"});
+    EXPECT_EQ(help.exit_code, 0);
+    EXPECT_LE(line_count(help.out), 45u) << help.out;
+    std::istringstream lines(help.out);
+    for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100u) << line;
+    EXPECT_EQ(run({"help", command}).out, help.out);
+  }
+  const std::string help = run({"render", "--help"}).out;
+  for (const char* section :
+       {"Output:", "Samples:", "View:", "Light:", "Scene:", "Limits:", "Examples:"}) {
+    EXPECT_NE(help.find(std::string("\n") + section), std::string::npos) << help;
+  }
+  EXPECT_GE(options_in(help).size(), 20u) << help;
+}
+
+TEST_F(Usage, FullHelpHasEverySettingAndItsNames) {
+  const std::string help = run({"render", "--help-all"}).out;
+  for (const Setting& setting : setting_table()) {
+    EXPECT_NE(help.find("\n  --" + setting.name + (setting.type.empty() ? "\n" : " ")),
+              std::string::npos)
+        << setting.name;
+    for (const SettingChoice& choice : setting.choices) {
+      EXPECT_NE(help.find("\n        " + choice.name + ": "), std::string::npos) << choice.name;
+    }
+  }
+}
+
+TEST_F(Usage, HelpExplainsEveryOption) {
+  for (const HelpedOption& option : options_in(run({"render", "--help-all"}).out)) {
+    const RunResult page = run({"help", "render", option.name.substr(2)});
+    EXPECT_EQ(page.exit_code, 0) << option.name;
+    EXPECT_NE(page.out.find(option.name), std::string::npos) << page.out;
+  }
+  EXPECT_EQ(run({"help", "render", "--spp"}).out, run({"help", "render", "spp"}).out);
+  EXPECT_EQ(run({"help", "farm", "status", "json"}).exit_code, 0);
+  const std::string threshold = run({"help", "render", "noise-threshold"}).out;
+  for (const char* part : {"--noise-threshold 1e-06..1", "Default: ", "Example: "}) {
+    EXPECT_NE(threshold.find(part), std::string::npos) << threshold;
+  }
+  EXPECT_EQ(run({"help"}).out, run({"--help"}).out);
+  expect_failure({"help", "rendr"}, 2, {"unknown command 'rendr'", "did you mean 'render'"});
+  expect_failure({"help", "render", "noise-treshold"}, 2,
+                 {"unknown option '--noise-treshold'", "'--noise-threshold'"});
+}
+
+// The manual includes these pages.
+TEST_F(Usage, GeneratedPagesHaveEveryOptionAndChannel) {
+  ASSERT_EQ(run({"--write-documents", path("share")}).exit_code, 0);
+  const std::string options = read_text(path("share/doc/options.md"));
+  for (const std::string& command : {"render", "view", "study", "farm", "farm status"}) {
+    const size_t section = options.find("# emberline " + command + "\n");
+    ASSERT_NE(section, std::string::npos) << command;
+    Words words;
+    std::istringstream parts(command);
+    for (std::string word; parts >> word;) words.push_back(word);
+    for (const HelpedOption& option : options_in(run(words + Words{"--help-all"}).out)) {
+      EXPECT_NE(options.find(option.name + (option.has_value ? " " : "`"), section),
+                std::string::npos)
+          << command << " " << option.name;
+    }
+  }
+  const std::string channels = read_text(path("share/doc/channels.md"));
+  const auto rows = nlohmann::json::parse(run({"info", "--channels", "--json"}).out);
+  EXPECT_GE(rows.size(), 30u);
+  for (const auto& row : rows) {
+    EXPECT_NE(channels.find("| `" + row["name"].get<std::string>() + "` |"), std::string::npos)
+        << row;
   }
 }
 

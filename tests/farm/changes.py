@@ -254,9 +254,9 @@ def many_light_groups(farm):
 
 
 def names_of(program, option):
-    text = subprocess.run([program, "render", "--help"], check=True, capture_output=True, text=True).stdout
-    found = re.search(rf"\n *{option} NAME.*\n((?: +[\w-]+: .*\n)+)", text)
-    return re.findall(r"^ +([\w-]+): ", found[1], re.MULTILINE)
+    text = subprocess.run([program, "render", "--help-all"], check=True, capture_output=True, text=True).stdout
+    found = re.search(rf"\n *{option} NAME.*\n((?: {{6,}}.*\n)+)", text)
+    return re.findall(r"^ {8}([\w-]+): ", found[1], re.MULTILINE)
 
 
 def own_checkpoints(farm):

@@ -34,10 +34,13 @@ FURTHER = (  # other settings than these three
 
 
 def names_of(program, option):
-    """The names that --help lists below an option."""
-    text = subprocess.run([program, "render", "--help"], check=True, capture_output=True, text=True).stdout
-    found = re.search(rf"\n *{option} NAME.*\n((?: +[\w-]+: .*\n)+)", text)
-    return re.findall(r"^ +([\w-]+): ", found[1], re.MULTILINE)
+    """The names that the help of this or an older program lists below an option."""
+    for flag in ("--help-all", "--help"):
+        run = subprocess.run([program, "render", flag], capture_output=True, text=True)
+        if run.returncode == 0:
+            break
+    found = re.search(rf"\n *{option} NAME.*\n((?: {{6,}}.*\n)+)", run.stdout)
+    return re.findall(r"^(?: {8}| {32})([\w-]+): ", found[1], re.MULTILINE)
 
 
 def settings_of(program):

@@ -18,13 +18,13 @@ COMPOSED = re.compile(r'"--(?:"|\{)')  # "--" + name, "--{}"
 
 
 def help_of(*command):
-    return subprocess.run([program, *command, "--help"], capture_output=True, text=True, check=True).stdout
+    return subprocess.run([program, *command, "--help-all"], capture_output=True, text=True, check=True).stdout
 
 
 def options():
     commands = re.findall(r"^  ([a-z]+) ", help_of(), re.M)
     if not {"render", "view", "study"} <= set(commands):
-        sys.exit(f"{program} --help lists no commands")
+        sys.exit(f"{program} --help-all lists no commands")
     return {name for command in commands for name in OPTION.findall(help_of(command))}
 
 

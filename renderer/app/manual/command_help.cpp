@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cctype>
+#include <set>
 #include <sstream>
 
 namespace emberline {
@@ -30,8 +31,16 @@ void add_literals(OptionHelp& help) {
   }
 }
 
+// CLI11 knows which options need or exclude each other.
+void add_sentence(std::string& text, const char* begin, const std::set<CLI::Option*>& options) {
+  for (const CLI::Option* other : options) text += begin + other->get_name() + ".";
+}
+
 OptionHelp option_help(const CLI::Option& option) {
   OptionHelp help;
+  help.section = option.get_group();
+  help.brief = option.get_option_text();
+  help.fallback = option.get_default_str();
   for (const std::string& name : option.get_snames()) help.names.push_back("-" + name);
   for (const std::string& name : option.get_lnames()) help.names.push_back("--" + name);
   help.argument = help.names.empty();
@@ -40,34 +49,41 @@ OptionHelp option_help(const CLI::Option& option) {
   help.required = option.get_required();
   help.repeats = option.get_expected_max() > 1;
 
-  // A paragraph, then "  name: summary" lines (table_help).
+  // A paragraph, then lines "  name: summary" (table_lines) and "Example: ..." (describe).
   std::istringstream lines(option.get_description());
   std::getline(lines, help.text);
+  constexpr std::string_view kExample = "Example: ";
   for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with(kExample)) {
+      help.example = line.substr(kExample.size());
+      continue;
+    }
     const size_t colon = line.find(": ");
     help.values.emplace_back(line.substr(2, colon - 2), line.substr(colon + 2));
   }
+  add_sentence(help.text, " Requires ", option.get_needs());
+  add_sentence(help.text, " Cannot be combined with ", option.get_excludes());
   if (help.values.empty()) add_literals(help);
   if (help.type == "FILE" || help.argument) help.suffixes = suffixes_in(help.text);
   return help;
 }
 
-CommandHelp help_below(const CLI::App& app, const std::string& above) {
+}  // namespace
+
+CommandHelp command_help(const CLI::App& app, const std::string& above) {
   CommandHelp help;
   help.name = above + app.get_name();
   help.summary = app.get_description();
+  std::istringstream examples(app.get_footer());
+  for (std::string line; std::getline(examples, line);) help.examples.push_back(line);
   for (const CLI::Option* option : app.get_options()) {
     const bool hidden = option->get_group().empty();
     if (!hidden) help.options.push_back(option_help(*option));
   }
   for (const CLI::App* command : app.get_subcommands(nullptr)) {
-    help.commands.push_back(help_below(*command, help.name + " "));
+    help.commands.push_back(command_help(*command, help.name + " "));
   }
   return help;
 }
-
-}  // namespace
-
-CommandHelp command_help(const CLI::App& root) { return help_below(root, ""); }
 
 }  // namespace emberline

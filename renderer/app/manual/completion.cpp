@@ -99,13 +99,14 @@ constexpr const char* kBashTail = R"(  esac
 complete -F _emberline emberline
 )";
 
-// Text for single quotes within [...] of _arguments: the first clause of `text`.
+// Text for single quotes within [...] of _arguments: the first sentence or clause of `text`.
 std::string zsh_text(const std::string& text) {
   std::string out;
-  for (const char c : text.substr(0, text.find_first_of(";:["))) {
+  const size_t sentence = std::min(text.find(". "), text.size());
+  for (const char c : text.substr(0, std::min(sentence, text.find_first_of(";:[")))) {
     out += c == '\'' ? "'\\''" : c == ']' ? "\\]" : std::string(1, c);
   }
-  return out.substr(0, out.find_last_not_of(' ') + 1);
+  return out.substr(0, out.find_last_not_of(" .") + 1);
 }
 
 std::string zsh_value(const OptionHelp& option) {
@@ -133,8 +134,9 @@ std::string zsh_option(const OptionHelp& option) {
   Words specs;
   for (const std::string& name : option.names) {
     const bool equals = !option.type.empty() && name.starts_with("--");
-    specs.push_back(fmt::format("'{}{}{}[{}]{}'", option.repeats ? "*" : others, name,
-                                equals ? "=" : "", zsh_text(option.text), value));
+    specs.push_back(
+        fmt::format("'{}{}{}[{}]{}'", option.repeats ? "*" : others, name, equals ? "=" : "",
+                    zsh_text(option.brief.empty() ? option.text : option.brief), value));
   }
   return fmt::format("{}", fmt::join(specs, " "));
 }

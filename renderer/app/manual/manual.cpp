@@ -53,7 +53,10 @@ std::string option_entry(const OptionHelp& option) {
     text += option.argument ? italic(upper(name)) : bold(name);
   }
   if (!option.argument && !option.type.empty()) text += " " + italic(option.type);
-  text += "\n" + roff(option.text) + "\n";
+  text += "\n" + roff(option.text);
+  if (!option.fallback.empty()) text += " Default: " + roff(option.fallback) + ".";
+  text += "\n";
+  if (!option.example.empty()) text += ".br\nExample: " + italic(option.example) + "\n";
   if (option.values.empty() || option.values.front().second.empty()) return text;
   text += ".RS\n";
   for (const auto& [name, meaning] : option.values) {
@@ -62,10 +65,26 @@ std::string option_entry(const OptionHelp& option) {
   return text + ".RE\n";
 }
 
+// Arguments first, then the options by section.
 std::string option_entries(const CommandHelp& command) {
   std::string text;
-  for (const OptionHelp& option : command.options) text += option_entry(option);
+  for (const OptionHelp& option : command.options) {
+    if (option.argument) text += option_entry(option);
+  }
+  for (const std::string& title : sections_of(command.options)) {
+    text += ".SS " + roff(title) + "\n";
+    for (const OptionHelp& option : command.options) {
+      if (!option.argument && option.section == title) text += option_entry(option);
+    }
+  }
   return text;
+}
+
+std::string examples_section(const CommandHelp& command) {
+  if (command.examples.empty()) return "";
+  std::string text = ".SH EXAMPLES\n.nf\n";
+  for (const std::string& example : command.examples) text += roff(example) + "\n";
+  return text + ".fi\n";
 }
 
 // Only the root's page has this section.
@@ -82,19 +101,26 @@ std::string section_below(const CommandHelp& command) {
          synopsis(command) + option_entries(command);
 }
 
+// "render a scene" for the NAME section, which whatis(1) prints.
+std::string as_phrase(std::string text) {
+  if (text.ends_with('.')) text.pop_back();
+  if (!text.empty()) text[0] = char(std::tolower(static_cast<unsigned char>(text[0])));
+  return text;
+}
+
 std::string title(const CommandHelp& command) {
   const std::string name = hyphenated(command.name);
   return ".\\\" Written by emberline from its own options.\n.TH " + roff(upper(name)) +
          " 1 \"\" \"Emberline " + kEmberlineVersion + "\" Emberline\n.SH NAME\n" + roff(name) +
-         " \\- " + roff(command.summary) + "\n.SH SYNOPSIS\n";
+         " \\- " + roff(as_phrase(command.summary)) + "\n.SH SYNOPSIS\n";
 }
 
 constexpr std::pair<int, const char*> kExitCodes[] = {
     {0, "done"},
     {1, "the render or a write failed"},
     {2, "the command line is wrong"},
-    {3, "the input is unusable"},
-    {130, "stopped by the user, a signal or a time limit; what there was is written"}};
+    {3, "an input file cannot be used"},
+    {130, "stopped by the user or a signal; the unfinished picture is written"}};
 
 std::string exit_status() {
   std::string text = ".SH EXIT STATUS\n";
@@ -109,7 +135,7 @@ std::string exit_status() {
 std::string manual_name(const CommandHelp& command) { return hyphenated(command.name) + ".1"; }
 
 std::string manual_page(const CommandHelp& command) {
-  const bool is_root = command.name.find(' ') == std::string::npos;
+  const bool is_root = command.is_root();
   std::string text = title(command);
   if (is_root) text += bold(command.name) + " " + italic("COMMAND") + " ...\n.br\n";
   text += synopsis(command);
@@ -118,7 +144,7 @@ std::string manual_page(const CommandHelp& command) {
   if (!is_root) {
     for (const CommandHelp& below : command.commands) text += section_below(below);
   }
-  text += exit_status();
+  text += examples_section(command) + exit_status();
   return is_root ? text : text + ".SH SEE ALSO\n" + bold("emberline") + "(1)\n";
 }
 

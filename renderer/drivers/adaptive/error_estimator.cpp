@@ -12,10 +12,10 @@ namespace emberline {
 namespace {
 
 constexpr NamedValue<ErrorMetric> kMetrics[] = {
-    {"display", "squared error of the picture as it is looked at (sRGB)", ErrorMetric::kDisplay},
+    {"display", "squared error of the displayed picture (sRGB)", ErrorMetric::kDisplay},
     {"mse", "squared error of linear radiance", ErrorMetric::kMse},
-    {"relmse", "squared error over squared radiance", ErrorMetric::kRelMse},
-    {"denoised", "as display, of the denoised picture: with `denoise`, which comes with it",
+    {"relmse", "squared error divided by squared radiance", ErrorMetric::kRelMse},
+    {"denoised", "squared error of the displayed picture after denoising; turns on `denoise`",
      ErrorMetric::kDenoised},
 };
 
@@ -23,15 +23,15 @@ constexpr NamedValue<ErrorMetric> kMetrics[] = {
 constexpr EstimatorEntry kEstimators[] = {
     {.name = "nested",
      .summary =
-         "variance from what the last doubling of one sample stream has brought, pooled over "
-         "neighbours; counts are powers of two and half again, as well stratified as uniform ones",
+         "variance from the change at the last doubling of the samples, pooled over neighbours; "
+         "sample counts are powers of two and 1.5 times powers of two, which stratify well",
      .estimate = estimate_two_stream,
      .first_samples = 16,
      .rms_error = true,
      .halves = true},
     {.name = "two-stream",
      .summary = "variance from two independent sample streams, pooled over neighbours; samples go "
-                "where they lower the error most for their cost",
+                "where they reduce the error most for their cost",
      .estimate = estimate_two_stream,
      .streams = StreamCount::kTwo,
      .first_samples = 16,

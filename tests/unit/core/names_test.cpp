@@ -37,6 +37,18 @@ TEST(Names, MessageListsAndSuggests) {
             std::string::npos);
 }
 
+// Lists of more than twelve names are cut to the nearest three.
+TEST(Names, MessageOfManyNamesHasTheNearest) {
+  constexpr std::string_view kNames[] = {
+      "one", "two", "spp", "fps",  "seed", "min-spp",        "max-spp",
+      "sun", "env", "aov", "half", "crop", "noise-threshold"};
+  EXPECT_EQ(unknown_name_message("setting", "sppp", kNames),
+            "unknown setting 'sppp' (did you mean 'spp', 'min-spp' or 'max-spp'?)");
+  EXPECT_EQ(nearest_of("--threshold", kNames).front(), 12u);
+  EXPECT_EQ(nearest_names("spp", std::span(kNames).first(2)), "'one' or 'two'");
+  EXPECT_EQ(nearest_names("spp", {}), "");
+}
+
 // However long a name is, a message keeps its beginning, which names the place, and its end.
 TEST(Names, MessagesCutNamesOfMegabytes) {
   const std::string name(3'000'000, 'n');

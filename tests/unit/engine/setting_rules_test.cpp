@@ -318,9 +318,13 @@ TEST(SettingRules, HelpTellsThem) {
             "; requires `driver` adaptive or bucket with `noise-threshold`; excludes `unbiased`");
   EXPECT_EQ(help("part").rules, "; requires `driver` bucket");
   EXPECT_EQ(help("fps").rules, "");
-  EXPECT_NE(help("aov").values.find("is the picture without; requires `clamp-indirect`\n"),
+  EXPECT_NE(help("aov").values.find("undoes the clamping; requires `clamp-indirect`\n"),
             std::string::npos);
   EXPECT_NE(help("filter").values.find("\n  gaussian: "), std::string::npos);
+  EXPECT_EQ(as_sentences(help("max-spp").rules),
+            " Requires `driver` adaptive or bucket with `noise-threshold`. Cannot be combined with "
+            "`unbiased`.");
+  EXPECT_EQ(as_sentences(""), "");
   EXPECT_EQ(rules_of(option_rules(), "snapshots"),
             "; requires `driver` bisection or adaptive; excludes `part`, `sample-range`, "
             "`working-space`");

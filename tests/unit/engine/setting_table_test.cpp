@@ -49,7 +49,11 @@ TEST(SettingTable, NamesAreThereOnce) {
   std::set<std::string> names;
   for (const Setting& setting : setting_table()) {
     EXPECT_TRUE(names.insert(setting.name).second) << setting.name;
-    EXPECT_FALSE(setting.help.empty());
+    EXPECT_TRUE(setting.help.full.ends_with('.')) << setting.name;
+    EXPECT_LE(setting.help.brief.size(), 70u) << setting.name;
+    // A default is said once: by the value's text, or in words.
+    EXPECT_TRUE(setting.help.fallback.empty() || setting.text(FrameSettings()).empty())
+        << setting.name;
   }
 }
 

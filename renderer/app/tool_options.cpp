@@ -1,0 +1,368 @@
+// Options of the commands that work on files, and of `farm`, `study` and `help`.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <initializer_list>
+
+#include "renderer/app/command_options.h"
+#include "renderer/app/shared_options.h"
+#include "renderer/engine/setting_table.h"
+#include "renderer/statistics/study/options.h"
+
+namespace emberline {
+namespace {
+
+using enum SettingGroup;
+using H = HelpSection;
+
+void add_json(CLI::App* app, bool& json) {
+  add_flag(app, "--json", json,
+           {.section = H::kOutput,
+            .brief = "print JSON for programs",
+            .full = "Print JSON, for programs."});
+}
+
+CLI::Option* add_scene(CLI::App* app, std::string& scene) {
+  return add_argument(app, "scene", scene, "The scene: a .gltf or .glb file.");
+}
+
+// Options for the jobs of a farm.
+void add_job_options(CLI::App* app, FarmOptions& o) {
+  add_number(app, "--parts", o.parts, 1u, 4096u,
+             {.section = H::kJobs,
+              .brief = "number of jobs that share the frame",
+              .full = "Split the frame into this many parts, each a job.",
+              .example = "--parts 16"});
+  add_text(app, "--frames", o.frames, "LIST",
+           {.section = H::kJobs,
+            .full = "Accepts only 0, because `emberline farm` renders a single frame. For several "
+                    "frames, submit an `emberline render` with `frames` for each.",
+            .fallback = "0"})
+      ->check([](const std::string& list) {
+        return list == "0"
+                   ? ""
+                   : "--frames: '" + list +
+                         "': the only frame is 0, since farm renders one frame in parts; for "
+                         "several frames, submit one `emberline render --frames` job for each";
+      });
+  add_text(app, "--partition", o.request.partition, "LIST",
+           {.section = H::kJobs,
+            .brief = "Slurm partition of the jobs",
+            .full = "Submit the jobs to this Slurm partition, or to one of a comma-separated list.",
+            .fallback = "Slurm's default"});
+  add_number(app, "--cpus", o.request.cpus, 1, 4096,
+             {.section = H::kJobs,
+              .brief = "processors of each job",
+              .full = "Ask for this many processors for each job.",
+              .fallback = "a whole node"});
+  add_size(app, "--memory", o.request.memory_bytes,
+           {.section = H::kJobs,
+            .brief = "memory of each job, such as 8G",
+            .full = "Ask for this much memory for each job. SIZE is a number of bytes, or of "
+                    "powers of 1024 with K, M, G or T: 8G is 8 GiB.",
+            .fallback = "the partition's default",
+            .example = "--memory 16G"});
+  add_number(app, "--minutes", o.request.minutes, 2, 10000000,
+             {.section = H::kJobs,
+              .brief = "time limit of each job in minutes",
+              .full = "Limit the time of each job to this many minutes. A part saves itself a "
+                      "minute before the limit, and `emberline farm retry` continues it.",
+              .fallback = "the partition's default"});
+  add_flag(app, "--print", o.print,
+           {.section = H::kJobs,
+            .brief = "print the commands for another queue instead of submitting",
+            .full = "Submit nothing. Print the command of a part, with {part} and {parts} as place "
+                    "holders, and the command of the merge, for another queue."});
+  add_flag(app, "--stage", o.stage,
+           {.section = H::kJobs,
+            .brief = "copy the scene to the nodes' own disks first",
+            .full = "Copy the scene to each node's $TMPDIR first, once per node."});
+}
+
+void add_farm_verb(CLI::App* app, FarmOptions& o, FarmVerb verb, const char* name,
+                   const char* help) {
+  CLI::App* sub = app->add_subcommand(name, help);
+  add_argument(sub, "output", o.output, "The output that was given to `emberline farm`.")
+      ->required();
+  sub->parse_complete_callback([&o, verb] { o.verb = verb; });
+  if (verb == FarmVerb::kStatus) add_json(sub, o.json);
+}
+
+// Shows the options of these sections in --help-all alone.
+void leave_out_of_help(CLI::App* app, std::initializer_list<HelpSection> sections) {
+  for (CLI::Option* option : app->get_options()) {
+    for (const HelpSection section : sections) {
+      if (option->get_group() == title_of(section)) option->option_text("");
+    }
+  }
+}
+
+OptionText study_list(const char* brief, const char* full, const std::string& fallback,
+                      const char* example = "") {
+  return {
+      .section = H::kStudy, .brief = brief, .full = full, .fallback = fallback, .example = example};
+}
+
+void add_study_methods(CLI::App* app, StudyOptions& o) {
+  const auto add = [app](const char* name, std::string& target, const OptionText& help,
+                         const char* setting) {
+    CLI::Option* list = app->add_option(name, target)->type_name("LIST");
+    describe(list, help, table_lines(find_setting(setting)->choices));
+  };
+  add("--drivers", o.drivers,
+      study_list("drivers to compare", "Compare these drivers, a comma-separated list.",
+                 "bucket,bisection,adaptive"),
+      "driver");
+  add("--estimators", o.estimators,
+      study_list("error estimators of the adaptive driver",
+                 "Compare these estimators of the adaptive driver, a comma-separated list of "
+                 "ESTIMATOR[/ALLOCATION][/unbiased].",
+                 o.estimators, "--estimators nested,kajiya"),
+      "estimator");
+  CLI::Option* samplers = app->add_option("--samplers", o.samplers)->type_name("LIST");
+  describe(samplers,
+           study_list("samplers to compare", "Compare these samplers, a comma-separated list.",
+                      "sobol; all with --convergence"),
+           table_lines(find_setting("sampler")->choices));
+  add_text(app, "--spp", o.spp, "LIST",
+           study_list("sample counts to measure",
+                      "Measure at these samples per pixel (on average), a comma-separated list in "
+                      "ascending order.",
+                      "1,2,4,8,16,32,64", "--spp 4,16,64"));
+  add_text(app, "--seconds", o.seconds, "LIST",
+           study_list("times to measure at, instead of sample counts",
+                      "Measure after these seconds of rendering instead of at sample counts, a "
+                      "comma-separated list in ascending order.",
+                      "", "--seconds 1,2,4,8"));
+  add_number(app, "--seeds", o.seeds, 1u, kMostStudySeeds,
+             study_list("runs of each method, each with another seed",
+                        "Run each method this many times, with seeds from `seed` on. With "
+                        "--convergence, measure this many pixels.",
+                        "5; 2000 with --convergence"));
+  add_text(app, "--baseline", o.baseline, "NAME",
+           study_list("method that the others are compared with",
+                      "Compare the other methods with this one.", "bucket, or the first"));
+}
+
+void add_study_choices(CLI::App* app, StudyOptions& o) {
+  add_scene(app, o.frame.scene);
+  add_text(app, "-o,--output", o.folder, "DIR",
+           {.section = H::kStudy,
+            .brief = "folder for the results",
+            .full = "Write the results to this folder. It is created if it does not exist.",
+            .example = "-o study"});
+  add_study_methods(app, o);
+  add_flag(app, "--denoise", o.denoise,
+           {.section = H::kStudy,
+            .brief = "also measure each method with its frames denoised",
+            .full = "Measure each method a second time as NAME+denoise, with its frames denoised "
+                    "and with the denoiser's time included. Implies --separate."});
+  add_flag(app, "--separate", o.separate,
+           {.section = H::kStudy,
+            .full = "Render a separate frame for every budget, even where one frame could be "
+                    "measured several times on its way."});
+  CLI::Option* reference =
+      add_text(app, "--reference", o.reference, "FILE",
+               {.section = H::kStudy,
+                .brief = "true picture that errors are measured against",
+                .full = "Measure errors against this picture.",
+                .fallback = "a reference is rendered, in two halves, so that its own noise can be "
+                            "subtracted"});
+  add_number(app, "--reference-spp", o.reference_spp, 2u, kMaxSamples,
+             {.section = H::kStudy,
+              .full = "Render the reference with this many samples per pixel.",
+              .fallback = "64 times the largest budget"})
+      ->excludes(reference);
+  add_text(app, "--cache", o.cache, "DIR",
+           {.section = H::kStudy,
+            .full = "Keep rendered references in this folder.",
+            .fallback = "the folder reference in that of the results"})
+      ->excludes(reference);
+  add_flag(app, "--restart", o.restart,
+           {.section = H::kStudy, .full = "Discard the runs that the folder already has."});
+  add_flag(app, "--convergence", o.convergence,
+           {.section = H::kStudy,
+            .brief = "measure the samplers on known integrals, without a scene",
+            .full = "Measure variance against the number of samples on integrals with known "
+                    "values. This needs no scene."});
+}
+
+}  // namespace
+
+void add_info_options(CLI::App* app, InfoOptions& o) {
+  CLI::Option* scene = add_scene(app, o.scene);
+  add_flag(app, "--channels", o.channels,
+           {.section = H::kOutput,
+            .brief = "list the channels that pictures can have, without a scene",
+            .full = "List the channels that pictures can have. This needs no scene."})
+      ->excludes(scene);
+  add_json(app, o.json);
+  add_settings(app, o.settings, {kLoading});
+  add_limits(app, o.limits);
+  app->footer(
+      "emberline info scene.glb\n"
+      "emberline info --channels");
+}
+
+void add_heatmap_options(CLI::App* app, HeatmapOptions& o) {
+  o.quantity = heatmap_quantity_table().front().name;
+  add_argument(app, "image", o.image, "An .exr file that `emberline render` wrote.")->required();
+  add_text(app, "-o,--output", o.output, "FILE",
+           {.section = H::kOutput,
+            .brief = "heatmap to write: .png, .jpg or .exr",
+            .full = "Write the heatmap to this file. .png, .jpg files have a legend; an .exr file "
+                    "has the numbers alone."})
+      ->required();
+  describe(app->add_option("--of", o.quantity)->type_name("NAME"),
+           {.section = H::kOutput,
+            .brief = "what to show: samples, error, stop, time, ...",
+            .full = "Choose what the heatmap shows.",
+            .fallback = "samples",
+            .example = "--of error"},
+           table_lines(heatmap_quantity_table()));
+  add_heatmap_style(app, o.style, nullptr);
+  add_limits(app, o.limits);
+  app->footer("emberline heatmap frame.exr -o error.png --of error --colors viridis");
+}
+
+void add_compare_options(CLI::App* app, CompareOptions& o) {
+  add_argument(app, "image", o.image, "The picture to measure.")->required();
+  add_argument(app, "reference", o.reference, "The picture that it should be.")->required();
+  add_json(app, o.json);
+  add_text(app, "-o,--difference", o.difference, "FILE",
+           {.section = H::kOutput,
+            .brief = "picture of the difference: FLIP as .png, signed as .exr",
+            .full = "Write a picture of the difference: a .png file shows FLIP in false colour, an "
+                    ".exr file has the signed difference."});
+  add_number(app, "--exposure", o.exposure, -64.0f, 64.0f,
+             {.section = H::kOutput,
+              .brief = "brighten both pictures by this many stops for FLIP, SSIM, PSNR",
+              .full = "Brighten both pictures by this many stops for FLIP, SSIM and PSNR.",
+              .fallback = "0"});
+  add_limits(app, o.limits);
+  app->footer("emberline compare frame.exr reference.exr -o flip.png");
+}
+
+void add_denoise_options(CLI::App* app, DenoiseOptions& o) {
+  add_argument(app, "frame", o.image,
+               "An .exr file that `emberline render` wrote with --aov denoising.")
+      ->required();
+  add_text(app, "-o,--output", o.outputs, "FILE",
+           {.section = H::kOutput,
+            .brief = "picture to write: .exr, .png or .jpg",
+            .full = "Write the result to this file. An .exr file has all channels of the frame, "
+                    "denoised.{R,G,B} and denoised.error; .png, .jpg files show the denoised "
+                    "picture. May be given more than once."})
+      ->required();
+  add_display_options(app, o.display);
+  add_threads(app, o.threads);
+  add_limits(app, o.limits);
+  app->footer(
+      "emberline render scene.glb -o frame.exr --aov denoising\n"
+      "emberline denoise frame.exr -o clean.png");
+}
+
+void add_extend_options(CLI::App* app, ExtendOptions& o) {
+  add_argument(app, "frame", o.frame,
+               "A picture that was rendered with --resumable, or its checkpoint.")
+      ->required();
+  add_text(app, "--scene", o.scene, "FILE",
+           {.section = H::kScene,
+            .brief = "where the scene is now, if it was moved",
+            .full = "Read the scene from this file.",
+            .fallback = "the file that the frame was rendered from"});
+  for (const char* name : {"spp", "noise-threshold", "max-spp", "time-limit"}) {
+    add_setting(app, *find_setting(name), o.more);
+  }
+  add_outputs(app, o.more,
+              {.section = H::kOutput,
+               .brief = "picture to write: .exr, .png or .jpg",
+               .full = "Write the picture to this file: .exr, .png or .jpg. May be given more than "
+                       "once.",
+               .fallback = "the frame's own file"},
+              {.section = H::kOutput,
+               .brief = "report of the render: .html or .json",
+               .full = "Write a report of the render: .html or .json."});
+  add_checkpoint_interval(app, o.more);
+  add_machine_options(app, o.more);
+  app->footer(
+      "emberline render scene.glb -o frame.exr --spp 64 --resumable\n"
+      "emberline extend frame.exr --spp 256");
+}
+
+void add_merge_options(CLI::App* app, MergeOptions& o) {
+  app->add_option("parts", o.parts,
+                  "Checkpoints that `emberline render` kept with --part, --sample-range or "
+                  "--resumable. Frames that differ in --seed are averaged.")
+      ->required();
+  add_outputs(app, o.frame,
+              {.section = H::kOutput,
+               .brief = "picture to write: .exr, .png or .jpg",
+               .full = "Write the merged picture to this file: .exr, .png or .jpg. May be given "
+                       "more than once."},
+              {.section = H::kOutput,
+               .brief = "report of the merged frame: .json",
+               .full = "Write a report of the merged frame as JSON."});
+  add_flag(app, "--allow-holes", o.allow_holes,
+           {.section = H::kParts,
+            .brief = "write a frame even if parts are missing; their pixels are black",
+            .full = "Write the frame even if parts are missing. Their pixels are black, and their "
+                    "`aov` stop is 0."});
+  add_flag(app, "--strict", o.strict,
+           {.section = H::kParts,
+            .brief = "refuse parts from different kinds of machine",
+            .full = "Refuse parts that come from different kinds of machine."});
+  add_machine_options(app, o.frame);
+  app->footer(
+      "emberline render scene.glb -o frame.exr --part 1/2\n"
+      "emberline render scene.glb -o frame.exr --part 2/2\n"
+      "emberline merge frame.exr.part-*.checkpoint -o frame.exr");
+}
+
+void add_farm_options(CLI::App* app, FarmOptions& o) {
+  // Not required, because the subcommands take no scene.
+  add_scene(app, o.frame.scene);
+  add_settings_file(app, o.frame);
+  add_outputs(app, o.frame,
+              {.section = H::kOutput,
+               .brief = "picture to write: .exr, .png or .jpg",
+               .full = "Write the picture to this file: .exr, .png or .jpg. The folder FILE.farm "
+                       "beside the first one holds the jobs. #### in a name becomes the frame's "
+                       "number. May be given more than once."},
+              {.section = H::kOutput,
+               .brief = "report of the merged frame: .json",
+               .full = "Write a report of the merged frame as JSON."});
+  add_job_options(app, o);
+  add_settings(app, o.frame,
+               {kEdits, kChannels, kCounts, kSample, kSeed, kSchedule, kView, kLight, kLoading},
+               {"time-limit"});
+  leave_out_of_help(app, {H::kView, H::kLight, H::kScene});
+  app->require_subcommand(0, 1);
+  add_farm_verb(app, o, FarmVerb::kStatus, "status",
+                "Show the progress of the parts and failures.");
+  add_farm_verb(app, o, FarmVerb::kCancel, "cancel", "Cancel the jobs; finished work is kept.");
+  add_farm_verb(app, o, FarmVerb::kRetry, "retry", "Submit the missing parts and the merge again.");
+  app->footer(
+      "emberline farm scene.glb -o frame.exr --parts 16 --minutes 60\n"
+      "emberline farm status frame.exr\n"
+      "emberline farm retry frame.exr");
+}
+
+void add_study_options(CLI::App* app, StudyOptions& o) {
+  o.frame.width = 320;
+  o.frame.height = 180;
+  add_study_choices(app, o);
+  add_settings(app, o.frame, kStudySettings);
+  add_machine_options(app, o.frame);
+  app->footer("emberline study scene.glb -o study --drivers bucket,adaptive --spp 4,16,64");
+}
+
+void add_help_options(CLI::App* app, HelpOptions& o) {
+  app->add_option("command", o.words, "A command, and one of its options with or without dashes.");
+  app->allow_extras();  // an option with its dashes
+  app->footer(
+      "emberline help render\n"
+      "emberline help render noise-threshold");
+}
+
+}  // namespace emberline
