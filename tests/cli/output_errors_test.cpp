@@ -177,20 +177,21 @@ TEST_F(OutputErrors, NoOutputTakesAnInputsPlaceOrAnothersUnderAnyName) {
   refused({"-o", path("a.exr"), "--edits", path("edits.json"), "--report", path("hard.json")},
           {"--report", "hard.json", "--edits"});
   refused({"-o", path("a.exr"), "--report", path("here/here/a.exr")},
-          {"--report", "written twice"});
-  refused({"-o", path("new.exr"), "--heatmap", path("old.exr")}, {"--heatmap", "written twice"});
-  refused({"-o", path("a.exr"), "-o", path("A.exr")}, {"A.exr", "written twice"});
+          {"--report", "it is also the file of"});
+  refused({"-o", path("new.exr"), "--heatmap", path("old.exr")},
+          {"--heatmap", "it is also the file of"});
+  refused({"-o", path("a.exr"), "-o", path("A.exr")}, {"A.exr", "it is also the file of"});
   fs::create_symlink("here/a.exr", path("dangling.json"));
   fs::create_symlink("dangling.json", path("sub/chain.json"));
   for (const char* name : {"dangling.json", "here/dangling.json"}) {
-    refused({"-o", path("a.exr"), "--report", path(name)}, {"--report", "written twice"});
+    refused({"-o", path("a.exr"), "--report", path(name)}, {"--report", "it is also the file of"});
     refused({"-o", path("a.exr"), "--driver", "adaptive", "--tree", path(name)},
-            {"--tree", "written twice"});
+            {"--tree", "it is also the file of"});
   }
   const Words shots = {"--driver", "bisection", "--snapshots", path("shots"), "-o"};
-  refused(shots + Words{path("shots/003_0010pct.png")}, {"--snapshots", "written twice"});
+  refused(shots + Words{path("shots/003_0010pct.png")}, {"--snapshots", "it is also the file of"});
   refused(shots + Words{path("b.exr"), "--report", path("shots/emberline-snapshots.json")},
-          {"--snapshots", "written twice"});
+          {"--snapshots", "it is also the file of"});
   refused(shots + Words{path("b.exr"), "--reference", path("here/shots/000_first.exr")},
           {"--reference"});
   expect_failure({"compare", path("out.exr"), path("sky.exr"), "-o", path("link.exr")}, 2,
@@ -245,12 +246,13 @@ TEST_F(OutputErrors, AnOpenStreamIsWrittenToAndNotReplaced) {
   EXPECT_TRUE(text.starts_with("what was there\n{")) << text;
   EXPECT_EQ(std::count(text.begin(), text.end(), '{'), std::count(text.begin(), text.end(), '}'));
   std::filesystem::create_symlink("/dev/stdout", path("stream.png"));
-  expect_failure(render_words({"-o", path("stream.png")}), 1, {"stream.png", "open already"});
+  expect_failure(render_words({"-o", path("stream.png")}), 1,
+                 {"stream.png", "an open file descriptor"});
   expect_failure(render_words({"--report", "/dev/fd/7"}), 1, {"/dev/fd/7"});
   const int of_another = ::open(path("log").c_str(), O_WRONLY | O_APPEND);
   const std::string name =
       "/proc/" + std::to_string(::getpid()) + "/fd/" + std::to_string(of_another);
-  expect_failure(render_words({"--report", name}), 1, {name, "open already"});
+  expect_failure(render_words({"--report", name}), 1, {name, "an open file descriptor"});
   ::close(of_another);
   EXPECT_EQ(read_bytes(path("log")), bytes);
   expect_failure(render_words({"--report", "/dev/stdin"}), 1, {"/dev/stdin"});

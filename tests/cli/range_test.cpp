@@ -272,15 +272,16 @@ TEST_F(Range, NamesOfAllFramesAreCheckedBeforeAnythingIsWritten) {
     expect_failure(frame + more, 2, parts);
   };
   for (const char* option : {"--save-settings", "--progress-file", "--range-report"}) {
-    refused(outputs + Words{option, path("a.2.exr")}, {"-o", "a.2.exr", option, "written twice"});
+    refused(outputs + Words{option, path("a.2.exr")},
+            {"-o", "a.2.exr", option, "it is also the file of"});
     refused(outputs + Words{option, path("link.json")}, {"-o", "a.2.exr", option});
     refused(outputs + Words{option, path("r.2.json"), "--report", path("r.#.json")},
-            {"--report", "r.2.json", option, "written twice"});
+            {"--report", "r.2.json", option, "it is also the file of"});
     refused(outputs + Words{option, path("a.2.exr.checkpoint"), "--resume"},
-            {"--checkpoint", option, "written twice"});
+            {"--checkpoint", option, "it is also the file of"});
     refused(outputs + Words{option, path("s.2/refinement.gif"), "--driver", "bisection",
                             "--snapshots", path("s.#")},
-            {"s.2", option, "written twice"});
+            {"s.2", option, "it is also the file of"});
     refused(outputs + Words{option, path("a.3.png")}, {option, "the scene reads"});
     refused(outputs + Words{option, path("t.bin")}, {option, "the scene reads"});
     refused(outputs + Words{option, path("edits.json"), "--edits", path("edits.json")},
@@ -294,7 +295,8 @@ TEST_F(Range, NamesOfAllFramesAreCheckedBeforeAnythingIsWritten) {
   refused(outputs + Words{"--reference", path("a.0#.exr"), "-o", path("a.03.exr.#.exr"), "-o",
                           path("a.0#.exr"), "--driver", "bisection", "--snapshots", path("s.#")},
           {"--reference"});
-  refused({"-o", path("other/a.#.exr"), "--heatmap", path("same/a.#.exr")}, {"written twice"});
+  refused({"-o", path("other/a.#.exr"), "--heatmap", path("same/a.#.exr")},
+          {"it is also the file of"});
   refused(outputs + Words{"--checkpoint", path("notes.#")}, {"notes.2", "not a checkpoint"});
   // The same for a frame outside a range.
   expect_failure(

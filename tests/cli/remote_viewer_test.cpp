@@ -174,7 +174,7 @@ TEST_F(RemoteViewer, ThatDoesNotReadHoldsNothingUp) {
       const ExrPicture without = file();
       TevServer server({.reads = false});
       const RunResult result = run(frame(server.url(), work));
-      expect_one_warning(result, server.url(), "takes no more");
+      expect_one_warning(result, server.url(), "stopped reading");
       EXPECT_EQ(first_difference(file(), without), "");
       const nlohmann::json time = read_json("r.json")["time"];
       EXPECT_GE(time["write_s"].get<double>(), 1.0) << "the wait is no rendering";

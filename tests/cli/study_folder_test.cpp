@@ -74,7 +74,7 @@ TEST_F(Study, AFolderOfSomeoneElseIsNotUsed) {
   expect_failure(study_words("linked", {"--drivers", "bucket", "--restart"}), 2,
                  {path("linked/study.csv"), "move it away"});
   std::filesystem::create_symlink(path("nowhere"), path("dangling"));
-  expect_failure(study_words("dangling"), 1, {path("dangling"), "cannot make that folder"});
+  expect_failure(study_words("dangling"), 1, {path("dangling"), "cannot create the folder"});
 }
 
 // Locks the folder as another run does while it writes.
@@ -137,7 +137,7 @@ TEST_F(Study, DamagedFilesAreNamedByPlace) {
   for (const auto& [text, says] :
        {std::pair{"{\"key\": 3}", "#/key: expected a text, found 3"},
         {"{}", "the required member \"key\" is missing"},
-        {"{\"key\": \"a\", \"key\": \"b\"}", "#/key: the member stands twice"},
+        {"{\"key\": \"a\", \"key\": \"b\"}", "#/key: the member appears twice"},
         {"", "not valid JSON"}}) {
     write("s/settings.json", text);
     expect_failure(bucket, 3, {path("s/settings.json"), says, "--restart"});

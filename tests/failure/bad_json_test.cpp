@@ -278,9 +278,11 @@ TEST(BadJson, AMemberThatStandsTwiceIsWarnedOf) {
   test::write_text(folder / "a.gltf", text);
   EXPECT_EQ(load_gltf(folder / "a.gltf", {}).meshes.size(), 1u);
   const std::vector<std::string> warnings = warnings_so_far();
-  EXPECT_EQ(std::ranges::count(warnings, folder / "a.gltf#/scene: the member stands twice in one "
-                                                  "object; the last counts"),
-            1);
+  EXPECT_EQ(
+      std::ranges::count(
+          warnings,
+          folder / "a.gltf#/scene: the member appears twice in one object; the last one is used"),
+      1);
 }
 
 TEST(BadJson, DeeplyNestedJsonIsRefused) {

@@ -126,7 +126,7 @@ TEST(HostileImages, ACutJpegIsRefusedOrNamed) {
   EXPECT_GT(taken, 10);
   ByteList cut = jpeg;
   cut.resize(jpeg.size() / 2);
-  EXPECT_SAYS(decode_message(cut), "cut short; lenient");
+  EXPECT_SAYS(decode_message(cut), "truncated; lenient");
 }
 
 // A header that announces a large picture without data must not cause a large allocation.
@@ -135,7 +135,7 @@ TEST(HostileImages, HeadersAreHeldAgainstTheBytesBehindThem) {
   const std::string head = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n";
   test::write_text(folder / "a.hdr", head + "-Y 20000 +X 30000\n" + std::string(8000, '\2'));
   const auto read = [&] { read_environment(folder / "a.hdr", nullptr); };
-  EXPECT_SAYS(message_of(read), "30000 x 20000 pixels are announced, which 80");
+  EXPECT_SAYS(message_of(read), "30000 x 20000 pixels do not fit into 80");
   test::write_text(folder / "a.hdr", head + "-Y 99999999999 +X 4\n");
   EXPECT_SAYS(message_of(read), "no resolution line");
   test::write_text(folder / "a.hdr", "#?RADIANCE\n" + std::string(1 << 20, 'x'));
@@ -146,7 +146,7 @@ TEST(HostileImages, HeadersAreHeldAgainstTheBytesBehindThem) {
     if (jpeg[i] != 0xff || jpeg[i + 1] != 0xc0) continue;
     jpeg[i + 5] = jpeg[i + 6] = jpeg[i + 7] = jpeg[i + 8] = 0xf0;  // height, width
   }
-  EXPECT_SAYS(decode_message(jpeg), "bytes cannot hold");
+  EXPECT_SAYS(decode_message(jpeg), "do not fit into");
   EXPECT_EQ(decode_message(test::small_png()), "no error");
 }
 
@@ -235,7 +235,7 @@ TEST(HostileImages, ExrValuesHaveTheSizeOfTheirType) {
   };
   for (const auto& [type, bytes] : wrong) {
     const std::string message = decode_message(with(value(type, bytes)));
-    EXPECT_TRUE(message.find("a value of type " + type + " of a wrong size") != message.npos ||
+    EXPECT_TRUE(message.find("a value of type " + type + " with a wrong size") != message.npos ||
                 message.find("the header of the EXR is longer") != message.npos)
         << message;
   }
@@ -314,7 +314,7 @@ TEST(HostileImages, TilesAreHeldAgainstTheBudgetAndTheImage) {
     };
     EXPECT_EQ(message(16, {}), "no error");
     for (const uint32_t side : {4097u, 13000u, 32768u, 0x7ffffff0u}) {
-      EXPECT_SAYS(message(side, {}), "larger than it is");
+      EXPECT_SAYS(message(side, {}), "larger than the image");
     }
     EXPECT_SAYS(message(4096, {.memory = budget, .timeout_s = {}, .scene = {}}),
                 "memory-limit raises");
@@ -383,14 +383,15 @@ TEST(HostileImages, RowsOfAnHdrAreHeldToTheirWidth) {
     return message_of([&] { read_float_image(folder / "a.hdr"); });
   };
   EXPECT_EQ(message({2, 2, 0, 8, 136, 1, 136, 2, 136, 3, 136, 128}), "no error");
-  EXPECT_SAYS(message({2, 2, 0, 9, 136, 1, 136, 2, 136, 3, 136, 128}), "another width");
-  EXPECT_SAYS(message({2, 2, 0, 8, 137, 1, 136, 2, 136, 3, 136, 128}), "a run leaves its row");
-  EXPECT_SAYS(message({2, 2, 0, 8, 135, 1, 2, 0, 0, 136, 2, 136, 3, 136, 128}), "a run leaves");
-  EXPECT_SAYS(message({2, 2, 0, 8, 0, 0, 0, 0, 0, 0, 0, 0, 0}), "a run leaves its row");
-  EXPECT_SAYS(message({2, 2, 0, 8, 136, 1, 136, 2, 136, 3, 8, 128}), "ends early");
-  EXPECT_SAYS(message({3, 2, 0, 8, 136, 1, 136, 2, 136, 3, 136, 128}), "ends early");  // flat
+  EXPECT_SAYS(message({2, 2, 0, 9, 136, 1, 136, 2, 136, 3, 136, 128}), "the wrong width");
+  EXPECT_SAYS(message({2, 2, 0, 8, 137, 1, 136, 2, 136, 3, 136, 128}),
+              "a run extends beyond its row");
+  EXPECT_SAYS(message({2, 2, 0, 8, 135, 1, 2, 0, 0, 136, 2, 136, 3, 136, 128}), "a run extends");
+  EXPECT_SAYS(message({2, 2, 0, 8, 0, 0, 0, 0, 0, 0, 0, 0, 0}), "a run extends beyond its row");
+  EXPECT_SAYS(message({2, 2, 0, 8, 136, 1, 136, 2, 136, 3, 8, 128}), "is truncated");
+  EXPECT_SAYS(message({3, 2, 0, 8, 136, 1, 136, 2, 136, 3, 136, 128}), "is truncated");  // flat
   test::write_text(folder / "xyz.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\n1234");
-  EXPECT_SAYS(message_of([&] { read_float_image(folder / "xyz.hdr"); }), "not of RGBE pixels");
+  EXPECT_SAYS(message_of([&] { read_float_image(folder / "xyz.hdr"); }), "pixels are not RGBE");
 }
 
 // Structures whose processing time multiplies, and the number of each that a file needs.
@@ -431,7 +432,7 @@ TEST(HostileImages, WhatIsGoneOverAgainAndAgainIsBounded) {
   ASSERT_LT(size, webp.size());
   webp[size] = webp[size + 1] = webp[size + 2] = 0xff;
   webp[size + 3] |= 0x0f;
-  EXPECT_SAYS(decode_message(webp), "16384 x 16384 pixels are announced");
+  EXPECT_SAYS(decode_message(webp), "16384 x 16384 pixels do not fit");
 }
 
 // Colour profile, EXIF and other metadata are removed from a TIFF's directory.

@@ -102,7 +102,7 @@ TEST_F(NeedlessFault, ChildrenListedTwiceAreFollowedOnce) {
 TEST_F(NeedlessFault, WhereNothingIsLeftTheyAreNamed) {
   gltf_.push("scenes", {{"nodes", {77}}});
   gltf_.root["scenes"][0]["nodes"] = json::array();
-  refused({": no geometry to render; what is broken: ", "#/scenes/1/nodes/0: index 77"});
+  refused({": no geometry to render; the first error is: ", "#/scenes/1/nodes/0: index 77"});
 }
 
 // ---- meshes, skins, materials
@@ -272,7 +272,7 @@ TEST_F(NeedlessFault, NumbersOutOfRangeInOptionalExtensions) {
   gltf_.root["materials"][0]["emissiveFactor"] = {2, 2, 2};
   const std::string place = "#/materials/0/extensions/KHR_materials_";
   const MaterialDescription material =
-      warned({place + "emissive_strength/emissiveStrength: the emission is too large"})
+      warned({place + "emissive_strength/emissiveStrength: the emission is not finite"})
           .materials[0];
   EXPECT_EQ(material.emission, Rgb(2.0f));
   EXPECT_EQ(material.iridescence, 1.0f);
@@ -385,7 +385,7 @@ TEST_F(NeedlessFault, AWebpThatDoesNotDecode) {
              {{"source", png}, {"extensions", {{"EXT_texture_webp", {{"source", webp}}}}}});
   gltf_.push("materials", {{"emissiveTexture", {{"index", 0}}}});
   gltf_.primitive()["material"] = 0;
-  EXPECT_EQ(warned({"#/images/1", "other image takes its place"}).images.at(0)->width, 2);
+  EXPECT_EQ(warned({"#/images/1", "other image is used"}).images.at(0)->width, 2);
   require_extension("EXT_texture_webp");
   refused({"#/images/1"});
 }

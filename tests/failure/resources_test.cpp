@@ -42,7 +42,7 @@ TEST_F(Resources, OutsideTheFolderAreRefused) {
   for (const char* uri : {"../outside.bin", "%2e%2e/outside.bin", "..%2Foutside.bin",
                           "x/../../outside.bin", "../../../../../../../../etc/passwd"}) {
     expect_input_error(scene(uri),
-                       {"#/buffers/0/uri", "leads out of the scene's folder", "resource-root"});
+                       {"#/buffers/0/uri", "points outside the scene's folder", "resource-root"});
   }
   expect_input_error(scene("/etc/passwd"), {"#/buffers/0/uri", "absolute path"});
   expect_input_error(scene("file:///etc/passwd"), {"#/buffers/0/uri", "not relative"});
@@ -88,7 +88,7 @@ TEST_F(Resources, NamesAreFoundAsTheyStand) {
   // No spelling may lead out of the folder.
   for (const char* uri : {"..\\outside.bin", "%2e%2e\\outside.bin", "..%5Coutside.bin",
                           "sub dir\\..\\..\\outside.bin"}) {
-    expect_input_error(scene(uri), {"#/buffers/0/uri", "leads out of the scene's folder"});
+    expect_input_error(scene(uri), {"#/buffers/0/uri", "points outside the scene's folder"});
   }
   expect_input_error(scene("\\etc\\passwd"), {"#/buffers/0/uri", "absolute path"});
   expect_input_error(scene("C:\\a.bin"), {"#/buffers/0/uri", "not relative"});
@@ -99,7 +99,7 @@ TEST_F(Resources, NamesAreFoundAsTheyStand) {
 TEST_F(Resources, LinksAreFollowedBeforeTheyAreJudged) {
   const std::string path = scene("link.bin");
   ASSERT_EQ(::symlink("../outside.bin", (folder_ / "scenes/link.bin").c_str()), 0);
-  expect_input_error(path, {"leads out of the scene's folder", "outside.bin"});
+  expect_input_error(path, {"points outside the scene's folder", "outside.bin"});
   fs::create_directory(folder_ / "scenes/sub");
   fs::rename(folder_ / "outside.bin", folder_ / "scenes/sub/inside.bin");
   fs::remove(folder_ / "scenes/link.bin");
@@ -118,8 +118,8 @@ TEST_F(Resources, ARootWidensThem) {
   EXPECT_EQ(read.files[0].identity, *file_identity(path));
   EXPECT_EQ(read.files[1].identity, *file_identity(folder_ / "outside.bin"));
   EXPECT_EQ(load_gltf(path, {.resource_root = folder_.path().string() + "/"}).meshes.size(), 1u);
-  expect_input_error(path, {"leads out of"}, {.resource_root = folder_ / "scenes"});
-  expect_input_error(path, {"leads out of"}, {.resource_root = folder_ / "scene"});
+  expect_input_error(path, {"points outside"}, {.resource_root = folder_ / "scenes"});
+  expect_input_error(path, {"points outside"}, {.resource_root = folder_ / "scene"});
 }
 
 // Of a 3 GB buffer only the triangle's bytes are read, and the rest costs nothing.

@@ -104,14 +104,14 @@ std::filesystem::path file_in_root(const std::filesystem::path& relative, std::s
   const std::filesystem::path root = std::filesystem::weakly_canonical(folder.root, root_error);
   if (!error) error = root_error;
   if (error) {
-    throw InputError(place, "cannot look at the file {}: {}", shortened(uri), error.message());
+    throw InputError(place, "cannot access the file {}: {}", shortened(uri), error.message());
   }
   const auto [in_root, in_file] = std::mismatch(root.begin(), root.end(), file.begin(), file.end());
   const bool ends_in_slash = in_root != root.end() && in_root->empty();
   if (in_root != root.end() && !ends_in_slash) {
-    throw InputError(place, "the URI " + shortened(uri) + " leads out of the scene's folder, to " +
-                                shortened(file.string()) +
-                                "; `resource-root` DIR allows what is in DIR");
+    throw InputError(
+        place, "the URI " + shortened(uri) + " points outside the scene's folder, to " +
+                   shortened(file.string()) + "; `resource-root` DIR allows the files in DIR");
   }
   return file;
 }

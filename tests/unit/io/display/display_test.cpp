@@ -273,9 +273,9 @@ colorspaces:
         ", &a" + std::to_string(i) + " !<GroupTransform> {children: [" + last + "," + last + "]}";
   }
   const std::vector<std::pair<std::string, std::string>> wrong = {
-      {"!<ColorSpaceTransform> {src: out, dst: lin}", "\"out\" leads back to itself"},
-      {"!<ColorSpaceTransform> {src: lin, dst: other}", "leads back to itself"},
-      {"!<DisplayViewTransform> {src: lin, display: sRGB, view: V}", "leads back to itself"},
+      {"!<ColorSpaceTransform> {src: out, dst: lin}", "\"out\" refers back to itself"},
+      {"!<ColorSpaceTransform> {src: lin, dst: other}", "refers back to itself"},
+      {"!<DisplayViewTransform> {src: lin, display: sRGB, view: V}", "refers back to itself"},
       {"!<FileTransform> {src: pipe.cube}", "not a regular file"},
       {"!<FileTransform> {src: /dev/zero}", "not a regular file"},
       {"!<FileTransform> {src: huge.cube}", "too large"},
@@ -336,7 +336,7 @@ TEST_F(DisplayTest, WordsBetweenStarsAreNoAliases) {
   std::string wide;
   for (const char c : config("      text\n", seventeen)) wide += std::string{c, '\0'};
   use_config("\xff\xfe" + wide);
-  expect_error<InputError>([] { DisplayTransform({}); }, "no text in UTF-8");
+  expect_error<InputError>([] { DisplayTransform({}); }, "not UTF-8 text");
 }
 
 TEST_F(DisplayTest, NamesOfTheBuiltInConfigStartWithTheDefaults) {

@@ -161,7 +161,7 @@ TEST_F(AtomicFileTest, GrowingFilesCanBeFollowed) {
 
 TEST_F(AtomicFileTest, GrowingFilesWaitForNoReader) {
   ASSERT_EQ(::mkfifo(path("pipe").c_str(), 0600), 0);
-  expect_error<RenderError>([&] { GrowingFile unread(path("pipe")); }, "that nobody reads");
+  expect_error<RenderError>([&] { GrowingFile unread(path("pipe")); }, "without a reader");
   const int reader = ::open(path("pipe").c_str(), O_RDONLY | O_NONBLOCK);
   GrowingFile log(path("pipe"));
   log.append("one\n");

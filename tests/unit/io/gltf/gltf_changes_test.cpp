@@ -193,8 +193,7 @@ TEST_F(GltfChangesTest, OthersAreHeldAndSaid) {
   const SceneDescription open = load_open(gltf_, 0.25, 0.5);
   EXPECT_EQ(open.materials[0].roughness, 0.25f);
   EXPECT_EQ(open.coverage.approximated,
-            std::vector<std::string>{"animated values of materials (held while the shutter is "
-                                     "open)"});
+            std::vector<std::string>{"animated material values (held while the shutter is open)"});
   EXPECT_TRUE(load_open(gltf_, 2, 3).coverage.approximated.empty());
   EXPECT_TRUE(load_at(gltf_, 0.5).coverage.approximated.empty());
 }

@@ -105,22 +105,25 @@ TEST_F(ImageColour, TheOnlyLayerWithRgbIsUsed) {
 }
 
 TEST_F(ImageColour, ChannelsThatAreNoColourAreListed) {
-  EXPECT_EQ(refusal({"Z"}), "place: no channels R, G and B, or Y alone; it has Z");
+  EXPECT_EQ(refusal({"Z"}),
+            "place: it has neither channels R, G and B nor a single channel Y; its channels are Z");
   EXPECT_EQ(refusal({"N.X", "N.Y", "N.Z", "Z"}),
-            "place: no channels R, G and B, or Y alone; it has N.X, N.Y, N.Z, Z");
+            "place: it has neither channels R, G and B nor a single channel Y; its channels are "
+            "N.X, N.Y, N.Z, Z");
   EXPECT_NE(refusal({"X", "Y", "Z"}), "no error");  // coordinates
   EXPECT_NE(refusal({"R", "G"}), "no error");
   EXPECT_NE(refusal({"a.R", "b.G", "c.B"}), "no error");
   const std::string many = refusal(Names(4000, "depth.Z"));
   EXPECT_LT(many.size(), 300u);
   EXPECT_NE(many.find("and 3988 more"), std::string::npos) << many;
-  EXPECT_EQ(refused_sky({{"", {"Z"}, {50}}}),
-            path_ + ": no channels R, G and B, or Y alone; it has Z");
+  EXPECT_EQ(
+      refused_sky({{"", {"Z"}, {50}}}),
+      path_ + ": it has neither channels R, G and B nor a single channel Y; its channels are Z");
 }
 
 TEST_F(ImageColour, SeveralLayersAreListed) {
   EXPECT_EQ(refusal({"Z", "day.R", "day.G", "day.B", "night.R", "night.G", "night.B"}),
-            "place: 2 layers have R, G and B, but the picture is one of them: day, night");
+            "place: 2 layers have R, G and B; save one of them as a separate file: day, night");
 }
 
 TEST_F(ImageColour, GreyIsYAlone) {
@@ -139,12 +142,12 @@ TEST_F(ImageColour, PartsAreSearchedToo) {
   EXPECT_EQ(
       refused_sky({{"day", {"R", "G", "B"}, {1, 2, 3}}, {"night", {"R", "G", "B"}, {4, 5, 6}}}),
       path_ +
-          ": 2 layers have R, G and B, but the picture is one of them: R, G, B of part "
-          "day, R, G, B of part night");
+          ": 2 layers have R, G and B; save one of them as a separate file: R, G, B of part day, "
+          "R, G, B of part night");
   const PartOfFile narrow = {"sky", {"R", "G", "B"}, {1, 2, 3}, 1, 1};
-  EXPECT_NE(
-      refused_sky({{"depth", {"Z"}, {50}}, narrow}).find("part sky: the part has other pixels"),
-      std::string::npos);
+  EXPECT_NE(refused_sky({{"depth", {"Z"}, {50}}, narrow})
+                .find("part sky: the part differs from the first in size"),
+            std::string::npos);
   EXPECT_NE(refused_sky({{"depth", {"Z"}, {50}}, {"more", {"Z", "N.X"}, {1, 2}}})
                 .find("it has Z, Z of part more, N.X of part more"),
             std::string::npos);
@@ -156,7 +159,7 @@ TEST_F(ImageColour, CubesAreNoPanoramas) {
        {std::vector<PartOfFile>{{"", {"R", "G", "B"}, {1, 2, 3}, 2, 0, cube}},
         std::vector<PartOfFile>{{"depth", {"Z"}, {50}},
                                 {"sky", {"R", "G", "B"}, {1, 2, 3}, 2, 0, cube}}}) {
-    EXPECT_NE(refused_sky(parts).find("this is a cube map"), std::string::npos);
+    EXPECT_NE(refused_sky(parts).find("found a cube map"), std::string::npos);
   }
   EXPECT_EQ(sky({{"", {"R", "G", "B"}, {1, 2, 3}, 2, 0, "LatLong Environment"}}), kSky);
 }

@@ -150,8 +150,7 @@ TEST(ImageInput, DecompressionBombsAreRefused) {
     return png;
   };
   const std::string message = message_of(announce(60000, 60000));
-  EXPECT_NE(message.find("60000 x 60000 pixels are announced, which"), std::string::npos)
-      << message;
+  EXPECT_NE(message.find("60000 x 60000 pixels do not fit into"), std::string::npos) << message;
   EXPECT_NE(message_of(announce(70000, 1)).find("too large"), std::string::npos);
   EXPECT_NE(message_of(announce(0, 5)), "no error");
 }

@@ -54,9 +54,9 @@ TEST(JsonInput, SaysWhatIsWrongAndWhere) {
       {"{\"a\": [0, 1e400]}", "f.json#/a/1: a number is too large to be finite"},
       {"-1e400", "f.json: a number is too large to be finite"},
       {"{\"a\": [0, NaN]}", "f.json#/a/1: not valid JSON near byte "},
-      {"{\"a\": 1, \"b\": 2, \"a\": 3}", "f.json#/a: the member stands twice in one object"},
+      {"{\"a\": 1, \"b\": 2, \"a\": 3}", "f.json#/a: the member appears twice in one object"},
       {"[{\"x/y\": {\"~\": [], \"~\": 1}}]",
-       "f.json#/0/x~1y/~0: the member stands twice in one object"},
+       "f.json#/0/x~1y/~0: the member appears twice in one object"},
       {std::string(257, '['), "JSON nested deeper than 256 levels"},
   };
   for (const auto& [text, expected] : cases) {
@@ -81,7 +81,7 @@ TEST(JsonInput, OfAMemberThatMayStandTwiceTheLastCounts) {
   EXPECT_EQ(parse_json(text, "twice.json", DuplicateMembers::kWarnedOf),
             nlohmann::json::parse(text));
   EXPECT_EQ(warnings_so_far().back(),
-            "twice.json#/a: the member stands twice in one object; the last counts, as it does for "
+            "twice.json#/a: the member appears twice in one object; the last one is used, also for "
             "2 more");
 }
 
@@ -91,7 +91,7 @@ TEST(JsonInput, ManyMembersAreNotComparedOneByOne) {
   for (int i = 0; i < 300000; ++i) text.append("\"").append(std::to_string(i)).append("\":0,");
   text += "\"7\":0}";
   const std::clock_t begin = std::clock();
-  EXPECT_NE(refusal(text).find("f.json#/7: the member stands twice"), std::string::npos);
+  EXPECT_NE(refusal(text).find("f.json#/7: the member appears twice"), std::string::npos);
   EXPECT_LT(double(std::clock() - begin) / CLOCKS_PER_SEC, 5.0);
 }
 

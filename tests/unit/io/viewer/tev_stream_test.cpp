@@ -130,7 +130,7 @@ TEST(TevStream, NobodyWaitsForAViewerThatDoesNotRead) {
   EXPECT_LE(stream.most_bytes(), uint64_t(crop.area()) * 16);
   stream.finish({.stalled_s = 0.2, .whole_s = 1000});
   EXPECT_FALSE(stream.open());
-  EXPECT_TRUE(warned_of(server.url() + ": it takes no more"));
+  EXPECT_TRUE(warned_of(server.url() + ": it stopped reading"));
 }
 
 TEST(TevStream, PatienceEndsWithASlowReaderToo) {
