@@ -134,26 +134,25 @@ TEST_F(Views, CamerasAreChosenByTheirNodesToo) {
     x += 1.5f;
   }
   gltf.write_glb(path("scene.glb"));
-  const auto fits = [&] { return result_.err.find("fits several: "); };
+  const auto fits = [&] { return result_.err.find("matches several: "); };
   const ExrPicture wide = picture(render_words({"--camera", "Wide"}));
   EXPECT_EQ(fits(), std::string::npos) << result_.err;
   // It also gets a hint about the frame's shape, as perspective cameras do.
-  EXPECT_NE(
-      result_.err.find("camera 'Camera' was made for 2 : 1, the frame has 1 : 1; --size 32x16"),
-      std::string::npos)
+  EXPECT_NE(result_.err.find(
+                "camera 'Camera' has an aspect ratio of 2, but the frame has 1; --size 32x16"),
+            std::string::npos)
       << result_.err;
   EXPECT_EQ(first_difference(wide, picture(render_words({"--camera", "1"}))), "");
   const ExrPicture tele = picture(render_words({"--camera", "Tele"}));
   EXPECT_NE(first_difference(wide, tele), "");
   EXPECT_EQ(first_difference(wide, picture(render_words({"--camera", "Camera"}))), "");
-  EXPECT_NE(
-      result_.err.find("--camera: 'Camera' fits several: 1 'Camera' (node 'Wide'), 2 'Camera' "
-                       "(node 'Tele'), 3 'Camera' (node 'main'); 1 is taken"),
-      std::string::npos)
+  EXPECT_NE(result_.err.find("--camera: 'Camera' matches several: 1 'Camera' (node 'Wide'), 2 "
+                             "'Camera' (node 'Tele'), 3 'Camera' (node 'main'); 1 is used"),
+            std::string::npos)
       << result_.err;
   // A camera's own name takes precedence over the name of another camera's node.
   picture(render_words({"--camera", "main"}));
-  EXPECT_NE(result_.err.find("fits several: 0 'main', 3 'Camera' (node 'main'); 0 is taken"),
+  EXPECT_NE(result_.err.find("matches several: 0 'main', 3 'Camera' (node 'main'); 0 is used"),
             std::string::npos)
       << result_.err;
   expect_failure(render_words({"--camera", "Zoom"}), 2, {"0 'main'", "2 'Camera' (node 'Tele')"});
@@ -176,7 +175,7 @@ TEST_F(Views, ABrokenCameraIsRefusedWhereItIsChosen) {
   const std::string fault = "scene.glb#/cameras/1/perspective/yfov: expected an angle";
   picture(render_words());
   EXPECT_NE(result_.err.find(fault), std::string::npos) << result_.err;
-  EXPECT_NE(result_.err.find("camera 'flat' cannot be chosen"), std::string::npos) << result_.err;
+  EXPECT_NE(result_.err.find("camera 'flat' cannot be used"), std::string::npos) << result_.err;
   expect_failure(render_words({"--camera", "flat"}), 3, {fault});
   const RunResult info = run({"info", path("scene.glb")});
   EXPECT_EQ(info.exit_code, 0) << info.describe();

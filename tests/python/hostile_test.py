@@ -194,7 +194,7 @@ class WrongInput(Test):
             emberline.render(self.box, working_space="acescg")
         with self.says(emberline.UsageError, "cryptomatte: the scene was loaded without"):
             emberline.render(self.box, cryptomatte="object")
-        with self.says(emberline.UsageError, "light_groups requires integrator path or direct: normal knows no lights"):
+        with self.says(emberline.UsageError, "light_groups requires integrator path or direct: normal does not compute lighting"):
             emberline.render(self.box, light_groups=True, integrator="normal")
         with self.says(TypeError, "resume, keep_checkpoint: they need a checkpoint"):
             emberline.render(self.box, resume=True)

@@ -63,7 +63,7 @@ TEST_F(SessionOverlayTest, TellsWhichPixelsHaveEndedWhileOthersGoOn) {
     EXPECT_EQ(
         going_on + count(reasons, PixelStop::kThreshold) + count(reasons, PixelStop::kMaximum),
         kPixels);
-    EXPECT_EQ(picture->overlay_legend.find("going on") != std::string::npos, going_on > 0)
+    EXPECT_EQ(picture->overlay_legend.find("unfinished") != std::string::npos, going_on > 0)
         << picture->overlay_legend;
     if (!picture->complete) {
       EXPECT_EQ(going_on, kPixels) << "bisection ends no pixel of `live`";
