@@ -229,7 +229,7 @@ class WrongInput(Test):
         (folder / "broken.gltf").write_text(json.dumps(broken))
         with self.says(emberline.InputError, "broken.gltf#/meshes/0/primitives/0"):
             emberline.Scene(folder / "broken.gltf")
-        with self.says(emberline.InputError, "memory_limit raises it"):
+        with self.says(emberline.InputError, "raise memory_limit"):
             emberline.Scene(BOX, memory_limit=1000)
         with self.says(emberline.InputError, "README.md"):
             emberline.read(ROOT / "README.md")
