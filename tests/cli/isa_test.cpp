@@ -67,7 +67,8 @@ TEST_F(IsaOption, FramesOfTwoKindsAreNotMixed) {
 TEST_F(IsaOption, KernelsThatTheMachineHasNotAreRefused) {
   if (there_.size() == kIsas.size()) GTEST_SKIP() << "this machine has all";
   const std::string& next = kIsas[there_.size()];
-  expect_failure(frame(next, {"-o", path("a.exr")}), 2, {"--isa " + next, "goes up to " + widest_});
+  expect_failure(frame(next, {"-o", path("a.exr")}), 2,
+                 {"--isa " + next, "supports at most " + widest_});
 }
 
 }  // namespace
