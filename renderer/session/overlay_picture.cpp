@@ -18,7 +18,7 @@ constexpr std::array kOverlays = {
     OverlayEntry{"none", "", ""},
     OverlayEntry{"samples", "samples per pixel", "samples"},
     OverlayEntry{"error", "estimated error of each pixel as displayed", "error"},
-    OverlayEntry{"stop", "what has ended each pixel so far", "stop"},
+    OverlayEntry{"stop", "why each pixel has ended so far", "stop"},
     OverlayEntry{"time", "time spent on each pixel", "time"},
     OverlayEntry{"not finite", "samples that were NaN or infinite, and count as black",
                  "non_finite"},

@@ -391,11 +391,11 @@ TEST_F(RenderSessionTest, ExplainsAPixelThatIsNotDone) {
     });
   };
   session.pick(Vec2i(60, 40));
-  ASSERT_TRUE(says("so far: ")) << session.picked()->explanation;
+  ASSERT_TRUE(says("unfinished: ")) << session.picked()->explanation;
   ASSERT_TRUE(says("by the end of round ")) << session.picked()->explanation;
   EXPECT_EQ(session.picked()->explanation.find("ended by"), std::string::npos);
   session.pick(Vec2i(10, 70));
-  ASSERT_TRUE(says("rounds since it was asked for, in round ")) << session.picked()->explanation;
+  ASSERT_TRUE(says("rounds since round ")) << session.picked()->explanation;
   EXPECT_TRUE(session.picked()->explanation.starts_with("pixel 10,70: "));
 }
 
