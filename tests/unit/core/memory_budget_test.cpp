@@ -24,9 +24,10 @@ std::string refusal(MemoryBudget& budget, MemoryPart part, uint64_t bytes) {
 TEST(MemoryBudget, SaysWhoWantedHowMuchOfWhat) {
   MemoryBudget budget(uint64_t(2) << 30);
   budget.reserve(MemoryPart::kFile, uint64_t(1) << 29, "scene.glb");
-  EXPECT_EQ(refusal(budget, MemoryPart::kTextures, uint64_t(47) << 26),
-            "scene.glb#/images/0: needs 2.94 GiB of memory (textures), but only 1.5 GiB of the limit of "
-            "2 GiB are left; raise memory-limit");
+  EXPECT_EQ(
+      refusal(budget, MemoryPart::kTextures, uint64_t(47) << 26),
+      "scene.glb#/images/0: needs 2.94 GiB of memory (textures), but only 1.5 GiB of the limit of "
+      "2 GiB are left; raise memory-limit");
   EXPECT_EQ(budget.reserved(), uint64_t(1) << 29) << "what is refused is not reserved";
   EXPECT_EQ(refusal(budget, MemoryPart::kTextures, uint64_t(3) << 29), "");
   EXPECT_NE(refusal(budget, MemoryPart::kBvh, 1), "");
