@@ -36,15 +36,16 @@ TEST_F(CheckpointFile, ReplacesNoFileOfOthers) {
   for (const char* driver : {"bucket", "adaptive"}) {
     for (const char* name : {"notes.txt", "empty"}) {
       const Words words = render_words({"--driver", driver, "--checkpoint", path(name)});
-      expect_failure(words, 2, {"--checkpoint", name, "not a checkpoint", "name another file"});
-      expect_failure(words + Words{"--resume"}, 3, {name, "not a checkpoint"});
+      expect_failure(words, 2,
+                     {"--checkpoint", name, "not an Emberline checkpoint", "name another file"});
+      expect_failure(words + Words{"--resume"}, 3, {name, "not an Emberline checkpoint"});
     }
   }
   expect_notes("notes.txt");
   // This is found before the scene is loaded.
   expect_failure(
       {"render", path("no scene.glb"), "-o", path("out.exr"), "--checkpoint", path("notes.txt")}, 2,
-      {"notes.txt", "not a checkpoint"});
+      {"notes.txt", "not an Emberline checkpoint"});
 }
 
 // The default name beside the output, which no option names.
@@ -56,8 +57,8 @@ TEST_F(CheckpointFile, ReplacesNoFileOfOthersBesideTheOutput) {
       {"out.exr.samples-0-2.checkpoint", {"--sample-range", "0-2"}}};
   for (const auto& [name, words] : rows) {
     write(name, kNotes);
-    expect_failure(frame + words, 2, {name, "not a checkpoint"});
-    expect_failure(frame + words + Words{"--resume"}, 3, {name, "not a checkpoint"});
+    expect_failure(frame + words, 2, {name, "not an Emberline checkpoint"});
+    expect_failure(frame + words + Words{"--resume"}, 3, {name, "not an Emberline checkpoint"});
     expect_notes(name);
   }
 }
@@ -76,7 +77,8 @@ TEST_F(CheckpointFile, WritesThroughNoLinkToAFileOfOthers) {
   }
   expect_notes("elsewhere/notes.txt");
   fs::create_hard_link(path("elsewhere/notes.txt"), path("out.exr.checkpoint"));
-  expect_failure(render_words({"--resumable"}), 2, {"out.exr.checkpoint", "not a checkpoint"});
+  expect_failure(render_words({"--resumable"}), 2,
+                 {"out.exr.checkpoint", "not an Emberline checkpoint"});
   expect_notes("elsewhere/notes.txt");
 }
 
@@ -120,14 +122,14 @@ TEST_F(CheckpointFile, AnExtendedFrameReplacesItsCheckpointAlone) {
   render(render_words({"--resumable", "--spp", "64"}));
   const Words extend = {"extend", path("out.exr"), "--spp", "128"};
   expect_failure(extend + Words{"--report", path("out.exr.checkpoint")}, 2,
-                 {"--report", "the frame that is extended"});
+                 {"--report", "the frame to extend"});
   write("out.exr.checkpoint.next", kNotes);
-  expect_failure(extend, 3, {"out.exr.checkpoint.next", "not a checkpoint"});
+  expect_failure(extend, 3, {"out.exr.checkpoint.next", "not an Emberline checkpoint"});
   expect_notes("out.exr.checkpoint.next");
   fs::remove(path("out.exr.checkpoint.next"));
   write("notes.txt", kNotes);
   fs::create_symlink("notes.txt", path("out.exr.checkpoint.next"));
-  expect_failure(extend, 3, {"out.exr.checkpoint.next", "not a checkpoint"});
+  expect_failure(extend, 3, {"out.exr.checkpoint.next", "not an Emberline checkpoint"});
   expect_notes("notes.txt");
   fs::remove(path("out.exr.checkpoint.next"));
   render(extend);

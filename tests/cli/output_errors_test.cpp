@@ -224,7 +224,8 @@ colorspaces:
   - !<ColorSpace> {name: out, from_reference: !<FileTransform> {src: table.cube}}
 )");
   expect_failure(frame + Words{"-o", path("c.png"), "--report", path("here/table.cube")}, 2,
-                 {"--report", "$OCIO reads it"}, {.environment = {{"OCIO", path("config.ocio")}}});
+                 {"--report", "$OCIO config reads it"},
+                 {.environment = {{"OCIO", path("config.ocio")}}});
   // A separate file may have any name, and several outputs may share a device.
   render(frame + Words{"-o", path("a.exr"), "-o", path("sub/a.exr"), "--report", "/dev/null",
                        "--report", "/dev/null"});

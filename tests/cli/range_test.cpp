@@ -297,7 +297,8 @@ TEST_F(Range, NamesOfAllFramesAreCheckedBeforeAnythingIsWritten) {
           {"--reference"});
   refused({"-o", path("other/a.#.exr"), "--heatmap", path("same/a.#.exr")},
           {"it is also the file of"});
-  refused(outputs + Words{"--checkpoint", path("notes.#")}, {"notes.2", "not a checkpoint"});
+  refused(outputs + Words{"--checkpoint", path("notes.#")},
+          {"notes.2", "not an Emberline checkpoint"});
   // The same for a frame outside a range.
   expect_failure(
       {"render", path("t.gltf"), "-o", path("out.exr"), "--progress-file", path("a.3.png")}, 2,

@@ -141,7 +141,7 @@ TEST_F(ReportPage, OfALargeFrameTakesNoMoreMemory) {
   const nlohmann::json json = read_json("r.json");
   EXPECT_LT(json["memory"]["peak_rss_bytes"].get<double>(), 300e6);  // the pixels as float: 480 MB
   const ReadMarkup read = page();
-  expect_text(read, "Each pixel here is the mean of 5 x 5 of the frame's.");
+  expect_text(read, "Each pixel here is the mean of 5 x 5 pixels of the frame.");
   const auto image = std::ranges::find(read.elements, "img", &Element::name);
   EXPECT_EQ(image->attributes.at("width"), "1200");
   EXPECT_EQ(image->attributes.at("height"), "800");
