@@ -153,7 +153,7 @@ TEST_F(Study, DamagedFilesAreNamedByPlace) {
   std::filesystem::resize_file(path("s/pictures/bucket-sobol.png"), uintmax_t(1) << 40);
   const RunResult again = study(bucket);
   for (const char* says :
-       {"runs/bucket-sobol_0.json#/checkpoints/1/mse: expected a number", "the run is made again",
+       {"runs/bucket-sobol_0.json#/checkpoints/1/mse: expected a number", "the run is repeated",
         "nested deeper than 256", "pace.json#/key: a number is too large", "measured again"}) {
     EXPECT_NE(again.err.find(says), std::string::npos) << says << ": " << again.err;
   }

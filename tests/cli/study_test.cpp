@@ -250,7 +250,7 @@ TEST_F(Study, TheReferenceIsKeptAndADamagedOneMadeAnew) {
       write_text(entry.path().string(), bytes);
     }
     const RunResult again = study(study_words(std::string("d") + suffix, cache));
-    EXPECT_NE(again.err.find("rendered anew"), std::string::npos) << again.err;
+    EXPECT_NE(again.err.find("rendered again"), std::string::npos) << again.err;
     EXPECT_EQ(contents("a"), contents(std::string("d") + suffix));
   }
 }
