@@ -158,7 +158,7 @@ TEST(HostileImages, SizesAreHeldAgainstTheBudget) {
       "webp", ImageSpec(1024, 1024, 4, TypeDesc::UINT8), ByteList(size_t(1) << 22, 9));
   ASSERT_LT(webp.size(), 10000u);
   const std::string message = message_of([&] { decode_image(webp, "place", false, progress); });
-  EXPECT_SAYS(message, "memory-limit raises");
+  EXPECT_SAYS(message, "raise memory-limit");
   EXPECT_EQ(budget->reserved(), 0u);
 }
 
@@ -317,7 +317,7 @@ TEST(HostileImages, TilesAreHeldAgainstTheBudgetAndTheImage) {
       EXPECT_SAYS(message(side, {}), "larger than the image");
     }
     EXPECT_SAYS(message(4096, {.memory = budget, .timeout_s = {}, .scene = {}}),
-                "memory-limit raises");
+                "raise memory-limit");
     EXPECT_EQ(budget->reserved(), 0u);
   }
 }
@@ -335,7 +335,7 @@ TEST(HostileImages, RowsThatAreCodedTogetherAreHeldAgainstTheBudget) {
     return message_of([&] { read_float_image(path, LoadProgress({}, {}, limits)); });
   };
   EXPECT_EQ(read({}), "no error");
-  EXPECT_SAYS(read({.memory = budget, .timeout_s = {}, .scene = {}}), "memory-limit raises");
+  EXPECT_SAYS(read({.memory = budget, .timeout_s = {}, .scene = {}}), "raise memory-limit");
 }
 
 // A JPEG whose components come one after another must keep all coefficients.

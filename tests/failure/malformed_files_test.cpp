@@ -140,7 +140,7 @@ TEST_F(Malformed, GlbChunkLargerThanTheFile) {
   bytes[8] = 13;
   bytes[9] = bytes[10] = bytes[11] = 0;
   test::write_bytes(folder_ / "a.glb", bytes);
-  expect_input_error(folder_ / "a.glb", {"announces 13 bytes"});
+  expect_input_error(folder_ / "a.glb", {"declares a length of 13 bytes"});
   bytes = gltf_.glb();
   bytes[15] = 0x7f;
   test::write_bytes(folder_ / "b.glb", bytes);

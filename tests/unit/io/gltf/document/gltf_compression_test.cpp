@@ -65,7 +65,7 @@ TEST(GltfDraco, BrokenStreamsAreErrors) {
   EXPECT_NE(message_of(version).find("2.9"), std::string::npos) << message_of(version);
   GltfBuilder fewer = good;
   fewer.root["accessors"][3]["count"] = 3;
-  EXPECT_NE(message_of(fewer).find("announces 2 faces"), std::string::npos) << message_of(fewer);
+  EXPECT_NE(message_of(fewer).find("declares 2 faces"), std::string::npos) << message_of(fewer);
   GltfBuilder attribute = good;
   attribute.primitive()["extensions"]["KHR_draco_mesh_compression"]["attributes"]["TEXCOORD_0"] = 7;
   EXPECT_NE(message_of(attribute).find("attributes/TEXCOORD_0"), std::string::npos);
@@ -84,7 +84,7 @@ TEST(GltfDraco, AbsurdCountsAreRefusedBeforeDecoding) {
   gltf.bin.insert(gltf.bin.begin() + 11, huge.begin(), huge.end());
   gltf.root["bufferViews"][0]["byteLength"] = gltf.bin.size();
   gltf.root["accessors"][3]["count"] = 4294967295u;
-  EXPECT_NE(message_of(gltf).find("announces 4294967295 faces"), std::string::npos)
+  EXPECT_NE(message_of(gltf).find("declares 4294967295 faces"), std::string::npos)
       << message_of(gltf);
 }
 
