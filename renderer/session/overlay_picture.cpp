@@ -18,9 +18,9 @@ constexpr std::array kOverlays = {
     OverlayEntry{"none", "", ""},
     OverlayEntry{"samples", "samples per pixel", "samples"},
     OverlayEntry{"error", "estimated error of each pixel as displayed", "error"},
-    OverlayEntry{"stop", "why each pixel has ended so far", "stop"},
+    OverlayEntry{"stop", "why each pixel was finished", "stop"},
     OverlayEntry{"time", "time spent on each pixel", "time"},
-    OverlayEntry{"not finite", "samples that were NaN or infinite, and count as black",
+    OverlayEntry{"not finite", "samples that were NaN or infinite; they count as black",
                  "non_finite"},
     OverlayEntry{"tree", "how the adaptive driver divided the frame for its first samples", ""}};
 

@@ -39,7 +39,7 @@ std::span<const HeatmapQuantity> heatmap_quantity_table() {
   constexpr double kTimeBright = 0.95;
   static const std::vector<HeatmapQuantity> table = {
       {.name = "samples",
-       .summary = "samples per pixel: bright where there are many",
+       .summary = "samples per pixel; brighter is more",
        .title = "samples per pixel",
        .channels = {"samples"}},
       {.name = "error",
@@ -50,7 +50,7 @@ std::span<const HeatmapQuantity> heatmap_quantity_table() {
        .value = display_error,
        .rms = true},
       {.name = "denoised_error",
-       .summary = "the same for the denoised picture; needs a finished .exr",
+       .summary = "estimated error of the denoised picture, of a finished .exr",
        .title = "estimated error when denoised, RMS as displayed (0 to 1)",
        .channels = {"denoised.error"},
        .of_denoised = true,
@@ -79,15 +79,15 @@ std::span<const HeatmapQuantity> heatmap_quantity_table() {
        .aov = Aov::kPart,
        .channels = {"part"}},
       {.name = "rays",
-       .summary = "rays of all kinds traced for each pixel",
+       .summary = "rays traced for each pixel",
        .title = "rays per pixel",
        .aov = Aov::kRays,
        .channels = {"rays.camera", "rays.scatter", "rays.shadow"},
        .value = [](const float* channels) { return channels[0] + channels[1] + channels[2]; }},
-      ray_quantity("rays.camera", "camera rays traced for each pixel", "camera rays per pixel"),
-      ray_quantity("rays.scatter", "rays of continued paths traced for each pixel",
+      ray_quantity("rays.camera", "camera rays for each pixel", "camera rays per pixel"),
+      ray_quantity("rays.scatter", "rays that continue paths, for each pixel",
                    "continued paths per pixel"),
-      ray_quantity("rays.shadow", "rays to lights traced for each pixel", "shadow rays per pixel"),
+      ray_quantity("rays.shadow", "shadow rays for each pixel", "shadow rays per pixel"),
   };
   return table;
 }

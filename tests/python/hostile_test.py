@@ -308,7 +308,7 @@ class WrongInput(Test):
         out = folder / "a.exr"
         for wrong, kind, text, more in (
             (rgb.astype("float64"), TypeError, "float64", {}),
-            (rgb[..., :2], ValueError, "names of 2", {}),
+            (rgb[..., :2], ValueError, "expected 2 names", {}),
             (rgb, ValueError, "expected 3 names", {"channels": ["a"]}),
             (rgb, emberline.UsageError, "two channels called a", {"channels": ["a", "a", "b"]}),
             (rgb, emberline.UsageError, "with an invalid name", {"channels": ["a", "", "b"]}),
