@@ -217,7 +217,7 @@ class StagedFarm : public Farm {
     return text_of(path("log"));
   }
   std::string stage() const { return fs::directory_iterator(path("scratch"))->path().string(); }
-  static constexpr const char* kShared = "it is read where it is";
+  static constexpr const char* kShared = "the original is used";
 };
 
 TEST_F(StagedFarm, ALinkIsNotRead) {
@@ -369,7 +369,7 @@ TEST_F(Farm, StatusTrustsSlurmAboutTheEnd) {
                       fs::file_time_type::clock::now() - std::chrono::minutes(9));
   const nlohmann::json silent = status();
   EXPECT_EQ(silent["parts"][0]["state"], "unknown");
-  EXPECT_EQ(silent["parts"][0]["message"].get<std::string>().find("silent for"), 0u);
+  EXPECT_EQ(silent["parts"][0]["message"].get<std::string>().find("no progress for"), 0u);
   expect_failure(farm(path("out.exr")), 1, {"squeue"}, with_slurm_);
 }
 
@@ -448,7 +448,7 @@ TEST_F(FarmedRender, TellsHowFarItIs) {
   EXPECT_EQ(read_json("q.json")["state"], "failed");
   const RunResult kept = run(render_words({"--progress-file", path("none/p.json")}));
   EXPECT_EQ(kept.exit_code, 0) << kept.describe();
-  EXPECT_NE(kept.err.find("the frame goes on without it"), std::string::npos) << kept.err;
+  EXPECT_NE(kept.err.find("the frame continues without it"), std::string::npos) << kept.err;
   expect_failure(render_words({"--progress-file", scene()}), 2, {"--progress-file"});
 }
 

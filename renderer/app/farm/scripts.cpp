@@ -46,7 +46,7 @@ constexpr const char* kStageEnd = R"sh(    each take &&
 fi
 if safe "$folder" && own "$stage" && each kept; then
 {}else
-  echo "emberline: no whole copy of the scene on this machine; it is read where it is" >&2
+  echo "emberline: there is no complete copy of the scene on this machine; the original is used" >&2
 fi
 )sh";
 
