@@ -44,18 +44,11 @@ class PathLoop : private PathBatch {
  private:
   // Russian roulette starts with this scattering event, since short paths carry most of the light.
   static constexpr uint32_t kRouletteDepth = 2;
-<<<<<<< HEAD
-  // A path with throughput t is continued with probability kRouletteScale sqrt(t): between 1 and t,
-  // since what it will find is unknown. If the ray may reach an environment, often the brightest
-  // light, it is traced with kRayRouletteScale sqrt(t) already; the rest of the roulette follows at
-  // the surface that it hits. Ours; figures: tests/bench/results/noise.md.
-=======
   // A path with throughput t continues with probability kRouletteScale sqrt(t), which lies between
   // 1 and t because the light ahead is unknown. If the ray may reach an environment, often the
   // brightest light, it is traced with the higher probability kRayRouletteScale sqrt(t), and the
   // surface that it hits completes the roulette. We chose the values; measurements are in
   // tests/bench/results.
->>>>>>> eng-b
   static constexpr float kRouletteScale = 1.5f;
   static constexpr float kRayRouletteScale = 4.0f;
   // Limits the probability to end a path to 95 %, so that a survivor's weight grows at most 20

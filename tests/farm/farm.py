@@ -22,6 +22,8 @@ from frame_bits import chunks  # noqa: E402
 CHANNELS = ["--aov", "variance,albedo,N,Z,velocity,id,stop"]
 # A sanitized program is slow, starts slowly, and maps terabytes that it never uses.
 SANITIZED = bool(os.environ.get("EMBERLINE_SANITIZE"))
+# Every case, for ci/nightly.sh. ctest runs those that find a fault of any driver.
+LONG = bool(os.environ.get("EMBERLINE_LONG_TESTS"))
 DRIVERS = ("bucket", "bisection", "adaptive")
 EXIT_DONE, EXIT_RENDER_FAILED, EXIT_USAGE, EXIT_INPUT, EXIT_STOPPED = 0, 1, 2, 3, 130
 

@@ -113,13 +113,8 @@ float find_scale(std::span<const float> rates, std::span<const SampleBounds> bou
   return float(k);
 }
 
-<<<<<<< HEAD
-// Powers of two, better stratified, stand for what is 1/1.23 to 1.3 times them; their one and a
-// half for the rest: ours, tuned on teapot and Cornell box (tests/bench/results/adaptive.md).
-=======
 // Powers of two are better stratified, so they get ratios from 1/1.23 to 1.3, and 1.5 times a power
 // of two gets the rest. Our choice, tuned on teapot and Cornell box (tests/bench/results).
->>>>>>> eng-b
 float nearest_step(float x) {
   constexpr float kToHalfStep = 1.3f, kToPower = 1.62f;
   const auto bits = std::bit_cast<uint32_t>(x);

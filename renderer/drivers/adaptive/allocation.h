@@ -33,19 +33,11 @@ void share_samples(std::span<const float> rates, std::span<const SampleBounds> b
 void share_steps(std::span<const float> rates, std::span<const SampleBounds> bounds, double total,
                  std::vector<float>* counts);
 
-<<<<<<< HEAD
-// Counts are multiples of this. Whole blocks of the sampler: pairs of dimensions are stratified by
-// 8, streams alternate by 8. Of many samples, a quarter of the power of two below: what a Sobol'
-// sequence has at 12, 14 or 16 times a power of two is better stratified than in between
-// (tests/bench/results). Where a pixel is judged by the halves of its samples, a half of it: at
-// other counts it is not looked at again.
-=======
 // Counts are multiples of this: whole blocks of the sampler, since pairs of dimensions are
 // stratified by 8 and streams alternate by 8. Large counts are multiples of a quarter of the power
 // of two below: a Sobol' sequence is better stratified at 12, 14 or 16 times a power of two than in
 // between (tests/bench/results). With `halves` they are multiples of half that power, since
 // halves are not compared at other counts.
->>>>>>> eng-b
 inline uint32_t count_multiple(float wanted, bool halves) {
   const uint32_t steps = halves ? 2 : 4;
   return std::max(8u, std::bit_floor(uint32_t(std::min(wanted, 16777216.0f))) / steps);

@@ -21,11 +21,7 @@ namespace emberline {
 class Archive;
 class FilmTile;
 
-<<<<<<< HEAD
-// Ours, not tuned: one pass is then 5 to 8 % of a frame of 64 samples.
-=======
 // Our choice, not tuned: one pass takes 5 to 8 % of a frame of 64 samples (tests/bench/results).
->>>>>>> eng-b
 inline constexpr double kFilterGrowth = 4.0;
 
 class DenoisedError {

@@ -20,19 +20,11 @@ constexpr uint32_t kNone = ~0u;
 constexpr int kLongestSide = 65536;                      // limited by RefinementTree::Cell
 constexpr int64_t kMostPixels = (int64_t(1) << 31) - 1;  // two node ids each
 
-<<<<<<< HEAD
-// A round is the best leaves that hold this share of all leaves' priority: few while contrast is
-// concentrated, so that the next round can react; many when all look alike. Between these parts of
-// the leaves that can be split, so that a sample costs 16 evaluations of leaves at most;
-// and at least a 64th of all samples, or 64, which keeps the last rounds from being many and small.
-// tests/bench/results/adaptive.md has what other values do to error and speed.
-=======
 // A round is the best leaves that hold this share of the total priority: few while contrast is
 // concentrated, so that the next round can react; many if all leaves look alike. It is limited to
 // these fractions of the leaves that can be split, so that a sample costs at most 16 evaluations of
 // leaves, and to at least 64 and a 64th of all samples, so that the last rounds are not many and
 // small. tests/bench/results shows how other values affect error and speed.
->>>>>>> eng-b
 constexpr double kRoundPriority = 0.25;
 constexpr size_t kSmallestPart = 16, kLargestPart = 4, kSmallestPartOfAll = 64;
 constexpr size_t kSmallestRound = 64;

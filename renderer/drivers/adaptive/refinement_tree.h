@@ -19,21 +19,12 @@
 // term: without contrast the largest leaf comes first. While a leaf is larger than `coverage_area`,
 // only such leaves are split.
 //
-<<<<<<< HEAD
-// Where this departs from the paper: it splits one leaf at a time and finds it by descending from
-// the root; here a round splits many leaves, all that are too large for coverage, then those that
-// hold a quarter of all priority, so that they are read in one stream and the renderer gets many
-// pixels to work on. Leaves cannot react to samples of their own round. And its v_int is kept up to
-// date by means that are pulled up the tree, which gains little with v_ext beside it
-// (tests/bench/results/adaptive.md).
-=======
 // Differences from the paper. The paper splits one leaf at a time and finds it by descending from
 // the root. Here a round splits many leaves: first all that are too large for coverage, then those
 // that hold a quarter of the total priority. Leaves are thus read in one stream and the renderer
 // gets many pixels to work on, but leaves cannot react to samples of their own round. The paper
 // also updates v_int with means that are pulled up the tree, which gains little in addition to
 // v_ext (tests/bench/results).
->>>>>>> eng-b
 //
 // Display values: radiance x exposure is mapped by x / (1 + x) (Reinhard, Stark, Shirley & Ferwerda
 // 2002) and a square root, for the eye, into [0, 1] however bright a light is. A variance is the
