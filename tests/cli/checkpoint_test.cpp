@@ -30,7 +30,7 @@ class CheckpointFile : public CommandTest {
   }
 };
 
-TEST_F(CheckpointFile, ReplacesNoFileOfOthers) {
+TEST_F(CheckpointFile, ReplacesNoForeignFile) {
   write("notes.txt", kNotes);
   write("empty", "");
   for (const char* driver : {"bucket", "adaptive"}) {
@@ -49,7 +49,7 @@ TEST_F(CheckpointFile, ReplacesNoFileOfOthers) {
 }
 
 // The default name beside the output, which no option names.
-TEST_F(CheckpointFile, ReplacesNoFileOfOthersBesideTheOutput) {
+TEST_F(CheckpointFile, ReplacesNoForeignFileNextToTheOutput) {
   const Words frame = {"render", scene(), "-o", path("out.exr"), "--size", "16x16"};
   const std::pair<std::string, Words> rows[] = {
       {"out.exr.checkpoint", {"--resumable"}},
@@ -63,7 +63,7 @@ TEST_F(CheckpointFile, ReplacesNoFileOfOthersBesideTheOutput) {
   }
 }
 
-TEST_F(CheckpointFile, WritesThroughNoLinkToAFileOfOthers) {
+TEST_F(CheckpointFile, DoesNotWriteThroughLinksToForeignFiles) {
   fs::create_directory(path("elsewhere"));
   write("elsewhere/notes.txt", kNotes);
   for (const char* target : {"elsewhere/notes.txt", "elsewhere/nothing"}) {
@@ -102,7 +102,7 @@ TEST_F(CheckpointFile, ReplacesNoCheckpointOfAnotherFrame) {
 }
 
 // For example a link to another disk.
-TEST_F(CheckpointFile, GoesOnThroughALinkToACheckpoint) {
+TEST_F(CheckpointFile, ResumesThroughALink) {
   const Words words = render_words({"--part", "1/2", "--bucket-size", "8", "--resume"});
   render(words);
   fs::create_directory(path("big"));
@@ -118,7 +118,7 @@ TEST_F(CheckpointFile, GoesOnThroughALinkToACheckpoint) {
   EXPECT_EQ(read_bytes(path("big/part")), before);
 }
 
-TEST_F(CheckpointFile, AnExtendedFrameReplacesItsCheckpointAlone) {
+TEST_F(CheckpointFile, ExtendingReplacesOnlyTheCheckpoint) {
   render(render_words({"--resumable", "--spp", "64"}));
   const Words extend = {"extend", path("out.exr"), "--spp", "128"};
   expect_failure(extend + Words{"--report", path("out.exr.checkpoint")}, 2,
@@ -137,7 +137,7 @@ TEST_F(CheckpointFile, AnExtendedFrameReplacesItsCheckpointAlone) {
 }
 
 // A part's result is its checkpoint, so a part whose checkpoint another program removes has failed.
-TEST_F(CheckpointFile, APartWhoseFileIsLostHasFailed) {
+TEST_F(CheckpointFile, PartWithALostFileFails) {
   const std::string file = path("out.exr.part-1-of-2.checkpoint");
   const std::pair<const char*, std::function<void()>> losses[] = {
       {"removed", [&] { fs::remove(file); }},
@@ -182,7 +182,7 @@ TEST_F(CheckpointFile, APartWhoseFileIsLostHasFailed) {
 }
 
 // --quiet suppresses only messages that are not errors.
-TEST_F(CheckpointFile, AFullDiskIsSaidWithQuiet) {
+TEST_F(CheckpointFile, FullDiskIsReportedWithQuiet) {
   const Words part = {"render", scene(), "-o",     path("out.exr"), "--size", "64x64",
                       "--spp",  "2",     "--part", "1/2",           "-q"};
   const RunResult result = run(part, {.folder = folder_.path(), .file_size_limit = 8192});

@@ -73,7 +73,7 @@ TEST_F(Info, Text) {
   EXPECT_EQ(result.out.find('\033'), std::string::npos);
 }
 
-TEST_F(Info, NamesThatAreNotTextDoNotBreakTheJson) {
+TEST_F(Info, InvalidUtf8NamesDoNotBreakTheJson) {
   GltfBuilder gltf = lamp_scene();
   gltf.root["cameras"][0]["name"] = "\x1b[31m red \n \xc3\xa4";
   const RunResult result = run({"info", gltf.write_glb(path("scene.glb")), "--json"});

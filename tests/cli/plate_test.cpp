@@ -87,7 +87,7 @@ TEST_F(PlateOptions, GoThroughCheckpoints) {
 }
 
 // Adaptive rounds are weighted, but shadows come from all samples.
-TEST_F(PlateOptions, OfEveryDriver) {
+TEST_F(PlateOptions, WorkWithEveryDriver) {
   const ExrPicture whole = picture({"--spp", "64"});
   for (const Words& driver :
        {Words{"--driver", "bisection"}, Words{"--driver", "adaptive"},
@@ -119,7 +119,7 @@ TEST_F(PlateOptions, NameNodes) {
   EXPECT_EQ(first_difference(read_exr(path("out.exr")), read_exr(path("again.exr"))), "");
 }
 
-TEST_F(PlateOptions, SayWhatTheyCannotDo) {
+TEST_F(PlateOptions, RejectUnsupportedSettings) {
   expect_failure(frame({"--catcher", "flor"}), 2,
                  {"--catcher: no node 'flor'", "nearest", "'floor'"});
   expect_failure(frame({"--holdout", "prop"}), 2, {"--holdout: no node 'prop'", "'props'"});

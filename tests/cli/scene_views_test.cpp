@@ -35,7 +35,7 @@ Rect coverage(const ExrPicture& picture) {
   return box;
 }
 
-TEST_F(Views, WithoutLightTheSurroundingsAreWhite) {
+TEST_F(Views, UnlitSceneGetsAWhiteEnvironment) {
   unlit_scene().write_glb(path("scene.glb"));
   const ExrPicture seen = picture(render_words({"--spp", "16"}));
   EXPECT_NE(result_.err.find("warning"), std::string::npos) << result_.err;
@@ -119,7 +119,7 @@ TEST_F(Views, CamerasAreChosenByNameOrIndex) {
   EXPECT_NE(first_difference(first, picture(render_words({"--fov-y", "20"}))), "");
 }
 
-TEST_F(Views, CamerasAreChosenByTheirNodesToo) {
+TEST_F(Views, CamerasAreAlsoChosenByNode) {
   GltfBuilder gltf = lamp_scene();
   gltf.push("cameras",
             {{"name", "Camera"},
@@ -166,7 +166,7 @@ TEST_F(Views, CamerasAreChosenByTheirNodesToo) {
       << info.out;
 }
 
-TEST_F(Views, ABrokenCameraIsRefusedWhereItIsChosen) {
+TEST_F(Views, BrokenCameraIsRefusedOnlyIfChosen) {
   GltfBuilder gltf = lamp_scene();
   const nlohmann::json flat = {{"yfov", 0.0}, {"znear", 0.1}};
   gltf.push("cameras", {{"name", "flat"}, {"type", "perspective"}, {"perspective", flat}});
@@ -189,7 +189,7 @@ TEST_F(Views, ABrokenCameraIsRefusedWhereItIsChosen) {
   picture(render_words({"--look-from", "0,1,3", "--look-at", "0,0.5,0"}));
 }
 
-TEST_F(Views, ALensIsFocusedOnWhatIsLookedAt) {
+TEST_F(Views, LensFocusesOnLookAt) {
   scene();
   const Words view = {"--look-from", "0,1,3", "--look-at", "0,0.5,0", "--spp", "16"};
   const ExrPicture sharp = picture(render_words(view));
@@ -351,7 +351,7 @@ TEST_F(Views, AnOrthographicCameraCanBeSeenFromElsewhere) {
   EXPECT_EQ(coverage(picture(render_words(edits))), (Rect{20, 12, 28, 20}));
 }
 
-TEST_F(Views, TheCommandLinesOwnCamera) {
+TEST_F(Views, CameraFromTheCommandLine) {
   // Seen from straight above, where any "up" must work, the floor fills the frame.
   const ExrPicture above =
       picture(render_words({"--look-from", "0,1,0", "--look-at", "0,0,0", "--fov-y", "60"}));
@@ -362,7 +362,7 @@ TEST_F(Views, TheCommandLinesOwnCamera) {
   EXPECT_TRUE(coverage(below).empty());
 }
 
-TEST_F(Views, BackfacesAreCulledUnlessAskedFor) {
+TEST_F(Views, BackfacesAreCulledByDefault) {
   const Words from_below = {"--look-from", "0,-3,0.1", "--look-at", "0,0,0", "--transparent"};
   unlit_scene().write_glb(path("scene.glb"));
   EXPECT_TRUE(coverage(picture(render_words(from_below))).empty());
