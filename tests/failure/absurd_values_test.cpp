@@ -229,7 +229,7 @@ TEST_F(Absurd, GarbageForImages) {
   }
 }
 
-TEST_F(Absurd, PathsThatAreNoFiles) {
+TEST_F(Absurd, PathsThatAreNotFiles) {
   expect_input_error(folder_ / "missing.glb", {"file not found"});
   expect_input_error(folder_.path().string(), {"is a directory"});
   expect_input_error("/dev/null", {"is a device, not a regular file"});

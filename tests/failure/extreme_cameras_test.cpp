@@ -129,7 +129,7 @@ std::string refusal(SceneBuilderForTests& b) {
   return "";
 }
 
-TEST(ExtremeInstances, ThatNoRayCanEnterAreRefused) {
+TEST(ExtremeInstances, AreRefusedIfRaysCannotEnter) {
   for (const double scale : {1e-25, 1e-13}) {
     SceneBuilderForTests b;
     const int material = b.add_material(lambert(Rgb(0.5f)));

@@ -83,7 +83,7 @@ TEST(HostileImages, DecodersSeeNoMetadata) {
 
 // Metadata that affects the samples must stay: Adobe's segment says whether three components are
 // YCbCr or RGB, and tRNS makes colours transparent.
-TEST(HostileImages, WhatDecidesSamplesIsKept) {
+TEST(HostileImages, DataThatAffectsSamplesIsKept) {
   const ByteList adobe = test::jpeg_segment(
       0xee, test::bytes_of("Adobe") + ByteList{0, 100, 0, 0, 0, 0, 0});  // transform 0: RGB
   const ByteList jpeg = test::small_jpeg();
@@ -130,7 +130,7 @@ TEST(HostileImages, ACutJpegIsRefusedOrNamed) {
 }
 
 // A header that announces a large picture without data must not cause a large allocation.
-TEST(HostileImages, HeadersAreHeldAgainstTheBytesBehindThem) {
+TEST(HostileImages, HeadersAreCheckedAgainstTheFileSize) {
   const TempFolder folder;
   const std::string head = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n";
   test::write_text(folder / "a.hdr", head + "-Y 20000 +X 30000\n" + std::string(8000, '\2'));
@@ -151,7 +151,7 @@ TEST(HostileImages, HeadersAreHeldAgainstTheBytesBehindThem) {
 }
 
 // The budget is checked before any byte of the image is decoded.
-TEST(HostileImages, SizesAreHeldAgainstTheBudget) {
+TEST(HostileImages, SizesAreCheckedAgainstTheBudget) {
   const auto budget = std::make_shared<MemoryBudget>(uint64_t(1) << 20);
   LoadProgress progress({}, {}, {.memory = budget, .timeout_s = {}, .scene = {}});
   const ByteList webp = test::encode_image<uint8_t>(
@@ -182,7 +182,7 @@ TEST(HostileImages, OnlyKnownFormatsAreOpened) {
 }
 
 // OpenImageIO parses options from such names.
-TEST(HostileImages, NamesAreOnlyNames) {
+TEST(HostileImages, FileNamesHaveNoOptions) {
   const TempFolder folder;
   for (const char* name : {"a?subimage=3.exr", "a&b.exr", "a b\n.exr"}) {
     test::write_bytes(
@@ -247,7 +247,7 @@ TEST(HostileImages, ExrValuesHaveTheSizeOfTheirType) {
 
 // OpenImageIO's IOMemReader reads just before the buffer if a row's offset is -1. OpenEXR 3.4
 // rebuilds a table that holds -1, and finds the row.
-TEST(HostileImages, ExrOffsetsLeadNowhereElse) {
+TEST(HostileImages, ExrOffsetsStayInsideTheFile) {
   const TempFolder folder;
   ImageSpec spec(4, 1, 3, TypeDesc::FLOAT);
   spec.attribute("compression", "none");
@@ -284,7 +284,7 @@ TEST(HostileImages, ExrOffsetsLeadNowhereElse) {
 }
 
 // A tile is decoded whole, so a tiny image with huge tiles would take gigabytes.
-TEST(HostileImages, TilesAreHeldAgainstTheBudgetAndTheImage) {
+TEST(HostileImages, TilesAreCheckedAgainstTheBudgetAndTheImage) {
   const TempFolder folder;
   const auto budget = std::make_shared<MemoryBudget>(uint64_t(32) << 20);
   for (const char* suffix : {"exr", "tif"}) {
@@ -323,7 +323,7 @@ TEST(HostileImages, TilesAreHeldAgainstTheBudgetAndTheImage) {
 }
 
 // Rows are decoded in the blocks in which they are compressed, with all channels.
-TEST(HostileImages, RowsThatAreCodedTogetherAreHeldAgainstTheBudget) {
+TEST(HostileImages, JointlyCodedRowsAreCheckedAgainstTheBudget) {
   const TempFolder folder;
   const std::string path = folder / "wide.exr";
   constexpr int kWidth = 4096, kRows = 16, kChannels = 60;  // 16 MB
@@ -373,7 +373,7 @@ TEST(HostileImages, AnHdrHasOneSize) {
   }
 }
 
-TEST(HostileImages, RowsOfAnHdrAreHeldToTheirWidth) {
+TEST(HostileImages, HdrRowsHaveTheImagesWidth) {
   const TempFolder folder;
   const std::string head = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 8\n";
   const auto message = [&](std::initializer_list<int> row) {
@@ -395,7 +395,7 @@ TEST(HostileImages, RowsOfAnHdrAreHeldToTheirWidth) {
 }
 
 // Structures whose processing time multiplies, and the number of each that a file needs.
-TEST(HostileImages, WhatIsGoneOverAgainAndAgainIsBounded) {
+TEST(HostileImages, RepeatedScansAreBounded) {
   // Values of an EXR's header are searched linearly.
   ByteList exr = test::encode_image<float>("exr", ImageSpec(1, 1, 3, TypeDesc::FLOAT), {1, 2, 3});
   ByteList values;

@@ -89,12 +89,12 @@ TEST_F(Malformed, MissingBinFile) {
   expect_input_error(folder_ / "a.gltf", {"#/buffers/0/uri: file not found", "Box Textured0.bin"});
 }
 
-TEST_F(Malformed, TwoNodesThatAreEachOthersChildren) {
+TEST_F(Malformed, TwoNodesAreEachOthersChildren) {
   gltf_.root["nodes"] = {{{"children", {1}}, {"mesh", 0}}, {{"children", {0}}}};
   expect_error({"#/nodes/", "cycle"});
 }
 
-TEST_F(Malformed, PrimitivesThatAreNoArray) {
+TEST_F(Malformed, PrimitivesAreNotAnArray) {
   const json primitive = gltf_.primitive();
   gltf_.root["meshes"][0]["primitives"] = {{"not an array", primitive}};
   expect_error({"#/meshes/0/primitives: expected an array, found object"});

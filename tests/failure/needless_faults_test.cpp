@@ -99,7 +99,7 @@ TEST_F(NeedlessFault, ChildrenListedTwiceAreFollowedOnce) {
   warned({"#/nodes/1/children/1: node 2 is listed twice", "(and 199 more like it)"});
 }
 
-TEST_F(NeedlessFault, WhereNothingIsLeftTheyAreNamed) {
+TEST_F(NeedlessFault, FaultsAreNamedIfNothingIsLeft) {
   gltf_.push("scenes", {{"nodes", {77}}});
   gltf_.root["scenes"][0]["nodes"] = json::array();
   refused({": no geometry to render; the first error is: ", "#/scenes/1/nodes/0: index 77"});
@@ -107,14 +107,14 @@ TEST_F(NeedlessFault, WhereNothingIsLeftTheyAreNamed) {
 
 // ---- meshes, skins, materials
 
-TEST_F(NeedlessFault, MeshesAndSkinsThatNobodyWears) {
+TEST_F(NeedlessFault, UnusedMeshesAndSkins) {
   gltf_.push("meshes", {{"primitives", {{{"attributes", {{"POSITION", 0}}}, {"indices", 9}}}}});
   warned({"#/meshes/1/primitives/0/indices: index 9 is out of range"});
   gltf_.add_mesh_node(1);
   refused({"#/meshes/1/primitives/0/indices: index 9 is out of range"});
 }
 
-TEST_F(NeedlessFault, AttributesThatNothingReads) {
+TEST_F(NeedlessFault, UnreadAttributes) {
   json& attributes = gltf_.primitive()["attributes"];
   for (const char* name : {"TANGENT", "COLOR_1", "TEXCOORD_0", "TEXCOORD_3", "JOINTS_0", "_ID"}) {
     attributes[name] = 99;
@@ -128,7 +128,7 @@ TEST_F(NeedlessFault, AttributesThatNothingReads) {
   }
 }
 
-TEST_F(NeedlessFault, MorphTargetsOfNoWeight) {
+TEST_F(NeedlessFault, MorphTargetsWithZeroWeight) {
   gltf_.primitive()["targets"] = {{{"POSITION", 0}}, {{"POSITION", 99}}};
   gltf_.root["meshes"][0]["weights"] = {0.5, 0.0};
   warned({"#/meshes/0/primitives/0/targets/1/POSITION: index 99 is out of range"});
@@ -167,7 +167,7 @@ TEST_F(NeedlessFault, TexturesWithoutAnImage) {
   refused({"#/textures/1/source: index 4 is out of range"});
 }
 
-TEST_F(NeedlessFault, AMissingImageIsNeutralWhereThatIsAsked) {
+TEST_F(NeedlessFault, LenientReplacesAMissingImage) {
   gltf_.push("images", {{"uri", "gone.png"}});
   gltf_.push("textures", {{"source", 0}});
   gltf_.push("materials", {{"normalTexture", {{"index", 0}}}});
@@ -230,7 +230,7 @@ TEST_F(NeedlessFault, Animations) {
 
 // ---- optional extensions
 
-TEST_F(NeedlessFault, VariantsOfMaterialsThatAreNotThere) {
+TEST_F(NeedlessFault, VariantsWithMissingMaterials) {
   gltf_.push("materials", {{"name", "own"}});
   gltf_.push("materials", {{"alphaMode", "TORN"}});
   gltf_.root["extensions"]["KHR_materials_variants"]["variants"] = {{{"name", "a"}}, {{"name", 1}}};
@@ -316,7 +316,7 @@ TEST_F(NeedlessFault, NumbersOutOfRangeInOptionalExtensions) {
 }
 
 // Members that no picture needs; null counts as absent.
-TEST_F(NeedlessFault, NullStandsForAMemberThatIsNotThere) {
+TEST_F(NeedlessFault, NullEqualsAMissingMember) {
   gltf_.push("cameras", {{"type", "perspective"},
                          {"perspective", {{"yfov", 0.5}, {"znear", 0.1}, {"aspectRatio", 2}}}});
   gltf_.push("cameras", {{"type", "orthographic"},
@@ -377,7 +377,7 @@ TEST_F(NeedlessFault, TextureTransforms) {
             (std::array<float, 6>{1, 0, 0, 0, 1, 0}));
 }
 
-TEST_F(NeedlessFault, AWebpThatDoesNotDecode) {
+TEST_F(NeedlessFault, BrokenWebpUsesTheOtherImage) {
   const int png = gltf_.push("images", {{"bufferView", gltf_.add_view(test::small_png())}});
   const std::vector<uint8_t> noise(40, 0x5a);
   const int webp = gltf_.push("images", {{"bufferView", gltf_.add_view(noise)}});
@@ -409,7 +409,7 @@ TEST_F(NeedlessFault, NullInstancesAreNone) {
   refused({"EXT_mesh_gpu_instancing", "found null"});
 }
 
-TEST_F(NeedlessFault, ExtensionsThatAreAnEmptyList) {
+TEST_F(NeedlessFault, ExtensionsAsAnEmptyList) {
   node()["extensions"] = json::array();
   EXPECT_EQ(load_gltf(gltf_.write_glb(folder_ / "a.glb"), {}).instances.size(), 1u);
 }
@@ -427,7 +427,7 @@ GltfBuilder draco_with_fallback() {
   return gltf;
 }
 
-TEST(NeedlessFaultOfDraco, TheUncompressedDataTakesItsPlace) {
+TEST(NeedlessFaultOfDraco, UsesTheUncompressedData) {
   const std::string place = "#/meshes/0/primitives/0/extensions/KHR_draco_mesh_compression";
   GltfBuilder gltf = draco_with_fallback();
   ASSERT_EQ(gltf.root["accessors"][0]["count"], 4);
@@ -479,7 +479,7 @@ TEST(NeedlessFaultOfMeshopt, APlaceholderNeedsNeitherBytesNorAMark) {
   }
 }
 
-TEST(NeedlessFaultOfMeshopt, TheFallbackBufferTakesItsPlace) {
+TEST(NeedlessFaultOfMeshopt, UsesTheFallbackBuffer) {
   GltfBuilder gltf = test::meshopt_triangle(false);
   gltf.root.erase("extensionsRequired");
   const std::string place = "#/bufferViews/0/extensions/EXT_meshopt_compression";

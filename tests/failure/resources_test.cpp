@@ -49,7 +49,7 @@ TEST_F(Resources, OutsideTheFolderAreRefused) {
 }
 
 // Names from writers that do not escape properly, and from other operating systems.
-TEST_F(Resources, NamesAreFoundAsTheyStand) {
+TEST_F(Resources, UnescapedNamesAreFound) {
   fs::create_directories(folder_ / "scenes/sub dir");
   const std::pair<const char*, const char*> names[] = {{"example 10%.bin", "example 10%.bin"},
                                                        {"a%20b.bin", "a%20b.bin"},
@@ -96,7 +96,7 @@ TEST_F(Resources, NamesAreFoundAsTheyStand) {
   expect_input_error(scene("sub\\gone.bin"), {"#/buffers/0/uri", "file not found"});
 }
 
-TEST_F(Resources, LinksAreFollowedBeforeTheyAreJudged) {
+TEST_F(Resources, LinksAreResolvedBeforeTheCheck) {
   const std::string path = scene("link.bin");
   ASSERT_EQ(::symlink("../outside.bin", (folder_ / "scenes/link.bin").c_str()), 0);
   expect_input_error(path, {"points outside the scene's folder", "outside.bin"});
@@ -111,7 +111,7 @@ TEST_F(Resources, LinksAreFollowedBeforeTheyAreJudged) {
   expect_input_error(scene(std::string(5000, 'a')), {"cannot look at the file"});
 }
 
-TEST_F(Resources, ARootWidensThem) {
+TEST_F(Resources, ResourceRootAllowsMoreFiles) {
   const std::string path = scene("../outside.bin");
   const SceneDescription read = load_gltf(path, {.resource_root = folder_.path().string()});
   ASSERT_EQ(read.files.size(), 2u);
@@ -123,7 +123,7 @@ TEST_F(Resources, ARootWidensThem) {
 }
 
 // Of a 3 GB buffer only the triangle's bytes are read, and the rest costs nothing.
-TEST_F(Resources, BuffersAreReadAsFarAsTheyAreUsed) {
+TEST_F(Resources, OnlyUsedPartsOfBuffersAreRead) {
   const std::string path = scene("large.bin");
   fs::rename(folder_ / "outside.bin", folder_ / "scenes/large.bin");
   constexpr uint64_t kSize = uint64_t(3) << 30;

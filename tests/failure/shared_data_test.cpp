@@ -79,7 +79,7 @@ TEST(SharedData, MorphTargetsOfOneAccessor) {
   test::expect_input_error(gltf, {"vertices and indices, too many for a file of this size"});
 }
 
-TEST(SharedData, NamesOfExtensionsThatNobodyKnows) {
+TEST(SharedData, NamesOfUnknownExtensions) {
   GltfBuilder gltf;
   gltf.add_triangle();
   json& names = gltf.root["extensionsUsed"];
@@ -90,7 +90,7 @@ TEST(SharedData, NamesOfExtensionsThatNobodyKnows) {
 }
 
 // A name of one megabyte shared by hundreds of objects.
-TEST(SharedData, NamesThatManyObjectsCopyCount) {
+TEST(SharedData, CopiedNamesCountAgainstTheLimit) {
   const std::string name(size_t(1) << 20, 'n');
   constexpr int kCount = 200;
   GltfBuilder cameras, lamps, meshes, nodes;
@@ -122,7 +122,7 @@ TEST(SharedData, NamesThatManyObjectsCopyCount) {
 }
 
 // Gathering the placements takes more than half of their memory before the first instance exists.
-TEST(SharedData, PlacementsCountWhileTheyAreGathered) {
+TEST(SharedData, PlacementsCountAgainstTheLimitWhileGathered) {
   constexpr int kCount = 10000;
   GltfBuilder gltf;
   const int mesh = gltf.add_triangle();
