@@ -40,7 +40,7 @@ TEST_F(LibraryHeatmaps, ShowTheChannelsOfThePicture) {
   EXPECT_LT(narrow.values[3 * most], 4);
 }
 
-TEST_F(LibraryHeatmaps, SayWhatTheyNeed) {
+TEST_F(LibraryHeatmaps, ErrorsNameTheMissingChannel) {
   const Picture picture = frame();
   EXPECT_THROW(heatmap(picture, "heat"), UsageError);
   HeatmapLook look;

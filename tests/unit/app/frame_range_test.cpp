@@ -33,7 +33,7 @@ std::string says(const Set& set) {
   return refusal(options);
 }
 
-TEST(FrameRange, ReadsWhatFarmsWrite) {
+TEST(FrameRange, ReadsFarmNotation) {
   const struct {
     const char* text;
     Frames frames;
@@ -62,7 +62,7 @@ TEST(FrameRange, ReadsWhatFarmsWrite) {
   for (const auto& row : rows) EXPECT_EQ(parse_frames(row.text), row.frames) << row.text;
 }
 
-TEST(FrameRange, RefusesWhatIsNone) {
+TEST(FrameRange, RejectsInvalidRanges) {
   for (const char* text : {"",
                            ",",
                            "1,",
@@ -221,7 +221,7 @@ TEST(FrameRange, AnOutputForAllFramesIsRefused) {
             "-o a.#.exr: for frame 12 this is a.12.exr, which is already an output");
 }
 
-TEST(FrameRange, ATurntableIsARangeOfItsOwn) {
+TEST(FrameRange, TurntableDefinesItsOwnRange) {
   RenderOptions options;
   options.outputs = {"a.##.exr"};
   options.turntable = Turntable{std::nullopt, 3};

@@ -21,7 +21,7 @@ std::string refusal(MemoryBudget& budget, MemoryPart part, uint64_t bytes) {
   return "";
 }
 
-TEST(MemoryBudget, SaysWhoWantedHowMuchOfWhat) {
+TEST(MemoryBudget, RefusalNamesTheOwnerAndTheAmount) {
   MemoryBudget budget(uint64_t(2) << 30);
   budget.reserve(MemoryPart::kFile, uint64_t(1) << 29, "scene.glb");
   EXPECT_EQ(
@@ -42,7 +42,7 @@ TEST(MemoryBudget, CountsThatOverflowAreTooMuch) {
   EXPECT_EQ(bytes_of(3, 7), 21u);
 }
 
-TEST(MemoryBudget, GivesBackWhatWasForAWhile) {
+TEST(MemoryBudget, ReleasesTemporaryMemory) {
   const auto budget = std::make_shared<MemoryBudget>(1000);
   {
     MemoryReservation first(budget, MemoryPart::kFile, 600, "a");
@@ -57,7 +57,7 @@ TEST(MemoryBudget, GivesBackWhatWasForAWhile) {
   EXPECT_EQ(budget->peak(), 1000u);
 }
 
-TEST(MemoryBudget, TheRestHasTheSameLimitAndKnowsWhatItTook) {
+TEST(MemoryBudget, RestSharesTheLimitAndTracksItsUse) {
   MemoryBudget whole(1000);
   whole.reserve(MemoryPart::kGeometry, 300, "a.gltf");
   const std::shared_ptr<MemoryBudget> rest = whole.rest();
@@ -69,7 +69,7 @@ TEST(MemoryBudget, TheRestHasTheSameLimitAndKnowsWhatItTook) {
   EXPECT_EQ(whole.reserved(), 300u);
 }
 
-TEST(MemoryBudget, OfManyThreadsNoneGetsMoreThanThereIs) {
+TEST(MemoryBudget, ThreadsTogetherStayWithinTheLimit) {
   const auto budget = std::make_shared<MemoryBudget>(1000);
   std::atomic<int> granted{0};
   {
@@ -90,7 +90,7 @@ TEST(MemoryBudget, UnlimitedRefusesNothing) {
   EXPECT_EQ(LoadProgress::unwatched().budget(), MemoryBudget::unlimited());
 }
 
-TEST(LoadLimits, ALoadThatTakesLongerEnds) {
+TEST(LoadLimits, LoadEndsAtTheTimeout) {
   LoadLimits limits;
   limits.timeout_s = 0.01;
   limits.scene = "scene.glb";

@@ -240,7 +240,7 @@ TEST_F(DisplayTest, OcioConfigsAreRegularFilesOfSomeSize) {
 }
 
 // OpenColorIO 2.1 does not terminate on any of these.
-TEST_F(DisplayTest, OcioConfigsLeadNowhereForEver) {
+TEST_F(DisplayTest, CyclicOcioConfigsAreRefused) {
   const auto with = [&](const std::string& transform) {
     use_config(R"(ocio_profile_version: 2
 search_path: "."
@@ -298,7 +298,7 @@ colorspaces:
 }
 
 // Words between stars are not aliases; an alias has an anchor of its name.
-TEST_F(DisplayTest, WordsBetweenStarsAreNoAliases) {
+TEST_F(DisplayTest, StarredWordsAreNotAliases) {
   std::string comments, bullets, commented;
   for (int i = 0; i < 40; ++i) {
     comments += "# the *linear* space, *not* the [*display*] one, {*see* the R&D &notes\n";
@@ -358,7 +358,7 @@ TEST_F(DisplayTest, EveryNameThatIsListedCanBeUsed) {
   }
 }
 
-TEST_F(DisplayTest, NamesOfAConfigThatIsNotThereAreAnInputError) {
+TEST_F(DisplayTest, MissingConfigIsAnInputError) {
   setenv("OCIO", path("missing.ocio").c_str(), 1);
   EXPECT_THROW(display_names(), InputError);
 }

@@ -41,7 +41,7 @@ TEST_F(AtomicFileTest, KeepsLinksAndPermissions) {
   EXPECT_EQ(fs::status(path("real")).permissions(), fs::perms::owner_read | fs::perms::owner_write);
 }
 
-TEST_F(AtomicFileTest, MakesWhatALinkLeadsTo) {
+TEST_F(AtomicFileTest, CreatesTheTargetOfALink) {
   fs::create_directory(path("scratch"));
   fs::create_symlink("scratch/out", path("link"));
   fs::create_symlink("link", path("chain"));
@@ -53,7 +53,7 @@ TEST_F(AtomicFileTest, MakesWhatALinkLeadsTo) {
   EXPECT_TRUE(fs::is_symlink(path("loop")));
 }
 
-TEST_F(AtomicFileTest, LeftoversAndLongNamesAreNoObstacle) {
+TEST_F(AtomicFileTest, ToleratesLeftoversAndLongNames) {
   {
     std::ofstream(path("a.emberline.part-" + std::to_string(getpid())))
         << "left by a killed process";

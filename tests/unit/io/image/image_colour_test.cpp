@@ -104,7 +104,7 @@ TEST_F(ImageColour, TheOnlyLayerWithRgbIsUsed) {
   EXPECT_EQ(sky({{"", {"R", "G", "B", "a.R", "a.G", "a.B"}, {1, 2, 3, 7, 8, 9}}}), kSky);
 }
 
-TEST_F(ImageColour, ChannelsThatAreNoColourAreListed) {
+TEST_F(ImageColour, NonColourChannelsAreListed) {
   EXPECT_EQ(refusal({"Z"}),
             "place: it has neither channels R, G and B nor a single channel Y; its channels are Z");
   EXPECT_EQ(refusal({"N.X", "N.Y", "N.Z", "Z"}),
@@ -126,7 +126,7 @@ TEST_F(ImageColour, SeveralLayersAreListed) {
             "place: 2 layers have R, G and B; save one of them as a separate file: day, night");
 }
 
-TEST_F(ImageColour, GreyIsYAlone) {
+TEST_F(ImageColour, GreyIsASingleY) {
   EXPECT_EQ(sky({{"", {"Y"}, {2}}}), (std::vector<float>{2, 2, 2}));
   EXPECT_EQ(sky({{"", {"A", "Y", "Z"}, {7, 2, 50}}}), (std::vector<float>{2, 2, 2}));
   EXPECT_EQ(sky({{"", {"R"}, {2}}}), (std::vector<float>{2, 2, 2}));
@@ -153,7 +153,7 @@ TEST_F(ImageColour, PartsAreSearchedToo) {
             std::string::npos);
 }
 
-TEST_F(ImageColour, CubesAreNoPanoramas) {
+TEST_F(ImageColour, CubeMapsAreRefused) {
   const std::string cube = "CubeFace Environment";
   for (const std::vector<PartOfFile>& parts :
        {std::vector<PartOfFile>{{"", {"R", "G", "B"}, {1, 2, 3}, 2, 0, cube}},
@@ -189,7 +189,7 @@ TEST_F(ImageColour, TexturesTakeTheSameChannels) {
   EXPECT_THROW(texel({"Z"}, {50}), InputError);
 }
 
-TEST(FindColour, CryptomatteIsNoColour) {
+TEST(FindColour, CryptomatteIsNotAColour) {
   using Channels = std::vector<std::string>;
   const Channels matte = {"CryptoObject00.R", "CryptoObject00.G", "CryptoObject00.B",
                           "CryptoObject00.A"};

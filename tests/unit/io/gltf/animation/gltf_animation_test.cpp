@@ -159,7 +159,7 @@ TEST_F(GltfAnimationTest, AFileWithoutAnimationsStaysAtRest) {
   EXPECT_THROW(load_at(gltf_, 1, "all"), UsageError);
 }
 
-TEST_F(GltfAnimationTest, ATimeOutsideIsSaidOnce) {
+TEST_F(GltfAnimationTest, TimeOutsideTheAnimationIsReportedOnce) {
   AnimationBuilder(gltf_).move(1, "translation", {1, 2}, "VEC3", {1, 0, 0, 2, 0, 0});
   const auto lines = [&](double time) {
     return count_with(said([&] { load_at(gltf_, time); }), "is outside the animation");
@@ -331,7 +331,7 @@ TEST_F(GltfAnimationTest, PointersReachNodes) {
 }
 
 // The specification does not allow rotations on a node with a matrix; its translation is animated.
-TEST_F(GltfAnimationTest, OfAMatrixTheTranslationMoves) {
+TEST_F(GltfAnimationTest, TranslationOfAMatrixNodeMoves) {
   node(1).erase("translation");
   node(1)["matrix"] = {2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 1, 1, 1, 1};
   AnimationBuilder(gltf_)
@@ -342,7 +342,7 @@ TEST_F(GltfAnimationTest, OfAMatrixTheTranslationMoves) {
   EXPECT_THROW(load_at(gltf_, 0, "turn"), InputError);
 }
 
-TEST_F(GltfAnimationTest, PointersThatLeadNowhereAreSaidAndCounted) {
+TEST_F(GltfAnimationTest, UnknownPointersAreReportedAndCounted) {
   gltf_.push("materials", json::object());
   AnimationBuilder animation(gltf_);
   animation.move(1, "translation", {0}, "VEC3", {1, 2, 3});
@@ -385,7 +385,7 @@ TEST_F(GltfAnimationTest, ChannelsWithoutANodeAreLeftOut) {
   expect_at(vertex(load_at(gltf_, 0), 0, 1), Vec3d(2, 2, 3));
 }
 
-TEST_F(GltfAnimationTest, InvisibleNodesHideWhatIsBelow) {
+TEST_F(GltfAnimationTest, InvisibleNodesHideTheirChildren) {
   gltf_.root["cameras"] = {
       {{"type", "perspective"}, {"perspective", {{"yfov", 0.5}, {"znear", 0.1}}}}};
   gltf_.root["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}}};

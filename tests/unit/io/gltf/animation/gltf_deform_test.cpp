@@ -121,7 +121,7 @@ TEST_F(GltfSkin, FarFromTheOriginNothingIsRounded) {
   expect_close(world_position(scene, 0, 1), Vec3d(1e8 + 1, 0.25, 5), 1e-7);
 }
 
-TEST_F(GltfSkin, WithoutInverseBindMatricesTheyAreIdentity) {
+TEST_F(GltfSkin, InverseBindMatricesDefaultToIdentity) {
   gltf_.root["skins"][0].erase("inverseBindMatrices");
   const SceneDescription scene = load(gltf_);
   expect_close(world_position(scene, 0, 1), Vec3d(1, 1, 5));

@@ -30,7 +30,7 @@ TEST(GltfCoverage, UsedExtensionsAreSorted) {
   EXPECT_EQ(coverage.ignored, std::vector<std::string>{"VENDOR_new_thing (unknown extension)"});
 }
 
-TEST(GltfCoverage, WhatIsIgnoredSaysWhy) {
+TEST(GltfCoverage, IgnoredExtensionsHaveAReason) {
   GltfBuilder gltf;
   gltf.add_triangle();
   gltf.root["extensionsUsed"] = {"MSFT_lod", "KHR_xmp_json_ld"};
@@ -126,7 +126,7 @@ TEST(GltfCoverage, EveryHonouredExtensionMayBeRequired) {
   }
 }
 
-TEST(GltfCoverage, RequiredOnesThatAreNotHonouredAreErrorsWithTheirNames) {
+TEST(GltfCoverage, UnsupportedRequiredExtensionsAreErrors) {
   for (const char* name : {"KHR_materials_subsurface", "VENDOR_new_thing"}) {
     GltfBuilder gltf;
     gltf.add_triangle();

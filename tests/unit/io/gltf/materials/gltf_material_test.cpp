@@ -182,7 +182,7 @@ TEST_F(GltfMaterial, TransmissionTextures) {
   EXPECT_EQ(scene.meshes[0].uv_sets.at(1).size(), 3u);
 }
 
-TEST_F(GltfMaterial, OnlyImagesThatSomethingWearsAreDecoded) {
+TEST_F(GltfMaterial, OnlyUsedImagesAreDecoded) {
   test::add_texture(gltf_, {1, 2, 3, 4});
   gltf_.root["materials"] = json::array({json::object(), base_color_slot({{"index", 0}})});
   gltf_.primitive()["material"] = 0;
