@@ -95,8 +95,10 @@ bool has_scheme(std::string_view uri) {
 std::filesystem::path file_in_root(const std::filesystem::path& relative, std::string_view uri,
                                    const ResourceFolder& folder, const std::string& place) {
   if (relative.is_absolute()) {
-    throw InputError(place, "the URI {} is an absolute path; copy the file beside the scene",
-                     shortened(uri));
+    throw InputError(
+        place,
+        "the URI {} is an absolute path; copy the file next to the scene and use a relative URI",
+        shortened(uri));
   }
   std::error_code error, root_error;
   const std::filesystem::path file =
@@ -185,8 +187,9 @@ ResolvedUri resolve_uri(std::string_view uri, const ResourceFolder& folder,
                         const std::string& place) {
   if (uri.empty()) throw InputError(place, "empty URI");
   if (has_scheme(uri)) {
-    throw InputError(place, "the URI {} is not relative; copy the file beside the scene",
-                     shortened(uri));
+    throw InputError(
+        place, "the URI {} is not relative; copy the file next to the scene and use a relative URI",
+        shortened(uri));
   }
   if (uri.find('\0') != std::string_view::npos) {
     throw InputError(place, "the URI contains a NUL character");
