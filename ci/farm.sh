@@ -136,7 +136,7 @@ wait_for 120 "end of the array" '[ -z "$(squeue -h -r -o %T | grep -v PENDING)" 
 "$program" farm status $frame
 [ "$(count failed)" -ge 1 ] || fail "no part has failed"
 [ ! -e $frame ] || fail "merged although parts are missing"
-grep -l "NODE_FAIL\|NODE FAILURE\|went on from" $frame.farm/logs/*.log | sed 's/^/        went on after the kill: /' || fail "no part was under way on n1"
+grep -l "NODE_FAIL\|NODE FAILURE\|resumed from" $frame.farm/logs/*.log | sed 's/^/        went on after the kill: /' || fail "no part was under way on n1"
 
 say "farm retry"
 "$program" farm retry $frame

@@ -38,11 +38,11 @@ constexpr SamplerEntry kSamplers[] = {
 void check_count(const SamplerEntry& entry, uint32_t samples) {
   if (entry.counts != SampleCounts::kPowerOfTwo || std::has_single_bit(samples)) return;
   const uint32_t below = std::bit_floor(samples);
-  throw UsageError("`spp`: " + std::to_string(samples) + " is not a power of two, as `sampler` " +
-                   std::string(entry.name) +
-                   " needs, whose pixels share one sequence in aligned pieces; valid are 1, 2, 4, "
-                   "8 and so on, the nearest " +
-                   std::to_string(below) + " and " + std::to_string(uint64_t(below) * 2));
+  throw UsageError(
+      "`spp`: " + std::to_string(samples) + " is not a power of two, which `sampler` " +
+      std::string(entry.name) +
+      " requires because its pixels share one sequence; the nearest valid values are " +
+      std::to_string(below) + " and " + std::to_string(uint64_t(below) * 2));
 }
 
 }  // namespace

@@ -148,9 +148,10 @@ Source find_source(const ocio::ConstConfigRcPtr& config, const std::string& plac
                      "has neither a linear Rec. 709 space nor the roles aces_interchange or "
                      "scene_linear; unset OCIO to use the built-in config");
   }
-  log_warning(place +
-              ": no linear Rec. 709 space and no role aces_interchange; pixels are taken as " +
-              space->getName());
+  log_warning(
+      place +
+      ": no linear Rec. 709 space and no role aces_interchange; pixels are assumed to be in " +
+      space->getName());
   return {space->getName(), false};
 }
 
@@ -307,8 +308,8 @@ DisplayTransform::DisplayTransform(const DisplaySettings& settings, WorkingSpace
   } catch (const EmberlineError&) {
     throw;
   } catch (const std::exception& error) {  // e.g. an unchecked number
-    throw InputError(place, "OpenColorIO fails at a variable of the environment, OCIO_...: " +
-                                one_line(error.what()));
+    throw InputError(
+        place, "OpenColorIO rejects an environment variable (OCIO_...): " + one_line(error.what()));
   }
   impl_ = std::move(impl);
 }

@@ -51,15 +51,15 @@ class ConfigWalk {
   // The number of transforms that `name` expands to, counted once per name.
   double once(const std::string& name, const std::function<double()>& count) {
     const auto [entry, fresh] = counts_.try_emplace(name, -1.0);
-    if (!fresh && entry->second < 0) throw InputError(place_, name + " leads back to itself");
+    if (!fresh && entry->second < 0) throw InputError(place_, name + " refers back to itself");
     if (!fresh) return entry->second;
     if (++depth_ > kDeepest) {
-      throw InputError(place_, "{} is reached through more than {} others", name, kDeepest);
+      throw InputError(place_, "{} is nested more than {} levels deep", name, kDeepest);
     }
     const double total = count();
     --depth_;
     if (total > kMostTransforms) {
-      throw InputError(place_, "{} comes to more than {} transforms", name, int(kMostTransforms));
+      throw InputError(place_, "{} expands to more than {} transforms", name, int(kMostTransforms));
     }
     return counts_[name] = total;
   }
@@ -161,7 +161,7 @@ class ConfigWalk {
     if (std::ranges::find(files_, path) != files_.end()) return;
     const InputFile file(path, "the OpenColorIO config " + place_);
     if (file.size() > kLargestTable) {
-      throw InputError(place_, "{} is too large for a table of colours: {}", path,
+      throw InputError(place_, "{} is too large for a colour lookup table: {}", path,
                        readable_bytes(file.size()));
     }
     check_references(file, path);
@@ -182,8 +182,7 @@ class ConfigWalk {
     std::erase(text, '\0');  // of UTF-16
     for (const char* unwanted : {"<Reference", "<!DOCTYPE"}) {
       if (text.find(unwanted) == std::string::npos) continue;
-      throw InputError(place_,
-                       "{}: \"{}\" is not supported; let the config name the tables themselves",
+      throw InputError(place_, "{}: \"{}\" is not supported; name the lookup tables in the config",
                        path, unwanted);
     }
   }
@@ -238,14 +237,14 @@ std::vector<std::string> check_ocio_config(const ocio::ConstConfigRcPtr& config,
 void check_ocio_aliases(const std::string& text, const std::string& place) {
   const bool is_archive = text.starts_with("PK");  // .ocioz
   if (!is_archive && text.find('\0') != std::string::npos) {
-    throw InputError(place, "the OpenColorIO config is no text in UTF-8");
+    throw InputError(place, "the OpenColorIO config is not UTF-8 text");
   }
   const std::string yaml = without_comments(text);
   const std::vector<std::string> anchors = yaml_names(yaml, '&'), aliases = yaml_names(yaml, '*');
   const std::set<std::string> known(anchors.begin(), anchors.end());
   const auto is_alias = [&](const std::string& name) { return known.contains(name); };
   if (std::ranges::count_if(aliases, is_alias) > kMostAliases) {
-    throw InputError(place, "has more than {} YAML aliases (*name); write out what they stand for",
+    throw InputError(place, "has more than {} YAML aliases (*name); replace them with their values",
                      kMostAliases);
   }
 }

@@ -29,7 +29,7 @@ ToWorkingSpace matrix_of(ocio::TransformDirection direction) {
     return std::make_shared<const ColourMatrix>(
         ColourMatrix{{p[0], p[3], p[6]}, {p[1], p[4], p[7]}, {p[2], p[5], p[8]}});
   } catch (const ocio::Exception& error) {
-    throw RenderError(std::string("OpenColorIO has no ACEScg: ") + error.what());
+    throw RenderError(std::string("OpenColorIO cannot convert to ACEScg: ") + error.what());
   }
 }
 

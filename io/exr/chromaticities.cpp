@@ -36,14 +36,14 @@ Imath::M33d to_adapted_cones(const Chromaticities& c, const std::string& place) 
   const bool near = std::ranges::all_of(c, [](float v) { return std::abs(v) < 10.0f; });
   const bool spans = near && std::abs(to_cones.determinant()) > 1e-4;
   if (!spans || !(std::min({white.x, white.y, white.z}) > 1e-3)) {
-    throw InputError(place, "its chromaticities span no colours");
+    throw InputError(place, "its chromaticities do not define a colour space");
   }
   const Imath::V3d amounts = white * to_cones.inverse();  // of each primary in white
   for (int primary = 0; primary < 3; ++primary) {
     for (int cone = 0; cone < 3; ++cone) to_cones[primary][cone] *= amounts[primary] / white[cone];
   }
   if (!(std::abs(to_cones.determinant()) > 1e-6)) {
-    throw InputError(place, "its white lacks one of its primaries");
+    throw InputError(place, "its white point is not a mixture of its three primaries");
   }
   return to_cones;
 }

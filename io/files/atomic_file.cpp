@@ -240,7 +240,8 @@ AtomicFile::AtomicFile(const std::string& path) : AtomicFile(path, resolve_links
 AtomicFile::AtomicFile(const std::string& path, std::string target)
     : path_(path), target_(std::move(target)) {
   if (path.empty()) throw RenderError("cannot write: the output path is empty");
-  if (descriptor_of(path) != kNoDescriptor) fail(path_, "it is open already; name a file", 0);
+  if (descriptor_of(path) != kNoDescriptor)
+    fail(path_, "it is an open file descriptor; name a file", 0);
   struct stat status = {};
   const bool exists = ::stat(target_.c_str(), &status) == 0;
   if (!exists && (errno == ENAMETOOLONG || errno == ELOOP)) fail(path_, "cannot create it", errno);
@@ -308,7 +309,7 @@ Descriptor AtomicFile::commit_locked(bool fresh) {
   if (error == 0 && !linked && ::rename(temporary_.c_str(), target_.c_str()) != 0) error = errno;
   if (error != 0) {
     discard();
-    fail(path_, "finishing the file failed", error);
+    fail(path_, "the file could not be completed", error);
   }
   forget_unfinished(unfinished_slot_);
   temporary_.clear();
@@ -374,14 +375,14 @@ LockedFile::LockedFile(const std::string& path)
   // Another run may have replaced the file after it was opened.
   const bool named = is_named();
   if (!regular || taken || !named) {
-    fail(path_, regular ? "another run has it" : "it is not a regular file", 0);
+    fail(path_, regular ? "another run is using it" : "it is not a regular file", 0);
   }
   size_ = uint64_t(status.st_size);
   remove_stale_files(target_);
 }
 
 void LockedFile::cut(uint64_t size) {
-  if (::ftruncate(descriptor_, off_t(size)) != 0) fail(path_, "cutting it failed", errno);
+  if (::ftruncate(descriptor_, off_t(size)) != 0) fail(path_, "it could not be truncated", errno);
   size_ = size;
 }
 
@@ -403,7 +404,7 @@ void LockedFile::replace(const std::function<void(AtomicFile& file)>& write) {
   write(file);
   struct stat status = {};
   const bool there = ::lstat(target_.c_str(), &status) == 0;
-  if (there && !is_named()) fail(path_, "another file has taken its place", 0);
+  if (there && !is_named()) fail(path_, "another file has replaced it", 0);
   descriptor_ = file.commit_locked(!there);
   if (::fstat(descriptor_, &status) == 0) size_ = uint64_t(status.st_size);
 }
@@ -418,20 +419,21 @@ void LockedFile::rename_to(const std::string& path) {
   if (!is_named()) fail(path, path_ + " was removed or replaced", 0);
   std::string target = resolve_links(path);
   if (::rename(target_.c_str(), target.c_str()) != 0) {
-    fail(path, "finishing the file failed", errno);
+    fail(path, "the file could not be completed", errno);
   }
   path_ = path;
   target_ = std::move(target);
 }
 
 ScratchFile ScratchFile::beside(const std::string& path) {
-  return {folder_of(resolve_links(path)), "cannot write " + path + ": the scratch file beside it"};
+  return {folder_of(resolve_links(path)),
+          "cannot write " + path + ": a temporary file in its folder"};
 }
 
 ScratchFile ScratchFile::temporary(const std::string& purpose) {
   const char* const chosen = std::getenv("TMPDIR");
   const std::string folder = chosen && *chosen ? chosen : "/tmp";
-  return {folder, "cannot " + purpose + " in " + folder + ", which TMPDIR names"};
+  return {folder, "cannot " + purpose + " in " + folder + " (TMPDIR can name another folder)"};
 }
 
 ScratchFile::ScratchFile(const std::string& folder, std::string failure)
@@ -476,14 +478,14 @@ GrowingFile::GrowingFile(const std::string& path) : path_(path) {
   constexpr int kFlags = O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC | O_NONBLOCK;
   descriptor_ =
       Descriptor(own >= 0 ? ::fcntl(own, F_DUPFD_CLOEXEC, 0) : ::open(path.c_str(), kFlags, 0666));
-  if (descriptor_ < 0 && errno == ENXIO) fail(path_, "it is a pipe that nobody reads", 0);
+  if (descriptor_ < 0 && errno == ENXIO) fail(path_, "it is a pipe without a reader", 0);
   if (descriptor_ < 0) fail(path_, "cannot open it", errno);
 }
 
 void GrowingFile::append(std::string_view bytes) {
   while (!bytes.empty()) {
     const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
-    if (written < 0 && errno == EAGAIN) fail(path_, "whoever reads it does not keep up", 0);
+    if (written < 0 && errno == EAGAIN) fail(path_, "its reader does not keep up", 0);
     if (written < 0 && errno != EINTR) fail(path_, "writing failed", errno);
     if (written > 0) bytes.remove_prefix(size_t(written));
   }

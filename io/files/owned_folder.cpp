@@ -40,7 +40,7 @@ OwnedFolder::OwnedFolder(const std::string& path, OwnedFolderKind kind)
     if (marker == fs::file_type::regular) {
       read_marker();
     } else if (marker != fs::file_type::not_found) {
-      throw UsageError("{} {}: is no regular file that can be read; name another folder",
+      throw UsageError("{} {}: it is not a readable regular file; name another folder",
                        kind_.option, this->path(kind_.marker));
     } else if (kind_.exclusive) {
       check_empty();
@@ -60,7 +60,7 @@ void OwnedFolder::lock() {
   if (lock_.take(path_)) return;
   made_.clear();  // the other run uses these folders now
   throw UsageError(kind_.option + " " + path_ +
-                   ": another run is writing into it; wait for its end, or name another folder");
+                   ": another run is writing into it; wait until it ends, or name another folder");
 }
 
 OwnedFolder::~OwnedFolder() { remove_empty(); }
@@ -84,8 +84,8 @@ void OwnedFolder::make_folder(const std::string& folder, bool with_parents) {
   std::error_code error;
   if (fs::create_directory(folder, error)) made_.push_back(folder);
   if (!is_folder(folder)) {
-    throw RenderError("{} {}: cannot make that folder: {}", kind_.option, folder,
-                      error ? error.message() : "there is a file of that name");
+    throw RenderError("{} {}: cannot create the folder: {}", kind_.option, folder,
+                      error ? error.message() : "a file has that name");
   }
 }
 
@@ -93,7 +93,7 @@ void OwnedFolder::check_subfolders() const {
   for (const std::string& name : kind_.subfolders) {
     const fs::file_type type = type_of(path(name));
     if (type == fs::file_type::directory || type == fs::file_type::not_found) continue;
-    throw UsageError("{} {}: is {}, where a folder has to be; name another folder", kind_.option,
+    throw UsageError("{} {}: it is {} but must be a folder; name another folder", kind_.option,
                      path(name), type == fs::file_type::symlink ? "a symbolic link" : "a file");
   }
 }
@@ -112,8 +112,8 @@ std::vector<std::string> OwnedFolder::entries() const {
 void OwnedFolder::check_empty() const {
   for (const std::string& name : entries()) {
     if (name.starts_with(kind_.marker + ".part")) continue;  // left by a killed run
-    throw UsageError(kind_.option + " " + path_ + ": holds files (" + name + "), but no " +
-                     kind_.marker + " that says which are this command's; name a new folder");
+    throw UsageError(kind_.option + " " + path_ + ": it has files (" + name + ") but no " +
+                     kind_.marker + " that lists this command's files; name a new folder");
   }
 }
 
@@ -146,7 +146,7 @@ void OwnedFolder::check(std::span<const std::string> names) const {
     if (type == fs::file_type::not_found) continue;
     if (type == fs::file_type::regular && files_.contains(name)) continue;
     throw UsageError(kind_.option + " " + path(name) +
-                     ": was not written by this command, which would replace it; move it away or "
+                     ": this command would replace the file but did not write it; move it away or "
                      "name another folder");
   }
 }

@@ -52,8 +52,8 @@ InputError damaged(const std::string& path) {
 std::string record_file_head(std::string_view head) {
   if (head.size() > kMostOfHead) {
     throw RenderError(
-        "a checkpoint's head holds {} MiB, and the frame's has {}: leave "
-        "`cryptomatte` out, or the checkpoint",
+        "a checkpoint's header can hold {} MiB, but this frame needs {}: leave out `cryptomatte` "
+        "or the checkpoint",
         kMostOfHead >> 20, (head.size() >> 20) + 1);
   }
   FileStart start = {{}, kFormat, uint32_t(head.size()), fingerprint(head)};
@@ -88,14 +88,14 @@ RecordFile::RecordFile(const std::string& path) : file_(path) {
   const bool whole = file_.size() >= sizeof start;
   if (whole) file_.read(0, sizeof start, &start);
   if (!whole || std::memcmp(start.mark, kFileMark, sizeof kFileMark) != 0) {
-    throw InputError(path, "it is not a checkpoint of Emberline");
+    throw InputError(path, "it is not an Emberline checkpoint");
   }
   if (start.format != kFormat) {
-    throw InputError(path, "it is a checkpoint of format {}; this version reads {}", start.format,
+    throw InputError(path, "its checkpoint format is {}; this version reads {}", start.format,
                      kFormat);
   }
   if (start.head_bytes > std::min(kMostOfHead, file_.size() - sizeof start)) {
-    throw InputError(path, "the checkpoint is damaged, or cut short");
+    throw InputError(path, "the checkpoint is damaged or truncated");
   }
   head_.resize(start.head_bytes);
   file_.read(sizeof start, head_.size(), head_.data());

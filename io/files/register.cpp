@@ -44,7 +44,7 @@ bool FileRegister::Output::is_above(const Place& other) const {
 }
 
 void FileRegister::refuse_twice(const Output& output, const Output& other) {
-  refuse(output.option, output.given, "it is written twice: " + other.option + " " + other.given);
+  refuse(output.option, output.given, "it is also the file of " + other.option + " " + other.given);
 }
 
 FileRegister::Place FileRegister::place_of(const fs::path& path) {

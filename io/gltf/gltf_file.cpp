@@ -16,6 +16,7 @@
 #include "io/gltf/materials/variants.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
+#include "renderer/core/setting_names.h"
 
 namespace emberline {
 namespace {
@@ -135,7 +136,8 @@ SceneDescription GltfFile::State::read(std::span<const uint64_t> held) {
   report_extensions(document, scene.coverage);
   report_unknown_members(document, scene.coverage);
   if (animation.at_rest && !animations.empty()) {
-    report_ignored(document.file, "animations (at rest)", scene.coverage);
+    report_ignored(document.file, spelled("animations (not played; choose one with `animation`)"),
+                   scene.coverage);
   }
   memory.reserve(MemoryPart::kGeometry,
                  bytes_of(document.array("materials").size(), sizeof(MaterialDescription)),

@@ -110,15 +110,15 @@ ColourChannels channels_of(const Layer& layer, const std::string& place) {
   const auto [red, green, blue, alpha] = layer.rgba;
   if (layer.part->first < 0) {
     throw InputError(place,
-                     "{}: the part has other pixels than the first one, or channels of its names; "
-                     "save it as a file of its own",
+                     "{}: the part differs from the first in size, or repeats its channel names; "
+                     "save it as a separate file",
                      layer.name());
   }
   if (green != red + 1 || blue != red + 2) {
     if (const std::string twice = repeated_in_cases(layer); !twice.empty()) {
-      throw InputError(place, "it has {} in upper and in lower case: which are meant?", twice);
+      throw InputError(place, "it has {} in upper and in lower case; keep only one of them", twice);
     }
-    throw InputError(place, "the channels R, G and B do not stand together");
+    throw InputError(place, "the channels R, G and B are not adjacent");
   }
   return {layer.part->first + red, 3, alpha == red + 3};
 }
@@ -164,16 +164,17 @@ ColourChannels find_colour(const Names& channels, const std::vector<ImagePart>& 
   if (layers.size() > 1) {
     Names names;
     std::ranges::transform(layers, std::back_inserter(names), &Layer::name);
-    throw InputError(place, "{} layers have R, G and B, but the picture is one of them: {}",
+    throw InputError(place, "{} layers have R, G and B; save one of them as a separate file: {}",
                      names.size(), list_of(names));
   }
   if (is_luminance_chroma(channels)) {
-    throw InputError(place, "luminance-chroma EXR is not supported, save it as RGB");
+    throw InputError(place, "luminance-chroma EXR is not supported; save it as RGB");
   }
   const int grey = find_grey(channels);
   if (grey < 0) {
-    throw InputError(place, "no channels R, G and B, or Y alone; it has {}",
-                     list_of(all_names(all)));
+    throw InputError(
+        place, "it has neither channels R, G and B nor a single channel Y; its channels are {}",
+        list_of(all_names(all)));
   }
   const size_t next = size_t(grey) + 1;
   return {grey, 1, next < channels.size() && is_named(channels[next], "alpha")};

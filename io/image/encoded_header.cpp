@@ -129,7 +129,7 @@ void check_exr_value(HeaderReader& reader, std::string_view type, uint32_t lengt
   }
   if (sound) return;
   throw InputError(place, "the image does not decode: the EXR's header has a value of type " +
-                              std::string(type) + " of a wrong size");
+                              std::string(type) + " with a wrong size");
 }
 
 // Rows per block, by ImfCompression.h: none, RLE, ZIPS, ZIP, PIZ, PXR24, B44, B44A, DWAA, DWAB.
@@ -147,9 +147,8 @@ uint64_t rows_coded_together(uint8_t compression) {
 void check_bears_out(const ImageHeader& header, double needed, uint64_t bytes,
                      const std::string& place) {
   if (needed <= double(bytes)) return;
-  throw InputError(
-      place, "the image does not decode: {} x {} pixels are announced, which {} bytes cannot hold",
-      header.width, header.height, bytes);
+  throw InputError(place, "the image does not decode: {} x {} pixels do not fit into {} bytes",
+                   header.width, header.height, bytes);
 }
 
 void check_bears_out_any_code(const ImageHeader& header, uint64_t bytes, const std::string& place) {
@@ -164,7 +163,8 @@ void check_tile(const ImageHeader& header, int64_t width, int64_t height,
       height <= std::max(header.height, kLargestTile)) {
     return;
   }
-  throw InputError(place, "the image does not decode: its tiles of {} x {} are larger than it is",
+  throw InputError(place,
+                   "the image does not decode: its tiles of {} x {} are larger than the image",
                    width, height);
 }
 
@@ -234,7 +234,7 @@ ImageHeader read_hdr_header(const ByteSource& source, const std::string& place) 
   HeaderReader reader(source, kMostHdrHeader, "HDR", place);
   for (std::string line = reader.until('\n'); !line.empty(); line = reader.until('\n')) {
     if (line.starts_with("FORMAT=") && line.find("rgbe") == std::string::npos) {
-      throw InputError(place, "the image does not decode: the HDR is not of RGBE pixels");
+      throw InputError(place, "the image does not decode: the HDR's pixels are not RGBE");
     }
   }
   const std::string line = reader.until('\n');

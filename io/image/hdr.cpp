@@ -10,7 +10,7 @@ namespace {
 // Widths for which rows may be run-length encoded; a coded row starts with its width.
 constexpr int kLeastCoded = 8, kMostCoded = 0x7fff;
 
-constexpr const char* kEndsEarly = "it ends early";
+constexpr const char* kEndsEarly = "it is truncated";
 
 class HdrDecoder final : public ImageDecoder {
  public:
@@ -47,7 +47,7 @@ class HdrDecoder final : public ImageDecoder {
     const bool coded = layout_.width >= kLeastCoded && layout_.width <= kMostCoded &&
                        row_[0] == 2 && row_[1] == 2 && row_[2] < 128;
     if (!coded) return take(row_.data() + 4, row_.size() - 4) ? nullptr : kEndsEarly;
-    if ((row_[2] << 8 | row_[3]) != layout_.width) return "a row is of another width";
+    if ((row_[2] << 8 | row_[3]) != layout_.width) return "a row has the wrong width";
     for (size_t channel = 0; channel < 4; ++channel) {
       if (const char* error = read_coded(channel)) return error;
     }
@@ -62,7 +62,7 @@ class HdrDecoder final : public ImageDecoder {
       if (!take(&count, 1)) return kEndsEarly;
       const bool run = count > 128;
       const size_t length = run ? count - 128u : count;
-      if (length == 0 || length > (row_.size() - at + 3) / 4) return "a run leaves its row";
+      if (length == 0 || length > (row_.size() - at + 3) / 4) return "a run extends beyond its row";
       if (!take(values, run ? 1 : length)) return kEndsEarly;
       for (size_t i = 0; i < length; ++i, at += 4) row_[at] = values[run ? 0 : i];
     }

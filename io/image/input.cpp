@@ -128,7 +128,7 @@ class OpenImage {
     const int64_t x = int64_t(s.x) - s.full_x, y = int64_t(s.y) - s.full_y;
     check_sides(s.full_width, s.full_height, place_);
     if (std::max(std::abs(x), std::abs(y)) > kFarthestCorner) {
-      throw InputError(place_, "its pixels lie far outside its frame");
+      throw InputError(place_, "its data window lies far outside its display window");
     }
     return {int(x), int(y), int(x) + s.width, int(y) + s.height};
   }
@@ -242,7 +242,7 @@ class OpenImage {
       throw InputError(place_, std::string(kDoesNotDecode) + "its header is ambiguous");
     }
     if (s.depth > 1 || s.channels() < 1 || s.channels() > kMostChannels || s.deep) {
-      throw InputError(place_, "the image is not a flat picture of 1 to {} channels",
+      throw InputError(place_, "the image is not a flat picture with 1 to {} channels",
                        kMostChannels);
     }
     if (format == ImageFormat::kTiff) {
@@ -291,9 +291,10 @@ void read_frame(OpenImage& input, int first, Image& image) {
   const SampleType type = kSampleTypes[size_t(image.type)];
   const Rect data = input.data_window(), frame{0, 0, layout.full_width, layout.full_height};
   if (data.intersect(frame) != frame) {
-    throw InputError(input.place(),
-                     "its pixels do not fill its frame: {} x {} from ({}, {}) in {} x {}",
-                     data.width(), data.height(), data.x0, data.y0, frame.width(), frame.height());
+    throw InputError(
+        input.place(),
+        "its data window does not cover its display window: {} x {} from ({}, {}) in {} x {}",
+        data.width(), data.height(), data.x0, data.y0, frame.width(), frame.height());
   }
   const size_t pixel = size_t(image.channels) * bytes_of(type);
   input.read(first, image.channels, type, image.texels);
@@ -314,7 +315,7 @@ DecodedImage decode_image(std::span<const uint8_t> encoded, const std::string& p
                           const LoadProgress& progress) try {
   OpenImage input(encoded, kTextureFormats, place, progress);
   if (input.cut_short() && !lenient) {
-    throw InputError(place, "the JPEG is cut short; `lenient` takes what is there");
+    throw InputError(place, "the JPEG is truncated; `lenient` accepts it");
   }
   const ImageLayout layout = input.layout();
   std::string transfer = input.attribute(kTransferAttribute);
@@ -334,7 +335,7 @@ DecodedImage decode_image(std::span<const uint8_t> encoded, const std::string& p
   const uint64_t repaired = repair_texels(*image, TexelRange::kFinite);
   return {std::move(image), repaired, input.cut_short(), std::move(transfer)};
 } catch (const std::bad_alloc&) {
-  throw InputError(place, "no memory to decode the image");
+  throw InputError(place, "not enough memory to decode the image");
 }
 
 std::shared_ptr<const Image> read_environment(const std::string& path, uint64_t* repaired,
@@ -343,14 +344,15 @@ std::shared_ptr<const Image> read_environment(const std::string& path, uint64_t*
   const ImageLayout& layout = input.layout();
   const ColourChannels colour = find_colour(layout.channel_names, layout.parts, path);
   if (is_cube_map(layout.parts, colour.first)) {
-    throw InputError(path, "an environment is in latitude and longitude, this is a cube map");
+    throw InputError(path, "expected a latitude-longitude environment, found a cube map");
   }
   const bool is_half = layout.type == SampleType::kHalf;
   const auto types = std::span(layout.channel_types);
   if (!is_float(layout.type) &&
       !std::ranges::all_of(types.subspan(size_t(colour.first), size_t(colour.count)), is_float)) {
-    throw InputError(path, "an environment needs half or float texels (.exr or .hdr), this has " +
-                               layout.type_name);
+    throw InputError(
+        path, "an environment needs half or float texels (.exr or .hdr), but this image has " +
+                  layout.type_name);
   }
   const bool grey = colour.count == 1;
 
@@ -371,7 +373,7 @@ std::shared_ptr<const Image> read_environment(const std::string& path, uint64_t*
   if (repaired) *repaired += count;
   return image;
 } catch (const std::bad_alloc&) {
-  throw InputError(path, "no memory for the image");
+  throw InputError(path, "not enough memory for the image");
 }
 
 int FloatImage::find_channel(const std::string& name) const {
@@ -419,14 +421,14 @@ void convert_stored(const ImageLayout& layout, std::vector<float>& values) {
 
 FloatImage read_float_image(const std::string& path, const LoadProgress& progress) try {
   OpenImage input(path, kPictureFormats, progress);
-  if (input.cut_short()) throw InputError(path, "the JPEG is cut short");
+  if (input.cut_short()) throw InputError(path, "the JPEG is truncated");
   const ImageLayout layout = input.layout();
   FloatImage image = described(input);
   input.read(0, layout.channels(), SampleType::kFloat, image.values);
   convert_stored(layout, image.values);
   return image;
 } catch (const std::bad_alloc&) {
-  throw InputError(path, "no memory for the image");
+  throw InputError(path, "not enough memory for the image");
 }
 
 struct FloatImageRows::Impl {

@@ -56,7 +56,7 @@ void check_room() {
   if (room == MAP_FAILED) {
     throw RenderError(
         "no images can be read or written: their library needs 700 MiB of address space, more than "
-        "the limits of this shell leave (ulimit -v, ulimit -d)");
+        "this shell's limits leave (ulimit -v, ulimit -d)");
   }
   ::munmap(room, kRoom);
 }
@@ -97,7 +97,7 @@ const ImageLibrary& find() {
   const auto entry = reinterpret_cast<decltype(&emberline_image_library)>(
       ::dlsym(library, "emberline_image_library"));
   const ImageLibrary* const found = entry ? entry(EMBERLINE_VERSION) : nullptr;
-  if (!found) throw RenderError("libemberline_images.so is of another version than this program");
+  if (!found) throw RenderError("libemberline_images.so and this program have different versions");
   const uint64_t after = statm_bytes(StatmField::kResident);
   g_bytes = after > before ? after - before : 0;
   return *found;

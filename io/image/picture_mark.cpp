@@ -194,7 +194,7 @@ bool is_marked_incomplete(const std::string& path) {
   if (header.take_if("\x76\x2f\x31\x01")) return exr_is_marked(header);
   if (header.take_if("\x89PNG\r\n\x1a\n")) return png_is_marked(header);
   if (header.take_if("\xff\xd8")) return jpeg_is_marked(header);
-  throw InputError(path, "is no EXR, PNG or JPEG");
+  throw InputError(path, "is not an EXR, PNG or JPEG");
 }
 
 bool is_whole_picture(const std::string& path) {

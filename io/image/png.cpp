@@ -78,7 +78,7 @@ class PngDecoder final : public ImageDecoder {
  private:
   static void take(png_structp png, png_bytep out, size_t count) {
     Bytes& unread = static_cast<PngDecoder*>(png_get_io_ptr(png))->unread_;
-    if (count > unread.size()) png_error(png, "it ends early");
+    if (count > unread.size()) png_error(png, "it is truncated");
     std::memcpy(out, unread.data(), count);
     unread = unread.subspan(count);
   }

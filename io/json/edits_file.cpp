@@ -153,17 +153,16 @@ CameraEdit read_camera(const JsonReader& entry) {
     throw InputError(entry.place(), "\"look_from\" and \"look_at\" go together; one is missing");
   }
   if (entry.has("up") && !edit.look_from) {
-    throw InputError(entry.place(), "\"up\" is for a view with \"look_from\" and \"look_at\"");
+    throw InputError(entry.place(), "\"up\" requires \"look_from\" and \"look_at\"");
   }
   if (!(edit.up.length2() > 0)) entry["up"].expected("a direction");
   if (entry.has("mirrored") && !edit.look_from) {
-    throw InputError(entry["mirrored"].place(),
-                     "it is for a view with \"look_from\" and \"look_at\"");
+    throw InputError(entry["mirrored"].place(), "it requires \"look_from\" and \"look_at\"");
   }
   for (const char* const other : {"fov_y", "f_stop"}) {
     if (!entry.has("orthographic_height") || !entry.has(other)) continue;
     throw InputError(entry[other].place(),
-                     "an orthographic view, with \"orthographic_height\", has none");
+                     "it does not apply to an orthographic view (\"orthographic_height\")");
   }
   return edit;
 }
@@ -207,7 +206,7 @@ LightEdit read_light(const JsonReader& entry) {
   } else {
     edit.target.place = entry.place();
     if (entry.has("name") || entry.has("index")) {
-      throw InputError(entry.place(), "there is one environment, without \"name\" or \"index\"");
+      throw InputError(entry.place(), "the environment takes no \"name\" or \"index\"");
     }
   }
   return edit;
@@ -221,13 +220,13 @@ MaterialEdit read_material(const JsonReader& entry) {
 
 void check_version(const JsonReader& root) {
   if (!root.has("emberline_edits")) {
-    throw InputError(root.place(), "\"emberline_edits\": {} is missing: not a file of edits",
+    throw InputError(root.place(), "\"emberline_edits\": {} is missing; this is not an edits file",
                      kEditsVersion);
   }
   const JsonReader version = root["emberline_edits"];
   if (index(version) != kEditsVersion) {
-    throw InputError(version.place(), "version {} of edits; this program reads {}", index(version),
-                     kEditsVersion);
+    throw InputError(version.place(), "the edits have version {}; this program reads version {}",
+                     index(version), kEditsVersion);
   }
 }
 

@@ -18,7 +18,7 @@ constexpr size_t kDeepestJson = 256;
 
 constexpr size_t kLargestSidecar = size_t(16) << 20;
 
-constexpr const char* kTwice = "the member stands twice in one object";
+constexpr const char* kTwice = "the member appears twice in one object";
 
 // Upper bounds on a document's memory with libstdc++ and a 64-bit malloc. A growing array holds its
 // elements in the old and in the doubled storage, and nlohmann's destructor copies them into a list
@@ -76,8 +76,8 @@ class DocumentBuilder final : public json::json_sax_t {
   json take() {
     if (duplicates_found_ > 0) {
       const size_t others = duplicates_found_ - 1;
-      log_warning(first_duplicate_ + ": " + kTwice + "; the last counts" +
-                  (others ? ", as it does for " + std::to_string(others) + " more" : ""));
+      log_warning(first_duplicate_ + ": " + kTwice + "; the last one is used" +
+                  (others ? ", also for " + std::to_string(others) + " more" : ""));
     }
     return std::move(root_);
   }

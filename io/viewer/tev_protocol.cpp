@@ -99,24 +99,24 @@ bool is_tev_url(std::string_view text) { return begins_with(text, "tev:"); }
 TevAddress parse_tev_url(std::string_view url) {
   const auto refuse = [url](std::string_view why) -> UsageError {
     return UsageError(
-        "`display`: '{}' {}; valid is tev://HOST:PORT with HOST a name, an IPv4 address or an "
-        "[IPv6 address], PORT 1 to {} [{}]",
+        "`display`: '{}' {}; valid is tev://HOST:PORT, where HOST is a name, an IPv4 address or an "
+        "[IPv6 address] and PORT is 1 to {} [{}]",
         shortened(url), why, std::numeric_limits<uint16_t>::max(), TevAddress::kDefaultPort);
   };
-  if (!begins_with(url, kScheme)) throw refuse("is no address of a viewer");
+  if (!begins_with(url, kScheme)) throw refuse("is not a viewer address");
   const std::string_view place = url.substr(kScheme.size());
   const bool brackets = place.starts_with('[');
   const size_t host_end = brackets ? place.find(']') : std::min(place.find(':'), place.size());
-  if (host_end == std::string_view::npos) throw refuse("lacks the closing bracket");
+  if (host_end == std::string_view::npos) throw refuse("has no closing bracket");
   const std::string_view host = place.substr(brackets, host_end - brackets);
   const std::string_view rest = place.substr(host_end + brackets);
-  if (host.empty()) throw refuse("names no host");
-  if (brackets ? !is_ipv6(host) : !is_host_name(host)) throw refuse("names no valid host");
+  if (host.empty()) throw refuse("has no host");
+  if (brackets ? !is_ipv6(host) : !is_host_name(host)) throw refuse("has no valid host");
   TevAddress address{.host = std::string(host)};
   if (rest.empty()) return address;
   const std::optional<uint16_t> port =
       rest.starts_with(':') ? parse_port(rest.substr(1)) : std::nullopt;
-  if (!port) throw refuse("names no valid port");
+  if (!port) throw refuse("has no valid port");
   address.port = *port;
   return address;
 }

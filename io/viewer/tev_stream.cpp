@@ -144,9 +144,9 @@ void TevStream::run() {
     rendering = !ended_;
   }
   if (fault.empty()) return;
-  log_warning(fmt::format(
-      "`display` {}: {}; {}", address_.url(), fault,
-      rendering ? "the render goes on without this viewer" : "it does not show the whole picture"));
+  log_warning(fmt::format("`display` {}: {}; {}", address_.url(), fault,
+                          rendering ? "the render continues without this viewer"
+                                    : "it does not show the whole picture"));
 }
 
 uint64_t TevStream::most_bytes() const {

@@ -34,8 +34,8 @@ void check_suits(const FrameSettings& settings, const Access::SceneState& scene)
   if (animated && chosen_time(posed) && load_options(posed).later &&
       !load_options(scene.open->settings()).later) {
     throw emberline::UsageError(
-        "`aov` velocity: the scene was loaded without where it is a frame later; load it with this "
-        "setting");
+        "`aov` velocity: the scene was loaded without its positions one frame later; load it with "
+        "this setting");
   }
   const bool shows_uv =
       find_integrator(settings.integrator).shows_uv || aovs_of(settings).contains(Aov::kUv);

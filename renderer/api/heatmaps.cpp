@@ -22,7 +22,7 @@ HeatmapStyle style_of(const HeatmapLook& look) {
   if (!look.range) return style;
   const auto [least, most] = *look.range;
   if (!is_heatmap_range(least, most)) {
-    throw emberline::UsageError("`range`: {}, {} is not a range of numbers", least, most);
+    throw emberline::UsageError("`range`: {}, {} is not a valid range", least, most);
   }
   style.range = ValueRange{least, most};
   return style;

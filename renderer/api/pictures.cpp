@@ -95,7 +95,8 @@ void write_frame_exr(const std::string& path, const Picture& picture, OutputSett
   output.clamps = false;  // the picture does not store the clamped share
   if (output.width != picture.frame_width || output.height != picture.frame_height ||
       output.crop != pixels_of(picture)) {
-    throw emberline::UsageError(path + ": the picture has other pixels than when it was rendered");
+    throw emberline::UsageError(
+        path + ": the picture's pixels or channels have changed since it was rendered");
   }
   std::vector<PictureChannel> channels;
   const std::vector<PictureChannel> of_film = film_channels(output.aovs);
@@ -132,7 +133,8 @@ void make_rec709(WorkingSpace space, Picture& picture) {
 }
 
 void check_exposure(double exposure) {
-  if (!(std::abs(exposure) <= 100)) throw emberline::UsageError("exposure: not within 100 stops");
+  if (!(std::abs(exposure) <= 100))
+    throw emberline::UsageError("exposure: expected a number from -100 to 100 stops");
 }
 
 RgbImage rgb_image(const float* values, int width, int height) {
@@ -158,19 +160,19 @@ void check_picture(const std::string& path, const Picture& picture) {
   if (picture.width <= 0 || picture.height <= 0) wrong("no pixels");
   const size_t pixels = size_t(picture.width) * size_t(picture.height);
   if (picture.channels.size() > size_t(kMostChannels)) {
-    wrong("more than " + std::to_string(kMostChannels) + " channels, which no reader here takes");
+    wrong("more than " + std::to_string(kMostChannels) + " channels, which is not supported");
   }
   if (picture.channels.empty() || picture.values.size() % pixels != 0 ||
       picture.values.size() / pixels != picture.channels.size()) {
-    wrong("other values than its size and its channels say");
+    wrong("a number of values that does not match its size and channels");
   }
   std::set<std::string_view> names;
   for (const std::string& name : picture.channels) {
     // OpenEXR limits names to 255 bytes.
     if (name.empty() || name.size() > 255 || name.find('\0') != std::string::npos) {
-      wrong("a channel without a proper name: \"" + printable(shortened(name)) + "\"");
+      wrong("a channel with an invalid name: \"" + printable(shortened(name)) + "\"");
     }
-    if (!names.insert(name).second) wrong("two channels " + printable(name));
+    if (!names.insert(name).second) wrong("two channels called " + printable(name));
   }
 }
 
@@ -259,7 +261,7 @@ void write_picture(const std::string& path, const uint8_t* values, int width, in
     if (width <= 0 || height <= 0)
       throw emberline::UsageError(path + ": the picture has no pixels");
     if (channels != 1 && channels != 3 && channels != 4) {
-      throw emberline::UsageError(path + ": a picture of bytes has 1, 3 or 4 channels");
+      throw emberline::UsageError(path + ": a picture of bytes must have 1, 3 or 4 channels");
     }
     const size_t count = size_t(width) * size_t(height) * size_t(channels);
     write_image(path, {width, height, channels, {values, values + count}});

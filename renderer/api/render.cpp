@@ -146,7 +146,7 @@ struct Watch {
 // Returns the picture of a rendered job. Throws Stopped if the frame was given up.
 Picture picture_of(RenderJob& job, WatchedSink& sink, const std::stop_token& give_up) {
   const auto check_going = [&] {
-    if (give_up.stop_requested()) throw Stopped("the frame was given up");
+    if (give_up.stop_requested()) throw Stopped("the frame was abandoned");
   };
   check_going();
   job.deliver(sink);
@@ -203,9 +203,8 @@ void check_is_more(const FrameSettings& more) {
       continue;
     }
     throw emberline::UsageError(
-        "`{}`: extend takes `spp`, `noise-threshold`, `max-spp` and `time-limit`; all else stays "
-        "as "
-        "the frame has it",
+        "`{}`: extend accepts only `spp`, `noise-threshold`, `max-spp` and `time-limit`; other "
+        "settings stay those of the frame",
         row.name);
   }
 }

@@ -24,7 +24,8 @@ std::vector<std::string> names_of(const List& list) {
 
 std::shared_ptr<const Image> image_of(const Scene::Environment& environment) {
   const int width = environment.width, height = environment.height;
-  if (width <= 0 || height <= 0) throw emberline::UsageError("environment: no texels");
+  if (width <= 0 || height <= 0)
+    throw emberline::UsageError("environment: the picture has no texels");
   auto image = std::make_shared<Image>();
   image->name = "the environment";
   image->width = width;
@@ -106,12 +107,14 @@ void Scene::State::edit(std::string_view json, const Environment& environment) {
   SceneEdits edits = parse_edits(json, "the edits");
   if (environment.rgb) {
     if (edits.environment.image) {
-      throw emberline::UsageError("environment: the edits name a file as well");
+      throw emberline::UsageError(
+          "environment: give either a picture or a file in the edits, not both");
     }
     edits.environment.image = image_of(environment);
   }
   if (edits.animation != AnimationEdit() && edits.animation != animation) {
-    throw emberline::InputError(edits.animation.place, "a scene is posed by its settings");
+    throw emberline::InputError(edits.animation.place,
+                                "edits cannot pose a scene; use the settings or pose()");
   }
   open->editable().set(edits);
   edited = edits == SceneEdits() ? "" : fingerprint_of(json, edits);
@@ -135,7 +138,7 @@ void Scene::pose(const Settings& settings, const std::stop_token& stop) {
   translated([&] {
     if (!state_->open->can_pose()) {
       throw emberline::UsageError(
-          "pose: the scene has no animations, or was not opened as an animated one");
+          "pose: the scene has no animations, or was not loaded as animated");
     }
     state_->pose(Access::of(settings), stop);
   });

@@ -24,10 +24,11 @@ int arena_threads(const Resources& resources) {
 
 void check_resources(const Resources& resources) {
   if (resources.threads < 0 || resources.threads > kMostThreads) {
-    throw emberline::UsageError("threads: {} is not from 1 to {}, nor 0 for all of them",
+    throw emberline::UsageError("threads: {} is neither 0 (all processors) nor from 1 to {}",
                                 resources.threads, kMostThreads);
   }
-  if (resources.memory_bytes == 0) throw emberline::UsageError("`memory-limit`: 0 is not a size");
+  if (resources.memory_bytes == 0)
+    throw emberline::UsageError("`memory-limit`: 0 is not a valid size");
   const double seconds = resources.load_timeout_s.value_or(1.0);
   if (!(seconds >= kLeastLoadTimeout && seconds <= kMostLoadTimeout)) {
     throw emberline::UsageError("`load-timeout`: {} is not a number from {} to {}", seconds,

@@ -32,7 +32,7 @@ void read_count(StudyOptions& options, const std::string& text) {
 template <auto Member>
 void read_switch(StudyOptions& options, const std::string& text) {
   if (text != "yes" && text != "no") {
-    throw emberline::UsageError("\"{}\" is not yes or no", shortened(text));
+    throw emberline::UsageError("\"{}\" is neither yes nor no", shortened(text));
   }
   options.*Member = text == "yes";
 }
@@ -141,7 +141,8 @@ StudyTable study(const std::string& scene, const Settings& settings, const Study
         make_study(options, "`folder`",
                    [&](uint64_t, const RenderStudy& render) { render(on_samples, stop); });
     if (!outcome.results) {
-      throw Stopped("the study was stopped before there was a reference; the same call goes on");
+      throw Stopped(
+          "the study was stopped before its reference was finished; the same call continues it");
     }
     if (!outcome.attempts.failed().empty()) {
       throw emberline::RenderError("{}: it could not be written",

@@ -44,10 +44,11 @@ void summarize(const RenderOptions& options, const RenderReport& report,
                        millions_a_second(share * double(c.rays.total())),
                        double(peak_rss_bytes()) / 1048576));
   if (samples < c.samples) {
-    log_info(fmt::format("went on from {} samples of the checkpoint", c.samples - samples));
+    log_info(fmt::format("resumed from {} samples in the checkpoint", c.samples - samples));
   }
   if (c.clamped.clamps()) {
-    log_info(fmt::format("--clamp-indirect took {:.3g} % of the light", 100.0 * c.clamped.share()));
+    log_info(
+        fmt::format("--clamp-indirect removed {:.3g} % of the light", 100.0 * c.clamped.share()));
   }
   if (report.denoise) log_info(describe(*report.denoise));
   for (const std::string& path : written) log_info("wrote " + path);
@@ -187,7 +188,7 @@ std::optional<double> CommandFrame::allotted_seconds() const {
   const std::optional<double> seconds = slurm_seconds_left();
   if (seconds) {
     log_verbose("--time-limit " + readable_seconds(*seconds) +
-                ": a minute before SLURM_JOB_END_TIME, with exit code 130");
+                ": the frame stops one minute before SLURM_JOB_END_TIME, with exit code 130");
   }
   return seconds;
 }
@@ -294,11 +295,13 @@ void CommandFrame::end_checkpoint() {
   if (!report_.checkpoint.error.empty()) return;
   const bool done = !stopped && written;
   if (done && is_part(options_)) {
-    log_info(report_.checkpoint.file + " has this part of the frame, for `emberline merge`");
+    log_info(report_.checkpoint.file +
+             " has this part of the frame; join the parts with emberline merge");
   }
   if (done) return;
-  log_info(report_.checkpoint.file + " has what is done; " +
-           (options_.extended.empty() ? "--resume goes" : "the same command goes") + " on with it");
+  log_info(report_.checkpoint.file + " has the unfinished frame; " +
+           (options_.extended.empty() ? "--resume continues" : "the same command continues") +
+           " it");
 }
 
 int CommandFrame::exit_code() const {

@@ -32,10 +32,11 @@ struct MetricRow {
 };
 constexpr MetricRow kMetrics[] = {
     {"mse", &ErrorMetrics::mse, "mean squared error"},
-    {"rmse", &ErrorMetrics::rmse, "its square root"},
+    {"rmse", &ErrorMetrics::rmse, "square root of mse"},
     {"relmse", &ErrorMetrics::rel_mse, "mean of (x - r)^2 / (r^2 + epsilon)"},
-    {"relmse_epsilon", &ErrorMetrics::rel_mse_epsilon, "that epsilon"},
-    {"relmse_trimmed", &ErrorMetrics::rel_mse_trimmed, "without the worst 0.1 % of pixels"},
+    {"relmse_epsilon", &ErrorMetrics::rel_mse_epsilon, "epsilon of relmse"},
+    {"relmse_trimmed", &ErrorMetrics::rel_mse_trimmed,
+     "relmse without the worst 0.1 % of the pixels"},
     {"signed_bias", &ErrorMetrics::signed_bias, "sum(x - r) / sum(r)"},
     {"psnr", &ErrorMetrics::psnr, "dB, as displayed"},
     {"ssim", &ErrorMetrics::ssim, "structural similarity, 1 if equal, as displayed"},
@@ -63,11 +64,12 @@ void print_table(const CompareOptions& options, const RgbImage& image,
     line(row.key, fmt::format("{:.6g}", metrics.*row.value), row.meaning);
   }
   const double share = 100.0 / (double(image.width) * double(image.height));
-  line("different_pixels", std::to_string(metrics.different_pixels),
-       fmt::format("not the same bits ({:.4g} %)", double(metrics.different_pixels) * share));
+  line(
+      "different_pixels", std::to_string(metrics.different_pixels),
+      fmt::format("pixels whose bits differ ({:.4g} %)", double(metrics.different_pixels) * share));
   line("non_finite", std::to_string(metrics.non_finite),
        metrics.non_finite == 0 ? "pixels with a NaN or infinity"
-                               : "pixels with a NaN or infinity, left out of the above");
+                               : "pixels with a NaN or infinity, left out of the metrics above");
   print_result(text);
 }
 
@@ -92,7 +94,7 @@ void write_difference_exr(const CompareOptions& options, const RgbImage& image,
 
 int run_compare(const CompareOptions& options) {
   const WorkerThreads workers(0);
-  if (!std::isfinite(options.exposure)) throw UsageError("the exposure is not a finite number");
+  if (!std::isfinite(options.exposure)) throw UsageError("--exposure must be a finite number");
   if (!options.difference.empty()) {
     check_picture_format(options.difference, {});
     FileRegister files;
@@ -108,8 +110,8 @@ int run_compare(const CompareOptions& options) {
                                               file.crop, file.frame_width, file.frame_height);
   if (!file.is_whole_frame()) {
     const Rect& w = file.crop;
-    log_info(fmt::format("compared are the pixels that {} has: --crop {},{},{},{}", options.image,
-                         w.x0, w.y0, w.x1, w.y1));
+    log_info(fmt::format("comparing only the pixels in {}: --crop {},{},{},{}", options.image, w.x0,
+                         w.y0, w.x1, w.y1));
   }
 
   progress.budget()->reserve(MemoryPart::kFilm,

@@ -97,7 +97,7 @@ int run_convergence(const StudyOptions& options) {
     write_file_atomically(folder->path(kCsv), csv(curves));
     write_file_atomically(folder->path(kJson), json(curves, pixels, seed));
   }
-  print_result("variance of the mean of N samples, ~ N^-order\n\n" + table(curves));
+  print_result("variance of the mean of N samples, proportional to N^-order\n\n" + table(curves));
   return kExitDone;
 }
 

@@ -102,16 +102,15 @@ void check_channels(const std::string& path, const std::vector<std::string>& cha
   if (missing.empty()) return;
   constexpr size_t kMostNamed = 6;
   const auto named = std::span(missing).first(std::min(kMostNamed, missing.size()));
-  throw InputError(path, "no channels {}{}; render it with --aov denoising", fmt::join(named, ", "),
-                   missing.size() > kMostNamed ? " and more" : "");
+  throw InputError(path, "it has no channels {}{}; render it with --aov denoising",
+                   fmt::join(named, ", "), missing.size() > kMostNamed ? " and more" : "");
 }
 
 // The result has one picture's channels; those of other parts would be lost.
 void check_parts(const std::string& path, const std::vector<ImagePart>& parts) {
   const auto apart = std::ranges::find(parts, -1, &ImagePart::first);
   if (apart == parts.end()) return;
-  throw InputError(path,
-                   "its part {} has other pixels than the first one, or channels of the same names",
+  throw InputError(path, "its part {} differs from the first in size, or repeats its channel names",
                    apart->name);
 }
 

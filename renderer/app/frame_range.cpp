@@ -36,8 +36,8 @@ std::optional<int> frame_number(std::string_view text) {
 // "5", "1-100", "1-100x2".
 FrameSpan parse_span(std::string_view item) {
   constexpr const char* kValid =
-      "is not frames: N, A-B or A-BxSTEP, whole numbers from -999999999 to 999999999 and a step "
-      "from 1, and lists of them";
+      "is not a list of frames; valid are N, A-B and A-BxSTEP, separated by commas, with frames "
+      "from -999999999 to 999999999 and a step of at least 1";
   FrameSpan span;
   const size_t x = item.find('x');
   const std::string_view range = item.substr(0, x);
@@ -83,8 +83,8 @@ void check_names(const RenderOptions& options, std::span<const int> frames) {
     std::filesystem::path example = path;
     example.replace_extension(".####" + example.extension().string());
     throw UsageError(
-        "{} {}: every frame of {} would be written to it; put #### where the frame's number goes: "
-        "{}",
+        "{} {}: every frame of {} would be written to this file; put #### where the frame number "
+        "goes: {}",
         option, path, options.frames.empty() ? "--turntable" : "--frames", example.string());
   });
   if (count < 2) return;
@@ -92,7 +92,7 @@ void check_names(const RenderOptions& options, std::span<const int> frames) {
   for (const int frame : frames) {
     visit_outputs(options, [&](const char* option, const std::string& path) {
       if (names.insert(numbered(path, frame)).second) return;
-      throw UsageError("{} {}: of frame {} it is {}, which is an output already", option, path,
+      throw UsageError("{} {}: for frame {} this is {}, which is already an output", option, path,
                        frame, numbered(path, frame));
     });
   }
@@ -110,7 +110,7 @@ std::vector<int> parse_frames(std::string_view text) {
     begin = end + 1;
     count += span.count();
     if (count > int64_t(kMostFrames)) {
-      refuse_frames(text, fmt::format("is more than {} frames", kMostFrames));
+      refuse_frames(text, fmt::format("has more than {} frames", kMostFrames));
     }
     const int64_t step = span.last < span.first ? -span.step : span.step;
     for (int64_t i = 0; i < span.count(); ++i) {

@@ -184,7 +184,7 @@ std::string as_text(const Json& j) {
   append_list(text, "honoured", j["gltf"]["used"]);
   append_list(text, "approximated", j["gltf"]["approximated"]);
   append_list(text, "ignored", j["gltf"]["ignored"]);
-  append_list(text, "a render builds", j["features"]);
+  append_list(text, "scene features", j["features"]);
   return text;
 }
 

@@ -43,7 +43,7 @@ int run_merge(const MergeOptions& merge) {
   RenderOptions options = options_of(merge, frame);
   const Rect& crop = frame.first().plan().crop;
   FileRegister files;
-  for (const std::string& part : merge.parts) files.read(part, "it is a part");
+  for (const std::string& part : merge.parts) files.read(part, "it is one of the parts");
   check_output_paths(options, crop, files);
   for (const std::string& path : options.reports) check_writable(path);
   options.scene = text_in(frame.first().head(), "files", "scene");

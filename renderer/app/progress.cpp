@@ -80,14 +80,14 @@ ProgressDisplay::~ProgressDisplay() {
 
 void ProgressDisplay::stop_if_asked() {
   if (stop_signalled() && stop_.request(PixelStop::kUser)) {
-    log_info("stopping and writing what there is; once more ends at once");
+    log_info("stopping and writing the picture so far; interrupt again to end at once");
   }
   const double elapsed = Seconds(std::chrono::steady_clock::now() - start_).count();
   if (time_limit_s_ && elapsed >= *time_limit_s_ && stop_.request(PixelStop::kTimeLimit)) {
-    log_info("the time limit is reached; writing what there is");
+    log_info("the time limit is reached; writing the picture so far");
   }
   if (allotted_s_ && elapsed >= *allotted_s_ && stop_.request(PixelStop::kUser)) {
-    log_info("the job's time is nearly over; stopping and writing what there is");
+    log_info("the job's time is nearly over; stopping and writing the picture so far");
   }
 }
 

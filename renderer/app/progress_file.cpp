@@ -126,7 +126,7 @@ void ProgressFile::write(const std::string& text) {
   try {
     write_file_atomically(path_, text);
   } catch (const RenderError& error) {
-    if (!warned_) log_warning(std::string(error.what()) + "; the frame goes on without it");
+    if (!warned_) log_warning(std::string(error.what()) + "; the frame continues without it");
     warned_ = true;
   }
 }

@@ -194,7 +194,7 @@ class RangeRun {
     FrameOutcome outcome;
     outcome.outputs = options.outputs;
     if (options.skip_existing && is_finished(options)) {
-      log_info(run_.place->text() + " is skipped: all its outputs are there");
+      log_info(run_.place->text() + " is skipped: all its outputs exist");
       outcome.fate = FrameFate::kSkipped;
       return outcome;
     }

@@ -37,7 +37,7 @@ int CommandFrame::replay() {
       out, "ray origin {:.9g} {:.9g} {:.9g} direction {:.9g} {:.9g} {:.9g} (internal space)\n",
       ray.origin.x, ray.origin.y, ray.origin.z, ray.direction.x, ray.direction.y, ray.direction.z);
   if (frame.moves()) {
-    fmt::format_to(out, "time {:.9g} (of the shutter: 0 opens, 1 closes)\n", ray.time);
+    fmt::format_to(out, "time {:.9g} (0: the shutter opens, 1: it closes)\n", ray.time);
   }
   fmt::format_to(out, "radiance {:.9g} {:.9g} {:.9g} ({:a} {:a} {:a})\n", value.radiance.x,
                  value.radiance.y, value.radiance.z, value.radiance.x, value.radiance.y,

@@ -25,7 +25,7 @@ void watch(uint64_t samples, const RenderStudy& render) {
 
 int run_study(const StudyOptions& given) {
   if (given.convergence != given.frame.scene.empty()) {
-    throw UsageError(given.convergence ? "study --convergence needs no scene, but one is given"
+    throw UsageError(given.convergence ? "study --convergence takes no scene"
                                        : "study needs a scene: study SCENE -o DIR");
   }
   if (given.folder.empty() && !given.convergence) {
@@ -37,7 +37,7 @@ int run_study(const StudyOptions& given) {
   options.frame.threads = workers.count();
   const StudyOutcome outcome = make_study(options, "-o", watch);
   if (!outcome.results) {
-    log_info("stopped before there was a reference; the same command goes on");
+    log_info("stopped before the reference was finished; the same command continues");
     return kExitStopped;
   }
   for (const std::string& path : outcome.attempts.written()) log_info("wrote " + path);
@@ -47,7 +47,8 @@ int run_study(const StudyOptions& given) {
   if (!results.complete) return kExitStopped;
   const bool any = std::ranges::any_of(
       results.runs, [](const StudyRun& one) { return one.status == StudyRunStatus::kDone; });
-  if (!any) throw RenderError("every run has failed; the first: " + results.runs[0].reason);
+  if (!any)
+    throw RenderError("every run has failed; the first one with: " + results.runs[0].reason);
   return kExitDone;
 }
 

@@ -97,7 +97,7 @@ class Archive {
     }
   }
   [[noreturn]] static void refuse() {
-    throw InputError("state of a frame", "it is damaged, or not of this frame");
+    throw InputError("state of a frame", "it is damaged or belongs to another frame");
   }
   // Large arrays (a film) are copied by all threads.
   static void copy(const void* from, std::byte* to, size_t size) {

@@ -79,7 +79,7 @@ void log_warning(std::string_view whole) {
   if (g_level == LogLevel::kQuiet || count > kMostWarningsShown + 1) return;
   const bool shown = count <= kMostWarningsShown;
   write(LogKind::kWarning, "emberline: warning: ",
-        shown ? std::string_view(message) : "there are more warnings; a `report` has them all");
+        shown ? std::string_view(message) : "there are more warnings; `report` lists them all");
 }
 
 void log_info(std::string_view message) {

@@ -54,7 +54,7 @@ void MemoryBudget::give_back(MemoryPart part, uint64_t bytes) noexcept {
 
 std::string MemoryBudget::refusal(MemoryPart part, uint64_t bytes) const {
   return fmt::format(
-      "needs {} of memory ({}), and {} of the limit of {} are left; `memory-limit` raises it",
+      "needs {} of memory ({}), but only {} of the limit of {} are left; raise `memory-limit`",
       readable_bytes(bytes), name_of(part), readable_bytes(limit_ - std::min(limit_, reserved())),
       readable_bytes(limit_));
 }

@@ -48,8 +48,8 @@ void add_default_light(SceneDescription& scene) {
                       });
   if (has_light(scene) || !(anything_lit || hidden)) return;
   log_warning(
-      "the scene has no light; using a plain white environment (`env` FILE or `sun` gives "
-      "another)");
+      "the scene has no light; using a plain white environment (choose another with `env` FILE or "
+      "`sun`)");
   scene.environment = EnvironmentDescription{};
 }
 

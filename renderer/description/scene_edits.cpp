@@ -38,8 +38,8 @@ size_t find_target(const EditTarget& target, const char* what, const std::vector
   const auto count = std::ranges::count(list, target.name, &Named::name);
   if (count == 0)
     refuse(target.place, fmt::format("no {} '{}'; {}", what, shortened(target.name), listed));
-  refuse(target.place, fmt::format("{} {}s are called '{}', and \"index\" says which of them; {}",
-                                   count, what, shortened(target.name), listed));
+  refuse(target.place, fmt::format("{} {}s are called '{}'; choose one with \"index\"; {}", count,
+                                   what, shortened(target.name), listed));
 }
 
 // Finds a camera by its name, or by its node's name if no camera has the name and one node does.
@@ -120,7 +120,7 @@ void EditApplication::check_targets() {
   }
   const EnvironmentEdit& environment = edits_.environment;
   const bool lit_around = scene_.environment.has_value() || environment.image;
-  constexpr const char* kNoEnvironment = "the scene has no environment; give one by its \"file\"";
+  constexpr const char* kNoEnvironment = "the scene has no environment; choose one with \"file\"";
   if (!lit_around && (environment.strength || environment.rotation_degrees)) {
     refuse(environment.place, kNoEnvironment);
   }
@@ -149,14 +149,14 @@ void EditApplication::check_fits(const MaterialEdit& edit,
   // The extension keeps materials with an index of 0 unchanged ("Backwards Compatibility Mode").
   if (edit.ior && material.ior == 0.0f) {
     refuse(edit.target.place, fmt::format("material '{}' reflects everything (index 0, or "
-                                          "specular-glossiness) and has no \"ior\" to be edited",
+                                          "specular-glossiness) and has no \"ior\" to edit",
                                           shortened(material.name)));
   }
   if (makes_anisotropic(edit) && !scene_.tangents_read && !has_tangent_space(material)) {
-    refuse(edit.target.place, fmt::format("the scene was loaded without the tangents that "
-                                          "\"anisotropy\" of material '{}' needs; open it anew "
-                                          "with these edits",
-                                          shortened(material.name)));
+    refuse(edit.target.place,
+           fmt::format("the scene was loaded without the tangents that \"anisotropy\" of material "
+                       "'{}' needs; open it again with these edits",
+                       shortened(material.name)));
   }
 }
 
@@ -235,7 +235,9 @@ void edit_lens(const CameraEdit& edit, CameraDescription& camera) {
   if (!edit.f_stop) return;
   refuse_if_orthographic(edit, camera, "f_stop");
   if (!(camera.focus_distance > 0)) {
-    refuse(edit.place, "\"f_stop\" needs a \"focus_distance\", or a \"look_at\" to focus on");
+    refuse(edit.place,
+           "\"f_stop\" requires \"focus_distance\" or \"look_at\": the lens needs a distance to "
+           "focus on");
   }
   camera.lens_radius = lens_radius(*edit.f_stop, camera.fov_y);
 }

@@ -270,9 +270,10 @@ class AdaptiveDriver final : public FrameDriver {
     }
     if (planner_.recorded() != i || planner_.records().empty()) return text;
     const bool late = followed_from_ > 0;
-    fmt::format_to(out, "rounds{}\n  {:>5} {:>8} {:>10} {:>10} {:>6} {:>8}\n",
-                   late ? fmt::format(" since it was asked for, in round {}", followed_from_) : "",
-                   "round", "samples", "error", "deviation", "cost", "to have");
+    fmt::format_to(
+        out, "rounds{}\n  {:>5} {:>8} {:>10} {:>10} {:>6} {:>8}\n",
+        late ? fmt::format(" since round {}, when they were requested", followed_from_) : "",
+        "round", "samples", "error", "deviation", "cost", "to have");
     for (const RoundRecord& r : planner_.records()) {
       fmt::format_to(out, "  {:>5} {:>8} {:>10.4g} {:>10.4g} {:>6.3g} {:>8}\n", r.round, r.samples,
                      r.error, r.deviation, r.cost, r.target);
@@ -377,15 +378,16 @@ class AdaptiveDriver final : public FrameDriver {
       return fmt::format("ended by {}",
                          pixel_stop_name(stop_of(i, ended_.value_or(PixelStop::kUser))));
     }
-    if (!covered()) return "so far: every pixel gets its first";
+    if (!covered()) return "unfinished: every pixel gets its first sample";
     const uint32_t target = planner_.targets()[i];
-    if (planner_.round() == 0) return fmt::format("so far: every pixel gets {}", target);
+    if (planner_.round() == 0)
+      return fmt::format("unfinished: every pixel gets {} samples", target);
     const PixelStop stop = planner_.stop_so_far(i, have_[i]);
     if (stop != PixelStop::kGoingOn) {
-      return fmt::format("so far ended by {}; what goes everywhere may bring more",
+      return fmt::format("ended by {} so far; samples for the whole frame may add more",
                          pixel_stop_name(stop));
     }
-    return fmt::format("so far: {} by the end of round {}", target, planner_.round());
+    return fmt::format("unfinished: {} samples by the end of round {}", target, planner_.round());
   }
 
   // Fills pixels without samples from the pixels that the tree has sampled, with their values in

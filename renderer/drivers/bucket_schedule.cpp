@@ -123,8 +123,7 @@ std::vector<Rect> bucket_schedule(const Rect& crop, int bucket_size, BucketOrder
   constexpr uint64_t kMostBuckets = 1 << 24;
   if (bucket_count(crop, bucket_size) > kMostBuckets) {
     throw UsageError("`bucket-size`: " + std::to_string(bucket_size) +
-                     " would cut the frame into "
-                     "more than 16777216 buckets; make them larger");
+                     " would divide the frame into more than 16777216 buckets; make them larger");
   }
   const int columns = (crop.width() + bucket_size - 1) / bucket_size;
   const int rows = (crop.height() + bucket_size - 1) / bucket_size;

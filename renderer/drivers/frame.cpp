@@ -30,24 +30,23 @@ bool comes_before(const NonFiniteSample& a, const NonFiniteSample& b) {
 
 void warn_of_optics(const OpticsCounters& c) {
   if (c.rays_ended_at_walls > 0) {
-    log_warning(
-        fmt::format("{} rays were ended after {} panes in a row: what is behind them is too dark",
-                    c.rays_ended_at_walls, kMostWalls));
+    log_warning(fmt::format(
+        "{} rays were stopped after {} panes in a row: the scene behind them is too dark",
+        c.rays_ended_at_walls, kMostWalls));
   }
   if (c.solids_forgotten > 0) {
-    log_warning(fmt::format(
-        "{} times a path went into more than {} solids at once: it forgot the outermost of them, "
-        "and light bends wrongly there",
-        c.solids_forgotten, Interior::kMost));
+    log_warning(
+        fmt::format("{} times a path was inside more than {} solids at once: it ignored the "
+                    "outermost one, and light bends wrongly there",
+                    c.solids_forgotten, Interior::kMost));
   }
   constexpr double kWorthAWord = 1e-3;
   if (c.blocked_share() >= kWorthAWord) {
-    log_warning(fmt::format(
-        "{} of the light samples of point, spot and directional lights were blocked by "
-        "smooth "
-        "solid glass alone: what such lights shine on through it stays dark. Light with emissive "
-        "surfaces or an environment there, or give the glass a thicknessFactor of 0",
-        readable_percent(c.blocked_share())));
+    log_warning(
+        fmt::format("only smooth solid glass blocked {} of the light samples of point, spot and "
+                    "directional lights: surfaces behind it stay dark. Light them with emissive "
+                    "surfaces or an environment, or give the glass a thicknessFactor of 0",
+                    readable_percent(c.blocked_share())));
   }
 }
 

@@ -33,8 +33,8 @@ void reset_film(const Rect& crop, FilmTile* film) {
     film->reset(crop);
   } catch (const std::bad_alloc&) {
     throw RenderError(
-        fmt::format("not enough memory to hold a film of {}x{} pixels; `driver` bucket needs no "
-                    "more for a larger frame",
+        fmt::format("not enough memory for a frame of {}x{} pixels; `driver` bucket needs the same "
+                    "memory for any frame",
                     crop.width(), crop.height()));
   }
 }

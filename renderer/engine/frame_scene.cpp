@@ -29,9 +29,9 @@ void check_cameras(const SceneDescription& scene, const CameraDescription* chose
   const auto first = std::ranges::find_if(scene.cameras, broken);
   if (first == scene.cameras.end()) return;
   const auto more = std::count_if(first + 1, scene.cameras.end(), broken);
-  log_warning(fmt::format("{}; camera '{}' cannot be chosen{}", first->fault->what(),
+  log_warning(fmt::format("{}; camera '{}' cannot be used{}", first->fault->what(),
                           shortened(first->name),
-                          more > 0 ? fmt::format(" (nor can {} others)", more) : ""));
+                          more > 0 ? fmt::format(" (nor can {} more)", more) : ""));
 }
 
 // Returns the first match, with a warning if there are several.
@@ -62,7 +62,7 @@ size_t find_camera(const std::string& wanted, const std::vector<CameraDescriptio
   if (fits.size() > 1) {
     for (size_t i = 0; i < std::min(fits.size(), kMostListed); ++i) list(fits[i]);
     log_warning(fmt::format(
-        "`camera`: '{}' fits several: {}{}; {} is taken, an index chooses another",
+        "`camera`: '{}' matches several: {}{}; {} is used (choose another by its index)",
         shortened(wanted), listed, fits.size() > kMostListed ? " and more" : "", fits.front()));
   }
   return fits.front();
@@ -96,14 +96,14 @@ CameraDescription choose_view(const FrameSettings& settings, const SceneDescript
     // The vertical angle or height is kept, as in glTF; the horizontal extent changes.
     const double width = std::clamp(settings.height * *camera.aspect, 1.0, 1e6);
     log_info(fmt::format(
-        "camera '{}' was made for {:.3g} : 1, the frame has {:.3g} : 1; "
-        "`size` {}x{} would match",
+        "camera '{}' has an aspect ratio of {:.3g}, but the frame has {:.3g}; `size` {}x{} would "
+        "match",
         shortened(camera.name), *camera.aspect, aspect, std::lround(width), settings.height));
   }
   if (settings.fov_y) {
     if (camera.orthographic) {
       throw UsageError("`fov-y`: camera '" + shortened(camera.name) +
-                       "' is orthographic and has no angle");
+                       "' is orthographic and has no field of view");
     }
     camera.fov_y = *settings.fov_y * kPiD / 180.0;
     camera.zoom.reset();
@@ -122,7 +122,8 @@ void apply_lens(const FrameSettings& settings, CameraDescription& camera) {
                      "' is orthographic and has no lens");
   }
   if (!(camera.focus_distance > 0)) {
-    throw UsageError("`f-stop`: what shall be sharp? Give `focus-distance`, or `look-at`");
+    throw UsageError(
+        "`f-stop` requires `focus-distance` or `look-at`: the lens needs a distance to focus on");
   }
   camera.lens_radius = lens_radius(*settings.f_stop, camera.fov_y);
 }
@@ -191,7 +192,7 @@ void apply_animation(const AnimationEdit& edit, FrameSettings& settings) {
     settings.animation = edit.name;
     settings.time = edit.time;
   } else {
-    log_info("the time is the command line's, and not that of " + edit.place);
+    log_info("the time comes from the command line and not from " + edit.place);
   }
   if (!settings.shutter && edit.shutter_open && edit.shutter_close) {
     const double frames = settings.fps / edit.fps.value_or(settings.fps);
@@ -219,7 +220,7 @@ void choose_variant(const FrameSettings& settings, const SceneDescription& scene
                     SceneEdits& edits) {
   if (settings.variant.empty()) return;
   if (edits.variant) {
-    log_info("the variant is the command line's, and not that of " + edits.variant->place);
+    log_info("the variant comes from the command line and not from " + edits.variant->place);
   }
   const size_t index = find_name_or_index("variant", settings.variant, scene.variants);
   edits.variant = EditTarget{scene.variants[index].name, int(index), "`variant`"};
@@ -249,7 +250,7 @@ CameraDescription choose_camera(const FrameSettings& settings, const SceneDescri
   const bool asked = !settings.camera.empty() || settings.look_from || settings.fov_y;
   if (!edited || asked) {
     if (edited) {
-      log_info("the view is the command line's, and not that of " + edits.camera.place);
+      log_info("the view comes from the command line and not from " + edits.camera.place);
     }
     return choose_camera(settings, scene);
   }

@@ -85,7 +85,9 @@ std::optional<double> slurm_seconds_left() {
   double left = *end - now;
   const auto start = positive<double>("SLURM_JOB_START_TIME");
   if (start && *start < *end && (left < 0 || left > *end - *start + 1)) {
-    log_warning("this machine's clock and that of Slurm differ; the job's time is told without it");
+    log_warning(
+        "this machine's clock differs from Slurm's; the remaining time is estimated from the job's "
+        "start");
     left = *end - *start - process_age_seconds().value_or(0);
   }
   return std::max(0.0, left - kForCheckpoint);

@@ -68,7 +68,8 @@ void check_growth(uint64_t before, const MemoryBudget& budget, const std::string
   if (now < before + libraries) return;
   const uint64_t growth = now - before - libraries;
   if (growth <= budget.limit() || growth - budget.limit() <= budget.limit() / 10) return;
-  throw InputError(scene, "took {} of memory, more than the limit of {}; `memory-limit` raises it",
+  throw InputError(scene,
+                   "loading took {} of memory, more than the limit of {}; raise `memory-limit`",
                    readable_bytes(growth), readable_bytes(budget.limit()));
 }
 

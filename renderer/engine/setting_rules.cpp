@@ -147,19 +147,19 @@ std::vector<SettingRule> view_rules() {
   return {
       {.about = {{"look-from"}},
        .needs = {{"look-at"}, {"panorama"}},
-       .reason = "a place alone has no direction"},
+       .reason = "a position alone does not give a direction"},
       {.about = {{"look-at"}},
        .needs = {{"look-from"}},
-       .reason = "it is the direction of a view from there"},
+       .reason = "it gives the direction of a view from that position"},
       {.about = {{"panorama"}},
        .excludes = {{"fov-y"}, {"f-stop"}, {"focus-distance"}},
-       .reason = "a panorama shows all around and is sharp everywhere"},
+       .reason = "a panorama shows all directions and has no lens"},
       {.about = {{"crop"}}, .wrong = wrong_crop},
-      {.about = {{"time"}}, .excludes = {{"frame"}}, .reason = "both say when"},
-      {.about = {{"sun"}}, .excludes = {{"env"}}, .reason = "each is a whole sky"},
+      {.about = {{"time"}}, .excludes = {{"frame"}}, .reason = "both set the time"},
+      {.about = {{"sun"}}, .excludes = {{"env"}}, .reason = "each is a complete sky"},
       {.about = {{"env-strength"}, {"env-rotation"}},
        .needs = {{"env"}, {"sun"}},
-       .reason = "it changes the environment that is given"},
+       .reason = "it adjusts that environment"},
   };
 }
 
@@ -176,25 +176,26 @@ std::vector<SettingRule> channel_rules() {
   std::vector<SettingRule> rules = {
       {.about = {{"aov", "clamped"}},
        .needs = {{"clamp-indirect"}},
-       .reason = "it shows what clamping takes"},
+       .reason = "it shows the light that clamping removes"},
       {.about = {{"aov", "shadow"}},
        .needs = {{"catcher"}},
-       .reason = "it shows what catchers receive"},
+       .reason = "it shows the shadows on catchers"},
       {.about = {{"cryptomatte-levels"}},
        .needs = {{"cryptomatte"}},
-       .reason = "it counts the ids of its layers"},
+       .reason = "it sets the number of ids in its layers"},
       {.about = values_of("exr-compression", exr_compression_table(),
                           [](const auto& entry) { return is_lossy(entry.value); }),
        .excludes =
            joined({{{"cryptomatte"}}, denoising(), values_of("aov", channel_table(), would_blur)}),
        .unless = {{"exr-parts", "layers"}},
-       .reason = "it would blur them; `exr-parts` layers keeps such a part zip",
+       .reason = "lossy compression would blur them; `exr-parts` layers stores such parts as zip",
        .in_help = false},
   };
   for (const ChannelRow& row : channel_table()) {
     if (!may_be_half(row.use) || row.setting.empty()) continue;
-    SettingRule rule = {
-        .about = {{"half", row.name}}, .reason = "there is no such layer", .in_help = false};
+    SettingRule rule = {.about = {{"half", row.name}},
+                        .reason = "otherwise there is no such layer",
+                        .in_help = false};
     rule.needs = {row.setting == "aov" ? SettingIs{"aov", row.name} : SettingIs{row.setting}};
     if (row.feed == ChannelFeed::kCatchers) rule.needs.push_back({"catcher"});
     if (row.setting == "denoise") rule.needs.push_back({"allocation", "denoised"});
@@ -213,7 +214,7 @@ SettingRule rule_of_lights() {
                            of_paths}),
           .needs = values_of("integrator", integrator_table(),
                              [](const auto& entry) { return entry.tells_lights_apart; }),
-          .reason = "{} knows no lights"};
+          .reason = "{} does not compute lighting"};
 }
 
 // Rules about adaptive sampling.
@@ -232,40 +233,39 @@ std::vector<SettingRule> error_rules() {
        .reason = "{} gives every pixel `spp` samples"},
       {.about = {{"allocation", "denoised"}},
        .needs = drivers_that([](const DriverEntry& d) { return d.sharing == Sharing::kByError; }),
-       .reason = "only a driver that has the whole frame knows the pixels around one"},
+       .reason = "it needs a driver that knows the neighbouring pixels"},
       {.about = {{"min-spp"},
                  {"max-spp"},
                  {"estimator"},
                  {.name = "allocation", .except = "denoised"},
                  {"unbiased"}},
        .needs = drivers_by_error(),
-       .reason = "here {} gives every pixel `spp` samples"},
+       .reason = "with these settings, {} gives every pixel `spp` samples"},
       {.about = {{"allocation", "denoised"}},
        .excludes = {{"noise-threshold"}},
-       .reason = "the error of a denoised pixel is its neighbours' too, so that none can be "
-                 "finished alone; `spp` limits the frame"},
+       .reason = "the error of a denoised pixel depends on its neighbours, so no pixel can finish "
+                 "alone; limit the frame with `spp`"},
       {.about = {{"allocation", "denoised"}},
        .excludes = {{"unbiased"}},
-       .reason = "it looks at the means of all samples, which `unbiased` does not show"},
+       .reason = "it measures the mean of all samples, which `unbiased` does not show"},
       {.about = {{"allocation"}},
        .excludes = historical,
-       .reason =
-           "such an estimator only tells which pixels are finished, and the others share evenly; "
-           "valid are " +
-           others},
+       .reason = "this estimator only decides which pixels are finished, and the others share "
+                 "evenly; valid are " +
+                 others},
       {.about = {{"unbiased"}},
        .excludes = {{"max-spp"}},
-       .reason = "every pixel must take part in every round; `spp` limits the frame"},
+       .reason = "every pixel must get samples in every round; limit the frame with `spp`"},
       {.about = {{"unbiased"}},
        .excludes = historical,
-       .reason = "every pixel must take part in every round; valid are " + others},
+       .reason = "every pixel must get samples in every round; valid are " + others},
       {.about = {{"unbiased"}},
        .excludes = {{"cryptomatte"}, {"light-groups"}},
-       .reason = "it weighs rounds, which are not kept by object or by light"},
+       .reason = "it weights whole rounds, which are not stored by object or by light"},
       {.about = {{"min-spp"}}, .wrong = wrong_least_samples},
       {.about = joined({denoising(), two_streams}),
        .excludes = {{"streams", "1"}},
-       .reason = "it compares two sample streams; give 2, or leave `streams` out"},
+       .reason = "it compares two sample streams; set `streams` to 2 or leave it out"},
   };
 }
 
@@ -279,23 +279,23 @@ std::vector<SettingRule> sample_rules() {
   return {
       {.about = samplers([](const auto& entry) { return entry.counts != SampleCounts::kAny; }),
        .needs = even_drivers(),
-       .reason = "adaptive sampling does not know beforehand how many samples each pixel gets; "
-                 "valid with it are " +
+       .reason = "adaptive sampling does not know in advance how many samples each pixel gets; it "
+                 "supports " +
                  text_of(samplers([](const auto& s) { return s.counts == SampleCounts::kAny; }),
                          " and ")},
       {.about = {{"part"}},
        .needs = drivers_that([](const DriverEntry& driver) { return driver.tiles; }),
-       .reason = "{} has the whole frame at once"},
+       .reason = "{} renders the whole frame at once"},
       {.about = {{"sample-range"}},
        .needs = even_drivers(),
-       .reason = "adaptive sampling decides itself how many samples each pixel gets; give the "
-                 "parts a `seed` each"},
+       .reason = "adaptive sampling decides how many samples each pixel gets; give each part "
+                 "another `seed` instead"},
       {.about = {{"sample-range"}},
        .needs = extensible,
-       .reason = "the samples of {} depend on how many there are"},
+       .reason = "the samples of {} depend on their total number"},
       {.about = {{"sample-range"}},
        .excludes = {{"spp"}},
-       .reason = "it says how many samples each pixel gets"},
+       .reason = "the range already sets the number of samples per pixel"},
   };
 }
 

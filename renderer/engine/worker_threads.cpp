@@ -25,7 +25,7 @@ namespace {
 // Threads besides the workers: the progress display, a viewer's connection, and libraries' threads.
 constexpr int kOtherThreads = 4;
 
-constexpr const char* kWhy = "(ulimit -u, a container's limit of processes, or memory)";
+constexpr const char* kWhy = "(check ulimit -u, the container's process limit and free memory)";
 
 // Returns how many of `wanted` further threads the system starts, with TBB's stack size.
 int count_startable(int wanted) {
@@ -64,14 +64,15 @@ int choose_count(int wanted) {
   if (startable >= count) return count;
   if (startable < 1) {
     throw RenderError(
-        "the system does not start the few threads that are needed {}; raise that limit", kWhy);
+        "the system refuses to start the few threads that are needed {}; raise that limit", kWhy);
   }
   if (wanted > 0) {
-    throw RenderError("`threads` {}: the system starts no more than {} {}; lower `threads`", wanted,
+    throw RenderError("`threads` {}: the system starts at most {} {}; lower `threads`", wanted,
                       startable, kWhy);
   }
-  log_warning(fmt::format("{} of {} cores are used: the system starts no more threads {}",
-                          startable, count, kWhy));
+  log_warning(
+      fmt::format("only {} of {} cores are used: the system refuses to start more threads {}",
+                  startable, count, kWhy));
   return startable;
 }
 
@@ -119,7 +120,7 @@ void install_refused_thread_handler() { g_otherwise = std::set_terminate(end_pro
 
 std::string message_of(const std::exception& error) {
   if (!is_refused_thread(error)) return error.what();
-  return fmt::format("the system starts no more threads {}; lower `threads`", kWhy);
+  return fmt::format("the system refuses to start more threads {}; lower `threads`", kWhy);
 }
 
 WorkerThreads::WorkerThreads(int wanted)

@@ -320,8 +320,9 @@ std::span<const NamedValue<Aov>> aov_table() {
 }
 
 std::string pixel_stop_name(PixelStop stop) {
-  constexpr std::string_view kNames[] = {
-      "nothing", "`spp`", "`noise-threshold`", "`max-spp`", "`time-limit`", "the user", "going on"};
+  constexpr std::string_view kNames[] = {"nothing",   "`spp`",        "`noise-threshold`",
+                                         "`max-spp`", "`time-limit`", "the user",
+                                         "unfinished"};
   return spelled(kNames[static_cast<size_t>(stop)]);
 }
 

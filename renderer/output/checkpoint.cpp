@@ -26,14 +26,14 @@ void check_frame(const RecordFile& file, const Json& now,
                  std::initializer_list<std::string_view> but = {}) {
   const Json then = parse_json(file.head(), file.path());
   if (const std::vector<std::string> list = differences(now, then, but); !list.empty()) {
-    throw InputError(file.path(),
-                     "this checkpoint is of another frame: {}; give what it was made with, or "
-                     "remove it",
-                     fmt::join(list, "; "));
+    throw InputError(
+        file.path(),
+        "this checkpoint belongs to another frame: {}; use the same settings, or remove it",
+        fmt::join(list, "; "));
   }
   for (const std::string& difference : machine_differences(now, then)) {
     log_warning(
-        fmt::format("{}: was made with {}; bits may differ by rounding", file.path(), difference));
+        fmt::format("{}: it was made with {}; the last bits may differ", file.path(), difference));
   }
 }
 
@@ -58,11 +58,11 @@ bool records_are_whole(const RecordFile& file) {
 }
 
 void warn_of_cut(const std::string& path) {
-  log_warning(path + ": its end is cut short; the tiles there are rendered anew");
+  log_warning(path + ": it is truncated; the tiles at its end are rendered again");
 }
 
 void warn_of_lost_tiles(const std::string& why) {
-  log_warning(why + "; the tiles that are lost are rendered anew");
+  log_warning(why + "; the lost tiles are rendered again");
 }
 
 // Returns nullopt if the file lacks the tile or, with a warning, if the tile is damaged.
@@ -106,13 +106,12 @@ void check_checkpoint(const std::string& path, bool resume) {
   if (there ? is_record_file(path) : !link) return;
   if (!there && resume) throw InputError(path, "it is a link to a file that does not exist");
   if (!there) {
-    throw UsageError("`checkpoint` {}: it is a link to a file that does not exist; name the file",
+    throw UsageError("`checkpoint` {}: it is a link to a file that does not exist; name a file",
                      path);
   }
-  if (resume) throw InputError(path, "it is not a checkpoint of Emberline");
+  if (resume) throw InputError(path, "it is not an Emberline checkpoint");
   throw UsageError(
-      "`checkpoint` {}: it is not a checkpoint of Emberline, and would be replaced; name another "
-      "file",
+      "`checkpoint` {}: it is not an Emberline checkpoint and would be replaced; name another file",
       path);
 }
 
@@ -142,17 +141,17 @@ void check_begins_anew(const std::string& path, const Json& head) {
     if (!now.contains("inputs") && then.is_object()) now["inputs"] = then.value("inputs", Json());
     const std::vector<std::string> list = differences(now, then);
     if (list.empty()) return;
-    why = fmt::format("this checkpoint is of another frame: {}", fmt::join(list, "; "));
+    why = fmt::format("this checkpoint belongs to another frame: {}", fmt::join(list, "; "));
   } catch (const InputError&) {
   }
-  throw UsageError("`checkpoint` {}: {}; it would be replaced: name another file, or remove it",
+  throw UsageError("`checkpoint` {}: {}; it would be replaced, so name another file or remove it",
                    path, why);
 }
 
 std::optional<std::vector<std::byte>> film_state(const RecordFile& file, uint64_t most) {
   const std::span<const RecordEntry> records = file.records();
   const auto damaged = [&] {
-    return InputError(file.path(), "the checkpoint is damaged, or cut short");
+    return InputError(file.path(), "the checkpoint is damaged or truncated");
   };
   if (records.empty() && !file.has_more()) return std::nullopt;
   if (records.empty() || file.has_more() || records.back().kind != kEndRecord ||
@@ -205,7 +204,7 @@ Checkpoint::Checkpoint(const CheckpointOptions& options, const Json& head)
     }
   } else if (there) {
     if (!options.resume && !options.own) check_begins_anew(path_, head);
-    if (!options.resume) log_info(path_ + " is begun anew, as there is no `resume`");
+    if (!options.resume) log_info(path_ + " starts over, because `resume` is not given");
     file_->replace([this](AtomicFile& file) { file.write_at(head_.data(), head_.size(), 0); });
   }
   report_.bytes = file_->size();
@@ -252,7 +251,7 @@ void Checkpoint::save(size_t tile, std::span<const std::byte> state) {
 void Checkpoint::failed(const std::string& error) {
   error_ = error;
   if (!warned_ && !ending_)
-    log_warning(error + "; the frame goes on, and what is not saved is lost if it ends");
+    log_warning(error + "; the frame continues, but unsaved work is lost if the program ends");
   warned_ = true;
 }
 
@@ -294,7 +293,7 @@ void Checkpoint::save(RenderJob& job) {
     job.save(copy_);
   } catch (const std::bad_alloc&) {
     copy_ = {};
-    return failed(path_ + ": there is no memory for a copy of the frame");
+    return failed(path_ + ": not enough memory for a copy of the frame");
   }
   writing_ = true;
   busy_ = true;
@@ -401,10 +400,10 @@ void Checkpoint::check_file() {
       const RecordFile file(path_);
       const bool as_written = file.end() == file_->size() && !file.has_more();
       if (as_written && records_are_whole(file)) return;
-      error_ = path_ + ": it was damaged while the frame rendered, and does not hold all of it";
+      error_ = path_ + ": it was damaged during the render and does not hold the whole frame";
       return;
     }
-    error_ = path_ + ": it was removed or replaced while the frame rendered";
+    error_ = path_ + ": it was removed or replaced during the render";
   } catch (const InputError& error) {
     error_ = error.what();
   }

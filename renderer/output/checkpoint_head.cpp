@@ -119,7 +119,7 @@ void LoadedFiles::check(const FrameSettings& settings) const {
   };
   if (!std::ranges::all_of(files_, stands) ||
       (!settings.edits.empty() && !std::ranges::all_of(of_edits_, stands))) {
-    throw InputError(settings.scene, "its files have changed while they were read; start again");
+    throw InputError(settings.scene, "its files changed while they were read; start again");
   }
 }
 
@@ -194,10 +194,8 @@ std::vector<std::string> differences(const Json& now, const Json& then,
   const Json bits = then.is_object() ? then.value("bits", Json()) : Json();
   if (bits != Json(kBitsVersion)) {
     const Json version = then.is_object() ? then.value("emberline", Json()) : Json();
-    list.push_back(
-        fmt::format("it was made by version {}, whose samples are other bits than those "
-                    "of {}",
-                    text_of(&version), kEmberlineVersion));
+    list.push_back(fmt::format("it was made by version {}, whose samples differ from those of {}",
+                               text_of(&version), kEmberlineVersion));
   }
   compare(now, then, "settings", [&](const std::string& name, const Json* here, const Json* there) {
     if (std::ranges::find(but, name) != but.end()) return;

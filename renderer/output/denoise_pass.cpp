@@ -265,11 +265,11 @@ class Pass {
 
 std::string describe(const DenoiseReport& report) {
   if (report.stopped) {
-    return fmt::format("denoising was stopped after {}: {} of the pixels are as they were",
+    return fmt::format("denoising was stopped after {}: {} of the pixels are not denoised",
                        readable_seconds(report.seconds), readable_percent(report.kept_share));
   }
   return fmt::format(
-      "denoised in {}: expected error {:.2g} -> {:.2g}, {} of the pixels left unfiltered",
+      "denoised in {}: expected error {:.2g} -> {:.2g}, {} of the pixels left as they were",
       readable_seconds(report.seconds), report.error_before, report.error_after,
       readable_percent(report.kept_share));
 }

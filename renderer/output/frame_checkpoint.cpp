@@ -17,7 +17,7 @@ void FrameCheckpoint::open(const nlohmann::json& head, bool own,
                                   .save_now = save_now};
   checkpoint_.emplace(kept, head);
   if (options_.resume && options_.extended.empty() && !checkpoint_->goes_on()) {
-    log_info(kept.path + " has nothing to go on with; the frame begins anew");
+    log_info(kept.path + " has nothing to resume; the frame starts over");
   }
   checkpoint_->begin(job, most);
 }
@@ -45,7 +45,7 @@ void FrameCheckpoint::log_failure(const CheckpointReport& report) const {
   if (keeps_checkpoint(options_)) {
     log_error(report.error);
   } else if (report.kept) {
-    log_warning(report.error + "; what is done is not saved");
+    log_warning(report.error + "; the work so far is not saved");
   }
 }
 

@@ -17,15 +17,15 @@ namespace {
 // Replaces the frame's limits by the requested ones, which may only add work.
 void set_more(const FrameSettings& more, const std::string& path, FrameSettings& settings) {
   const auto refuse = [&](const char* option, const auto& has) {
-    throw UsageError("`{}`: {} has {} already, and only more can be asked for", option, path, has);
+    throw UsageError("`{}`: {} already has {}; a frame can only be extended", option, path, has);
   };
   if (!more.spp && !more.noise_threshold && !more.max_spp) {
-    throw UsageError("extend needs to know how far: `spp`, `noise-threshold` or `max-spp`");
+    throw UsageError("extend needs a new limit: `spp`, `noise-threshold` or `max-spp`");
   }
   const auto raise = [&](const char* option, std::optional<uint32_t> to, uint32_t has) {
     if (!to) return;
     if (has == 0) {
-      throw UsageError("`{}`: {} has no such limit, and only more can be asked for", option, path);
+      throw UsageError("`{}`: {} has no such limit; a frame can only be extended", option, path);
     }
     if (*to < has) refuse(option, has);
   };
@@ -42,7 +42,7 @@ void set_more(const FrameSettings& more, const std::string& path, FrameSettings&
   if (more.max_spp) settings.max_spp = more.max_spp;
   settings.time_limit_s = more.time_limit_s;
   if (shares_evenly(settings) == even) return;
-  throw UsageError("`noise-threshold`: every pixel of {} has as many samples; valid is `spp`",
+  throw UsageError("`noise-threshold`: every pixel of {} has the same number of samples; use `spp`",
                    path);
 }
 
@@ -51,18 +51,17 @@ void check_extensible(const FrameSettings& settings, const std::string& path) {
   const RenderPlan plan(settings);
   if (plan.half_block != RenderPlan::kStreamBlock) {
     throw InputError(path,
-                     "its halves for denoising are those of a frame of fewer than {} samples a "
-                     "pixel; render it anew",
+                     "its denoising halves are those of a frame with fewer than {} samples a "
+                     "pixel; render it again",
                      kLeastStreamSamples);
   }
   if (!shares_evenly(settings)) return;
   const std::vector<std::string_view> valid = extensible_samplers();
   if (std::ranges::find(valid, settings.sampler) != valid.end()) return;
-  throw InputError(
-      path,
-      "the samples of its sampler, {}, depend on how many there are; uniform frames are "
-      "extended with {}",
-      settings.sampler, fmt::join(valid, ", "));
+  throw InputError(path,
+                   "the samples of its sampler, {}, depend on their total number; uniform frames "
+                   "can be extended with {}",
+                   settings.sampler, fmt::join(valid, ", "));
 }
 
 }  // namespace
@@ -80,7 +79,7 @@ void extend_settings(const FrameSettings& more, const std::string& path, FrameSe
   try {
     check_extensible(settings, path);
   } catch (const UsageError& error) {
-    throw InputError(path, "its settings cannot be: {}", error.what());
+    throw InputError(path, "its settings are invalid: {}", error.what());
   }
   set_more(more, path, settings);
 }

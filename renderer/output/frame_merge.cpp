@@ -33,7 +33,7 @@ auto of_settings(const std::string& path, const Make& make) {
   try {
     return make();
   } catch (const UsageError& error) {
-    throw InputError(path, "its settings cannot be: {}", error.what());
+    throw InputError(path, "its settings are invalid: {}", error.what());
   }
 }
 
@@ -201,22 +201,22 @@ void FrameMerge::check_frames(bool strict) const {
     const auto different =
         differences(first().head(), frame->head(), {"part", "sample-range", "seed"});
     if (frame->layers().lights != first().layers().lights) {
-      throw InputError(frame->path(), "its light groups are not those of {}", first().path());
+      throw InputError(frame->path(), "its light groups differ from those of {}", first().path());
     }
     if (frame->layers().cryptomattes != first().layers().cryptomattes) {
-      throw InputError(frame->path(), "the names of its mattes are not those of {}",
+      throw InputError(frame->path(), "the names of its mattes differ from those of {}",
                        first().path());
     }
     if (!different.empty()) {
-      throw InputError(frame->path(), "it is not of the frame that {} is of: {}", first().path(),
+      throw InputError(frame->path(), "it is from another frame than {}: {}", first().path(),
                        fmt::join(different, "; "));
     }
     const auto machines = machine_differences(first().head(), frame->head());
     if (machines.empty()) continue;
-    const std::string what = fmt::format("{}: made with {}; bits may differ by rounding",
+    const std::string what = fmt::format("{}: it was made with {}; the last bits may differ",
                                          frame->path(), fmt::join(machines, "; "));
     if (strict)
-      throw InputError(frame->path(), "`strict`: made with {}", fmt::join(machines, "; "));
+      throw InputError(frame->path(), "`strict`: it was made with {}", fmt::join(machines, "; "));
     log_warning(what);
   }
 }
@@ -241,7 +241,7 @@ void FrameMerge::make_groups() {
       if (!frame->has(tile)) continue;
       const StoredFrame*& place = group->of_tile[tile];
       if (place) {
-        throw InputError(frame->path(), "it has samples that {} has, too; leave one of them out",
+        throw InputError(frame->path(), "it has the same samples as {}; leave one of them out",
                          place->path());
       }
       place = frame.get();
@@ -279,7 +279,7 @@ void FrameMerge::check_groups(bool allow_holes) {
   const std::string what = fmt::format("{}", fmt::join(lacking, "; "));
   if (!allow_holes) {
     throw InputError(first().path(),
-                     "the parts lack {}; render what is missing, or give `allow-holes`", what);
+                     "the parts lack {}; render the missing parts, or use `allow-holes`", what);
   }
   log_warning(fmt::format("the parts lack {}: pixels without samples are black", what));
 }

@@ -33,7 +33,7 @@ void check_heatmap_style(const HeatmapStyle& style,
                          std::span<const HeatmapQuantity* const> quantities) {
   constexpr double kLeastOfLogarithm = 1e-30;
   if (style.range && style.logarithmic && !(style.range->least >= kLeastOfLogarithm)) {
-    throw UsageError("`range`: with `log` the range begins at {} at least, not at {}",
+    throw UsageError("`range`: with `log` the range must begin at {} or more, not at {}",
                      kLeastOfLogarithm, style.range->least);
   }
   const HeatmapQuantity* amounts = nullptr;
@@ -41,7 +41,7 @@ void check_heatmap_style(const HeatmapStyle& style,
     if (quantity->reasons) continue;
     if (style.range && amounts && amounts != quantity) {
       throw UsageError(
-          "`range`: one range does not fit both {} and {}; make one of the pictures of the .exr, "
+          "`range`: one range does not fit both {} and {}; make one of the pictures from the .exr "
           "with emberline heatmap",
           amounts->name, quantity->name);
     }
@@ -64,19 +64,18 @@ void check_heatmap_channels(const std::string& place, const HeatmapQuantity& qua
   const std::string missing = QuantityPlane::missing_channel(quantity, channels);
   if (missing.empty()) return;
   const std::string remedy =
-      quantity.of_denoised
-          ? std::string("render it with `denoise`, or give it to emberline denoise")
+      quantity.of_denoised ? std::string("render it with `denoise`, or run emberline denoise on it")
       : quantity.aov ? fmt::format("render it with `aov` {}", name_of(aov_table(), *quantity.aov))
-                     : std::string("give an .exr that emberline render wrote");
-  throw InputError(place, "no channel {}, which a heatmap of {} needs; {}", missing, quantity.name,
-                   remedy);
+                     : std::string("use an .exr that emberline render wrote");
+  throw InputError(place, "there is no channel {}, which a heatmap of {} needs; {}", missing,
+                   quantity.name, remedy);
 }
 
 std::vector<HeatmapRequest> heatmap_requests(const RenderOptions& options) {
   if (options.heatmap_of.size() > options.heatmaps.size()) {
     throw UsageError(
-        "`heatmap-of` {}: there is no `heatmap` for it; the first belongs to the first, the second "
-        "to the second",
+        "`heatmap-of` {}: it has no `heatmap`; the first value belongs to the first heatmap, the "
+        "second to the second",
         options.heatmap_of[options.heatmaps.size()]);
   }
   std::vector<HeatmapRequest> requests;
@@ -87,8 +86,8 @@ std::vector<HeatmapRequest> heatmap_requests(const RenderOptions& options) {
                                           : heatmap_quantity_table().front();
     if (quantity.of_denoised) {
       throw UsageError(
-          "`heatmap-of` {0}: a frame is denoised when it is done; emberline heatmap FILE.exr `of` "
-          "{0} makes it then",
+          "`heatmap-of` {0}: a frame is denoised when it is finished; then use emberline heatmap "
+          "FILE.exr `of` {0}",
           quantity.name);
     }
     requests.push_back({options.heatmaps[i], &quantity});

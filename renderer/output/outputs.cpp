@@ -122,11 +122,11 @@ void register_inputs(const RenderOptions& options, FileRegister& files) {
   read(options.edits, "`edits`");
   read(options.reference, "`reference`");
   read(options.settings_file, "`settings`");
-  if (!options.extended.empty()) files.read(options.extended, "it is the frame that is extended");
+  if (!options.extended.empty()) files.read(options.extended, "it is the frame to extend");
   if (const char* config = std::getenv("OCIO")) {
     read(config, "$OCIO");
     for (const std::string& table : display_tables())
-      files.read(table, "the config of $OCIO reads it");
+      files.read(table, "the $OCIO config reads it");
   }
 }
 
@@ -251,7 +251,7 @@ void FrameOutputs::write(ExrOutput& exr, const Rect& tile, const std::vector<flo
     exr.failed = true;
     if (rendered_) return;
     if (nothing_left()) throw;
-    log_warning(std::string(error.what()) + "; the frame goes on for the other files");
+    log_warning(std::string(error.what()) + "; the render continues for the other files");
   }
 }
 

@@ -85,7 +85,7 @@ std::string replay_words(const NonFiniteSample& sample, uint32_t seed) {
 void warn_of_non_finite(const RenderCounters& counters, uint32_t seed, const std::string& how) {
   if (counters.non_finite_samples == 0) return;
   log_warning(fmt::format(
-      "{} samples were NaN or infinite and count as black; the first is replayed {} `replay` {}",
+      "{} samples were NaN or infinite and count as black; replay the first {} `replay` {}",
       counters.non_finite_samples, how, replay_words(counters.located.front(), seed)));
 }
 

@@ -36,7 +36,7 @@ std::string local_time() {
 
 std::string summary(const RenderOptions& o, const RenderReport& r) {
   const double pixels = double(r.crop.area());
-  return fmt::format("{} x {} pixels, {} samples a pixel, {} in {}. {}", r.crop.width(),
+  return fmt::format("{} x {} pixels, {} samples per pixel, {} in {}. {}", r.crop.width(),
                      r.crop.height(), readable_number(double(r.counters.samples) / pixels, 4),
                      o.driver, readable_seconds(r.times.render_s), local_time());
 }
@@ -51,40 +51,40 @@ PageFigure encoded_figure(const ByteImage& image, const char* format, const std:
 
 std::string reduced(const ReportPictures& pictures, const char* how) {
   if (pictures.factor() == 1) return "";
-  return fmt::format(" Each pixel here is {} of {} x {} of the frame's.", how, pictures.factor(),
-                     pictures.factor());
+  return fmt::format(" Each pixel here is {} of {} x {} pixels of the frame.", how,
+                     pictures.factor(), pictures.factor());
 }
 
 void add_stop(HtmlPage& page, const RenderReport& r) {
   if (!r.counters.stopped) return;
-  page.warning(fmt::format(
-      "The render was stopped by the {} before its work was done; what there was is shown and was "
-      "written. Pixels have {} to {} samples.",
-      r.stop_cause == PixelStop::kTimeLimit ? "time limit" : "user",
-      readable_count(r.counters.min_samples), readable_count(r.counters.max_samples)));
+  page.warning(
+      fmt::format("The {} stopped the render before it was finished; the page shows the picture "
+                  "that was written. Pixels have {} to {} samples.",
+                  r.stop_cause == PixelStop::kTimeLimit ? "time limit" : "user",
+                  readable_count(r.counters.min_samples), readable_count(r.counters.max_samples)));
 }
 
 void add_picture(HtmlPage& page, const RenderOptions& o, const RenderReport& r,
                  const ReportPictures& pictures) {
-  std::string caption = fmt::format("{} as seen by camera \"{}\".", file_name(o.scene), r.camera);
+  std::string caption = fmt::format("{} seen by camera \"{}\".", file_name(o.scene), r.camera);
   if (o.crop) {
     caption += fmt::format(" Crop {},{} to {},{} of {} x {}.", r.crop.x0, r.crop.y0, r.crop.x1,
                            r.crop.y1, o.width, o.height);
   }
-  if (r.denoise) caption += " As it was before it was denoised.";
+  if (r.denoise) caption += " Shown before denoising.";
   caption += reduced(pictures, "the mean");
   page.figures(std::vector{encoded_figure(pictures.picture(), "jpeg", "the picture", caption)});
 }
 
 std::string named_estimate(const RenderOptions& o, const RenderReport& r) {
-  if (!r.error_estimate) return "none was made: samples were uniform";
+  if (!r.error_estimate) return "none, because sampling was uniform";
   const bool denoised = o.allocation == ErrorMetric::kDenoised;
   return fmt::format("{} ({}{})", readable_number(*r.error_estimate), r.estimator,
                      denoised ? ", of the denoised picture" : "");
 }
 
 std::string named_reconstruction(const DenoiseReport& denoise) {
-  return fmt::format("{}, before {}; {} of the pixels as they were",
+  return fmt::format("{} (before: {}); {} of the pixels left as they were",
                      readable_number(denoise.error_after), readable_number(denoise.error_before),
                      readable_percent(denoise.kept_share));
 }
@@ -94,21 +94,21 @@ void add_numbers(HtmlPage& page, const RenderOptions& o, const RenderReport& r) 
   const double per_second = r.times.render_s > 0 ? 1e-6 / r.times.render_s : 0;
   std::vector<Row> rows = {
       {"Samples", readable_count(c.samples)},
-      {"Samples a pixel: least, mean, most",
+      {"Samples per pixel: minimum, mean, maximum",
        fmt::format("{}, {}, {}", readable_count(c.min_samples),
                    readable_number(double(c.samples) / double(r.crop.area()), 5),
                    readable_count(c.max_samples))},
-      {"Wall time, rendering alone",
+      {"Wall time: total, rendering",
        fmt::format("{}, {}", readable_seconds(r.times.wall_s), readable_seconds(r.times.render_s))},
       {"Processor time", readable_seconds(r.times.cpu_s)},
-      {"Samples and rays a second, in millions",
+      {"Millions of samples and rays per second",
        fmt::format("{}, {}", readable_number(double(c.samples) * per_second),
                    readable_number(double(c.rays.total()) * per_second))},
       {"Peak memory", readable_bytes(peak_rss_bytes())},
       {"Estimated error (RMS of the displayed picture, 0 to 1)", named_estimate(o, r)},
   };
   if (r.denoise) {
-    rows.push_back({"The same of the denoised picture", named_reconstruction(*r.denoise)});
+    rows.push_back({"Estimated error of the denoised picture", named_reconstruction(*r.denoise)});
   }
   page.table(pairs(std::move(rows)));
 }
@@ -133,7 +133,7 @@ Markup samples_histogram(const std::map<uint32_t, uint64_t>& pixels) {
   const bool logarithmic = most > 8 * least;
   Histogram chart;
   chart.title = "Pixels by number of samples";
-  chart.x = {"samples a pixel", logarithmic ? AxisScale::kLog : AxisScale::kLinear};
+  chart.x = {"samples per pixel", logarithmic ? AxisScale::kLog : AxisScale::kLinear};
   chart.y = {"pixels"};
   const std::vector<double> borders = bar_borders(least, most, logarithmic);
   auto next = pixels.upper_bound(0);
@@ -174,19 +174,20 @@ void add_samples(HtmlPage& page, const ReportPictures& pictures) {
   const size_t kinds = pixels.size() - (none > 0 ? 1 : 0);
   if (kinds > 1) {
     figures.push_back({samples_histogram(pixels),
-                       none > 0 ? readable_count(none) + " pixels without samples are not shown."
-                                : "Every pixel is counted."});
+                       none > 0
+                           ? readable_count(none) + " pixels have no samples and are not shown."
+                           : "Every pixel is counted."});
   }
   page.figures(figures);
   if (kinds == 0) page.paragraph("No pixel has samples.");
   if (kinds == 1) {
-    page.paragraph(fmt::format(
-        "Every pixel that has samples has {}.{}", readable_count(pixels.rbegin()->first),
-        none > 0 ? fmt::format(" {} pixels are without samples.", readable_count(none)) : ""));
+    page.paragraph(
+        fmt::format("Every sampled pixel has {} samples.{}", readable_count(pixels.rbegin()->first),
+                    none > 0 ? fmt::format(" {} pixels have none.", readable_count(none)) : ""));
   }
   if (figures.size() < 3) {
     page.paragraph(
-        spelled("With `aov` variance,time,stop error, cost and reasons are shown as well."));
+        spelled("Add `aov` variance,time,stop to see error, cost and stop reasons as well."));
   }
 }
 
@@ -203,10 +204,10 @@ void add_error_chart(HtmlPage& page, const RenderOptions& o, const RenderReport&
     if (snapshot.rmse) measured.points.push_back({snapshot.elapsed_s, *snapshot.rmse});
   }
   if (estimated.points.empty() && measured.points.empty()) {
-    page.paragraph(spelled(
-        "No error is known: uniform sampling makes no estimate, and there was no reference. The "
-        "adaptive driver makes one after every pass; with `snapshots` and `reference` the error of "
-        "each snapshot is measured."));
+    page.paragraph(
+        spelled("The error is unknown: uniform sampling does not estimate it, and there was no "
+                "reference. The adaptive driver estimates it after every pass; `snapshots` with "
+                "`reference` measures the error of each snapshot."));
     return;
   }
   double first = INFINITY, last = 0;
@@ -219,14 +220,13 @@ void add_error_chart(HtmlPage& page, const RenderOptions& o, const RenderReport&
   }
   if (o.noise_threshold) {
     const double y = double(*o.noise_threshold);
-    ChartSeries threshold{spelled("`noise-threshold` of a pixel"), {{first, y}, {last, y}}, 4};
+    ChartSeries threshold{spelled("`noise-threshold` per pixel"), {{first, y}, {last, y}}, 4};
     threshold.markers = false;
     chart.series.push_back(threshold);
   }
-  page.figures(std::vector<PageFigure>{
-      {line_chart(chart),
-       "Both scales logarithmic: error that falls as 1 / sqrt(time) is a line "
-       "of slope -1/2."}});
+  page.figures(std::vector<PageFigure>{{line_chart(chart),
+                                        "Both scales are logarithmic: an error that falls as 1 / "
+                                        "sqrt(time) is a line of slope -1/2."}});
 }
 
 // Row limit: tables keep evenly spaced rows, including the last.
@@ -251,7 +251,7 @@ void add_error(HtmlPage& page, const RenderOptions& o, const RenderReport& r) {
     PageTable table{r.passes.size() > kMostRows
                         ? fmt::format("{} of {} passes", kMostRows, r.passes.size())
                         : std::string("Passes"),
-                    {{"after"}, {"samples a pixel", true}, {"estimated error", true}},
+                    {{"after"}, {"samples per pixel", true}, {"estimated error", true}},
                     {}};
     for (const PassReport& pass : thinned(r.passes)) {
       table.rows.push_back({readable_seconds(pass.elapsed_s),
@@ -264,8 +264,8 @@ void add_error(HtmlPage& page, const RenderOptions& o, const RenderReport& r) {
   PageTable table{"Snapshots",
                   {{"after"},
                    {"file"},
-                   {"of the first pass", true},
-                   {"samples a pixel", true},
+                   {"first pass done", true},
+                   {"samples per pixel", true},
                    {"RMSE (displayed)", true},
                    {"MSE", true},
                    {"relMSE", true}},
@@ -291,14 +291,14 @@ void add_times(HtmlPage& page, const RenderTimes& t) {
     add(part, seconds);
     sum += seconds;
   };
-  add_part("setting up: options, reference, opening the outputs", t.setup_s);
+  add_part("setup: options, reference, opening the outputs", t.setup_s);
   add_part("loading the scene", t.load_s);
-  add_part("building it", t.build_s);
+  add_part("building the scene", t.build_s);
   add_part("rendering", t.render_s);
-  add_part("writing what was left to write", t.write_s);
+  add_part("writing the remaining output", t.write_s);
   if (t.snapshots_s > 0) add_part("snapshots: copying, writing, measuring", t.snapshots_s);
-  add("between these", std::max(0.0, t.wall_s - sum));
-  add("all", t.wall_s);
+  add("other", std::max(0.0, t.wall_s - sum));
+  add("total", t.wall_s);
   page.table(table);
   std::vector<Row> rows = {
       {"Processor time of the process", readable_seconds(t.cpu_s)},
@@ -306,7 +306,7 @@ void add_times(HtmlPage& page, const RenderTimes& t) {
        fmt::format("{} ({} threads busy on average)", readable_seconds(t.render_cpu_s),
                    readable_number(t.render_s > 0 ? t.render_cpu_s / t.render_s : 0))}};
   if (t.start_s)
-    rows.push_back({"Before all this: loading the program", readable_seconds(*t.start_s)});
+    rows.push_back({"Loading the program (before the times above)", readable_seconds(*t.start_s)});
   if (t.first_sample_s) {
     rows.push_back({"Process start to first samples", readable_seconds(*t.first_sample_s)});
   }
@@ -315,7 +315,7 @@ void add_times(HtmlPage& page, const RenderTimes& t) {
 
 void add_rays(HtmlPage& page, const RenderReport& r) {
   page.section("Rays");
-  PageTable table{"", {{""}, {"rays", true}, {"a sample", true}, {"a second", true}}, {}};
+  PageTable table{"", {{""}, {"rays", true}, {"per sample", true}, {"per second", true}}, {}};
   const auto add = [&](const char* kind, uint64_t rays) {
     const auto ratio = [&](double divisor) {
       return divisor > 0 ? readable_number(double(rays) / divisor) : std::string();
@@ -327,7 +327,7 @@ void add_rays(HtmlPage& page, const RenderReport& r) {
   add("camera", r.counters.rays.camera);
   add("scattered", r.counters.rays.scatter);
   add("shadow", r.counters.rays.shadow);
-  add("all", r.counters.rays.total());
+  add("total", r.counters.rays.total());
   page.table(table);
 }
 
@@ -338,11 +338,11 @@ void add_memory(HtmlPage& page, const RenderReport& r) {
                     {"Bounding volume hierarchies", readable_bytes(r.memory.bvh_bytes)},
                     {"Textures", readable_bytes(r.memory.texture_bytes)},
                     {"Textures in a temporary file", readable_bytes(r.memory.texture_file_bytes)},
-                    {"Film, pictures and this page's maps", readable_bytes(r.film_bytes)}}));
+                    {"Film, pictures and the maps on this page", readable_bytes(r.film_bytes)}}));
 }
 
 void add_scene(HtmlPage& page, const RenderReport& r) {
-  page.section("What was built, and why");
+  page.section("Scene features");
   page.list(r.features);
   page.section("glTF coverage");
   const auto add = [&](const char* heading, const std::vector<std::string>& entries) {
@@ -370,20 +370,20 @@ void add_warnings(HtmlPage& page, const RenderOptions& o, const RenderReport& r)
   add("Instances left out whose transform has no inverse", r.repairs.singular_instances);
   add(spelled("Images replaced by a neutral colour (`lenient`)"), r.repairs.replaced_images);
   add("Samples that were NaN or infinite and count as black", r.counters.non_finite_samples);
-  add("Rays ended after too many panes in a row", r.counters.optics.rays_ended_at_walls);
-  add("Paths that forgot one of too many solids", r.counters.optics.solids_forgotten);
+  add("Rays stopped after too many panes in a row", r.counters.optics.rays_ended_at_walls);
+  add("Paths inside too many solids that ignored one", r.counters.optics.solids_forgotten);
   if (const OpticsCounters& optics = r.counters.optics; optics.blocked_by_glass > 0) {
-    rows.push_back({"Light samples of lamps and suns that smooth solid glass blocked",
+    rows.push_back({"Light samples of lamps and suns blocked by smooth solid glass",
                     fmt::format("{:.3g} %", 100.0 * optics.blocked_share())});
   }
   if (const ClampedLight& clamped = r.counters.clamped; clamped.clamps()) {
-    rows.push_back({spelled(fmt::format("Light that `clamp-indirect` {:g} took", clamped.limit())),
+    rows.push_back({spelled(fmt::format("Light removed by `clamp-indirect` {:g}", clamped.limit())),
                     fmt::format("{:.3g} %", 100.0 * clamped.share())});
   }
   if (rows.empty() && r.warnings.empty()) page.paragraph("none");
   if (!rows.empty()) page.table(pairs(std::move(rows)));
   if (r.counters.located.empty()) return;
-  page.paragraph("Each of these computes one such sample again, alone:");
+  page.paragraph("Each of these commands replays one such sample:");
   std::string commands;
   for (const NonFiniteSample& sample : r.counters.located) {
     commands += fmt::format("{}{} {} {}", commands.empty() ? "" : "\n", o.command_line,
@@ -393,11 +393,11 @@ void add_warnings(HtmlPage& page, const RenderOptions& o, const RenderReport& r)
 }
 
 void add_settings(HtmlPage& page, const RenderOptions& o, const RenderReport& r) {
-  page.section("To render this again");
+  page.section("To render this frame again");
   page.code(o.command_line);
   std::error_code error;
   const std::string folder = std::filesystem::current_path(error).string();
-  if (!error) page.paragraph("Run in the folder " + folder);
+  if (!error) page.paragraph("Run it in the folder " + folder);
   constexpr std::string_view kPrefix = "emberline:", kVersion = "emberline:version:";
   PageTable settings{"", {{"setting"}, {"value"}}, {}};
   PageTable versions{"", {{"library"}, {"version"}}, {}};

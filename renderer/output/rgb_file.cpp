@@ -34,8 +34,9 @@ RgbFile read_rgb(const std::string& path, const LoadProgress& progress) {
   const FloatImage file = read_frame(path, progress);
   const ColourChannels colour = find_colour(file.channel_names, file.parts, path);
   if (colour.count != 3) {
-    throw InputError(path, "{} x {} pixels, but no channels R, G and B to compare; it has {}",
-                     file.width, file.height, fmt::join(file.channel_names, ", "));
+    throw InputError(
+        path, "it has {} x {} pixels, but no channels R, G and B to compare; its channels are {}",
+        file.width, file.height, fmt::join(file.channel_names, ", "));
   }
   const size_t pixels = size_t(file.width) * size_t(file.height);
   progress.budget()->reserve(MemoryPart::kTextures, bytes_of(pixels, 3 * sizeof(float)), path);
@@ -73,7 +74,8 @@ RgbImage reference_pixels(RgbFile reference, const std::string& what, const Rect
   if (!same_frame && same_size && (whole || reference.is_whole_frame())) {
     return std::move(reference.pixels);
   }
-  throw InputError(reference.path, "has {}, but {} has {}; a reference has the same pixels or more",
+  throw InputError(reference.path,
+                   "it has {}, but {} has {}; a reference must cover the whole picture",
                    describe(reference.crop, reference.frame_width, reference.frame_height), what,
                    describe(crop, frame_width, frame_height));
 }

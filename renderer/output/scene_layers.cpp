@@ -33,7 +33,7 @@ std::array<float, 16> floats_of(const Json& list, const std::string& place) {
     if (valid) values[i] = list[i].get<float>();
     valid = valid && std::isfinite(values[i]);
   }
-  if (!valid) throw InputError(place, "the checkpoint's camera is no matrix");
+  if (!valid) throw InputError(place, "the checkpoint's camera is not a matrix");
   return values;
 }
 
@@ -97,7 +97,7 @@ SceneLayers scene_layers_of(const Json& head, const std::string& place) {
   const Json camera = member(head, kCamera);
   if (camera.is_null()) return layers;
   if (!camera.is_array() || camera.size() != 2) {
-    throw InputError(place, "the checkpoint's camera is no matrix");
+    throw InputError(place, "the checkpoint's camera is not a matrix");
   }
   layers.camera = {floats_of(camera[0], place), floats_of(camera[1], place)};
   return layers;

@@ -51,7 +51,7 @@ SnapshotMoment parse_moment(std::string_view text) {
     break;
   }
   throw UsageError(
-      "`snapshot-at`: '{}' is no moment; valid are 'first', above 0% to 100%, above 0s to 1e9s, "
+      "`snapshot-at`: '{}' is not a moment; valid are 'first', above 0% to 100%, above 0s to 1e9s, "
       "above 0spp to {}spp",
       shortened(text), kMaxSamples);
 }
@@ -129,9 +129,8 @@ SnapshotRecorder::SnapshotRecorder(const RenderOptions& options, const Rect& cro
                                                           : kDefaultSnapshotMoments)),
       transform_(std::make_shared<DisplayTransform>(options.display)) {
   if (!options.reference.empty()) {
-    reference_ = reference_pixels(read_rgb(options.reference, progress),
-                                  "the frame to be measured against it", crop, options.width,
-                                  options.height);
+    reference_ = reference_pixels(read_rgb(options.reference, progress), "the frame to measure",
+                                  crop, options.width, options.height);
   }
   image_library();  // needed for the animation; fails here, before rendering, if missing
   folder_.emplace(options.snapshots, OwnedFolderKind{"`snapshots`", kMarker});

@@ -70,17 +70,17 @@ Camera::Camera(const CameraDescription& description, int width, int height, cons
   // Pixels must be distinguishable in float, which must hold the squares of directions.
   constexpr double kLeast = 1e-30;
   require(smallest * s.half_height / height >= kLeast && smallest * s.half_width / width >= kLeast,
-          "what it shows is too small to be told apart");
+          "its field of view is too small");
   require(s.orthographic || largest_ * (s.half_width + s.half_height) <= kFarthestOrigin,
           "its field of view is too wide");
   if (projects && description.lens_radius > 0) {
-    require(description.focus_distance > 0, "its lens has no distance of focus");
+    require(description.focus_distance > 0, "its lens has no focus distance");
     const double focus = description.focus_distance * scale;
     // Float must hold the squared direction to a point in focus, and 1 / focus.
     require(s.lens_radius / focus <= kFarthestOrigin && focus > kLeast,
-            "its lens is too large for its distance of focus");
+            "its lens is too large for its focus distance");
     require(largest(pose.position) * kFloatUnit <= 0.25 * focus,
-            "it is too far from the scene to be in focus at that distance");
+            "it is too far from the scene for its focus distance");
     s.lens = true;
     s.per_focus = float(1.0 / focus);
   }
@@ -116,7 +116,7 @@ Camera::Pose Camera::pose_of(const Mat44d& m, const std::string& name, const Vec
   const double extent = shape_.orthographic ? largest_ * (shape_.half_width + shape_.half_height)
                                             : shape_.lens_radius;
   require(largest(position) + extent <= farthest,
-          "it is too far from the scene, or too wide, for rays to be traced from there");
+          "it is too far from the scene, or too wide, for rays to be traced from it");
   return {position, right, right.cross(axis), axis};
 }
 

@@ -86,10 +86,10 @@ std::shared_ptr<const CameraSolids> CameraSolids::find(const Scene& scene, const
     if (count < 2) continue;
     inside[instance] = 1;
     if (solids->closed(instance)) continue;
-    log_warning(fmt::format(
-        "the camera seems to stand in '{}', whose mesh is not closed: its inside is not known, "
-        "and what is seen from there is not tinted by it",
-        solids->open_name(instance)));
+    log_warning(
+        fmt::format("the camera seems to be inside '{}', whose mesh is not closed: its inside is "
+                    "unknown and does not tint the picture",
+                    solids->open_name(instance)));
   }
   enter_closed(scene, inside, &found->everywhere_);
   return found->each_ray_ || !found->everywhere_.empty() ? found : nullptr;

@@ -190,7 +190,7 @@ std::vector<FlushSearch::TriangleRange> FlushSearch::ranges_near_emitters() cons
     triangles += count;
     if (triangles > kMostTriangles) {
       log_warning(
-          "lamps that lie in other surfaces may be missed: too many triangles are near lamps");
+          "too many triangles are near lamps; lamps that lie in other surfaces may be missed");
       break;
     }
     for (size_t begin = 0; begin < count; begin += kRangeSize) {

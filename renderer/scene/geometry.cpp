@@ -208,11 +208,14 @@ RTCDevice new_device(EmbreeIsa isa) {
 EmbreeDevice::EmbreeDevice(EmbreeIsa isa, std::shared_ptr<MemoryBudget> budget, std::string place)
     : budget_(std::move(budget)), place_(std::move(place)) {
   if (isa > widest_isa()) {
-    throw UsageError("`isa` {}: this machine, or its Embree, goes up to {}",
+    throw UsageError("`isa` {}: this machine or its Embree supports at most {}",
                      name_of(embree_isa_table(), isa), name_of(embree_isa_table(), widest_isa()));
   }
   device_ = new_device(isa);
-  if (!device_) throw RenderError("Embree could not be started on this machine");
+  if (!device_)
+    throw RenderError(
+        "Embree could not be started; the machine or a limit (ulimit -v) may leave too little "
+        "memory");
   rtcSetDeviceErrorFunction(device_, on_error, nullptr);
   rtcSetDeviceMemoryMonitorFunction(device_, count_memory, this);
 }

@@ -334,7 +334,7 @@ void SceneUpdater::list_motion() {
        "motion ({} point lights)");
   list(scene_.later_.size(), "velocity ({} instances)");
   list(std::ranges::count_if(scene_.shown_, [](const auto& shown) { return shown != nullptr; }),
-       "visibility ({} instances come or go)");
+       "visibility ({} instances appear or disappear)");
   list(instances([](const Mesh& m, const Instance&) { return m.material->emission_changes(); }),
        "changing emission ({} instances)");
   list(lights([](const PointLight& l) { return l.share || l.cones || l.range_share || l.shown; }),
@@ -366,7 +366,7 @@ void SceneUpdater::list_features(bool culls, bool masks, bool blends) {
         fmt::format("flush emitters ({} triangles lie in another surface)", scene_.flush_->size()));
   }
   if (scene_.solids_ && scene_.solids_->touching_faces() > 0) {
-    features.push_back(fmt::format("touching solids ({} faces lie in another solid's)",
+    features.push_back(fmt::format("touching solids ({} faces lie in a face of another solid)",
                                    scene_.solids_->touching_faces()));
   }
   if (culls) features.emplace_back("back-face culling (single-sided materials)");

@@ -95,7 +95,7 @@ SolidShape shape_of(std::span<const Mesh* const> meshes, const std::string* name
   shape.volume = std::abs(volume) / 6;
   if (name && shape.closed && volume < 0.0) {
     log_warning(fmt::format(
-        "'{}' is made of glass whose faces look inwards: what is around it counts as its inside",
+        "'{}' is glass whose faces point inwards: the space around it is treated as its inside",
         shortened(*name)));
   }
   return shape;

@@ -73,7 +73,7 @@ void give(const char* option, SurfaceRole role, std::string_view list, const Nod
           const std::vector<char>& have, std::vector<std::optional<SurfaceRole>>& roles) {
   const std::vector<std::string> names = parse_node_names(list);
   if (names.empty() && !list.empty())
-    throw UsageError("`{}`: '{}' names no node", option, shortened(list));
+    throw UsageError("`{}`: '{}' does not name a node", option, shortened(list));
   for (const std::string& name : names) {
     const std::vector<size_t> found = find_nodes(name, nodes);
     if (found.empty()) {
@@ -81,13 +81,14 @@ void give(const char* option, SurfaceRole role, std::string_view list, const Nod
                        nearest_names(name, nodes, have));
     }
     if (std::ranges::none_of(found, [&](size_t node) { return have[node] != 0; })) {
-      throw UsageError("`{}`: the node '{}' has no mesh, nor has one below it; {}", option,
+      throw UsageError("`{}`: neither the node '{}' nor any node below it has a mesh; {}", option,
                        shortened(name), nearest_names(name, nodes, have));
     }
     for (const size_t node : found) {
       if (roles[node].value_or(role) != role) {
-        throw UsageError("`{}`: the node '{}' is a catcher already; leave it out of one of the two",
-                         option, shortened(name));
+        throw UsageError(
+            "`{}`: the node '{}' is already a catcher; name it in one of the two options only",
+            option, shortened(name));
       }
       roles[node] = role;
     }

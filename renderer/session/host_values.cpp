@@ -33,7 +33,7 @@ json without_matrix(json camera, const std::string& name) {
   const Vec3d right = row(0), up = row(1).normalized(), back = row(2).normalized(), eye = row(3);
   if (!(right.length() > 0 && up.length() > 0 && back.length() > 0 &&
         up.cross(back).length() > 0)) {
-    matrix.expected("a view: axes of some length that differ");
+    matrix.expected("a view whose axes are not zero and not parallel");
   }
   camera.erase("matrix");
   camera["look_from"] = json_of(eye);

@@ -31,7 +31,7 @@ constexpr auto kFlushTime = std::chrono::seconds(2);
 
 LineStream::LineStream(int in, int out) : in_(in), out_(out) {
   if (::pipe(wake_) != 0) {
-    throw RenderError("cannot make a pipe: " + std::generic_category().message(errno));
+    throw RenderError("cannot create a pipe: " + std::generic_category().message(errno));
   }
   for (const int end : wake_) {
     ::fcntl(end, F_SETFL, O_NONBLOCK);

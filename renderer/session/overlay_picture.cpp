@@ -73,7 +73,7 @@ std::string draw_stops(std::span<const float> stops, const Rect& crop, std::span
       draw_overlay(*overlay_quantity(ViewOverlay::kStop), name, stops, crop, {}, rgba8);
   const auto going_on = std::ranges::count(stops, float(PixelStop::kGoingOn));
   if (going_on == 0) return words;
-  return words + "; " + readable_percent(double(going_on) / double(stops.size())) + " going on";
+  return words + "; " + readable_percent(double(going_on) / double(stops.size())) + " unfinished";
 }
 
 void draw_tree(const RefinementTree& tree, const Grading& grading, std::span<const float> rgba,

@@ -36,7 +36,7 @@ void write_picture(const std::string& path, const FilmCopy& film, const DisplayS
 // Throws UsageError for an overlay that is not a heatmap.
 const HeatmapQuantity& heatmap_of(ViewOverlay overlay) {
   const HeatmapQuantity* quantity = overlay_quantity(overlay);
-  if (!quantity) throw UsageError("this overlay is no heatmap; save the picture instead");
+  if (!quantity) throw UsageError("this overlay is not a heatmap; save the picture instead");
   return *quantity;
 }
 
@@ -53,7 +53,7 @@ void write_heatmap(const std::string& path, const FilmCopy& film, ViewOverlay ov
   const std::string missing = QuantityPlane::missing_channel(quantity, names);
   if (!missing.empty()) {
     throw RenderError(path + ": the frame was rendered without the channel " + missing +
-                      "; show that overlay, then save it");
+                      "; show that overlay and save it again");
   }
   HeatmapFile file(
       {path, &quantity}, film.options.heatmap_style,

@@ -89,8 +89,7 @@ class SessionHost {
     }
     lines_.flush();
     if (failed_saves_ > 1) {
-      throw RenderError("{} (and {} more that could not be saved)", first_failure_,
-                        failed_saves_ - 1);
+      throw RenderError("{} (and {} more could not be saved)", first_failure_, failed_saves_ - 1);
     }
     if (failed_saves_ > 0) throw RenderError(first_failure_);
   }
@@ -126,7 +125,7 @@ class SessionHost {
       if (lines_.ended()) {
         throw InputError("standard input", lines_.mid_line()
                                                ? "it ends in the middle of a line"
-                                               : "it ends without \"quit\": the host is gone");
+                                               : "it ends without \"quit\": the host has gone");
       }
       tell();
       lines_.wait(savings_.empty() ? std::nullopt : std::optional(kSavingPause_ms));
@@ -137,8 +136,7 @@ class SessionHost {
   void settle() {
     for (const Saving& saving : savings_) saving.done.wait();
     tell_saved();
-    if (opening_)
-      refuse(*std::exchange(opening_, std::nullopt)->id, "called off: the session ends");
+    if (opening_) refuse(*std::exchange(opening_, std::nullopt)->id, "cancelled: the session ends");
   }
 
   void obey(const std::string& text) {
@@ -153,7 +151,7 @@ class SessionHost {
         {"quit", {}, &SessionHost::quit}};
     const std::string line = "line " + std::to_string(++line_number_);
     const Json document = parse_json(text, line);
-    if (!document.is_object()) throw InputError(line, "expected an object: a command");
+    if (!document.is_object()) throw InputError(line, "expected an object with a command");
     Json id;
     const auto verb = document.find("do");
     const bool saves = verb != document.end() && *verb == "save";
@@ -188,7 +186,7 @@ class SessionHost {
       opening.edited = true;
       opening.has_camera = command["edits"].contains("camera");
     }
-    if (opening_) refuse(*opening_->id, "another scene is opened in its place");
+    if (opening_) refuse(*opening_->id, "cancelled: another scene was opened");
     opening_ = std::move(opening);
     told_stage_.clear();
     session_.open(scene, edits_file);
@@ -304,7 +302,7 @@ class SessionHost {
         refuse(*std::exchange(opening_, std::nullopt)->id, status.error);
         break;
       case kCancelled:
-        refuse(*std::exchange(opening_, std::nullopt)->id, "called off");
+        refuse(*std::exchange(opening_, std::nullopt)->id, "cancelled");
         break;
       default:
         if (lines_.congested() || (status.stage == told_stage_ &&

@@ -25,7 +25,7 @@ constexpr auto kRelitPause = std::chrono::milliseconds(150);
 
 std::exception_ptr nothing_to_copy() {
   return std::make_exception_ptr(
-      RenderError("there is no picture to be saved yet; wait for the first one"));
+      RenderError("there is no picture to save yet; wait for the first one"));
 }
 
 }  // namespace

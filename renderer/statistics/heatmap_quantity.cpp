@@ -57,7 +57,7 @@ std::span<const HeatmapQuantity> heatmap_quantity_table() {
        .rms = true},
       {.name = "stop",
        .summary = "why each pixel got no more samples",
-       .title = "what ended the pixel",
+       .title = "why the pixel ended",
        .aov = Aov::kStop,
        .channels = {"stop"},
        .reasons = true},

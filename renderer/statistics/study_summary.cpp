@@ -20,12 +20,12 @@ constexpr StudyMetricEntry kMetrics[] = {
      &StudyError::rel_mse_trimmed, true},
     {"display_mse", "mean squared error of display values", StudyMetric::kDisplay,
      &StudyError::display_mse, true},
-    {"flip", "mean FLIP, the difference that an observer sees", StudyMetric::kFlip,
+    {"flip", "mean FLIP, the difference that an observer notices", StudyMetric::kFlip,
      &StudyError::flip, false},
-    {"p95_absolute", "95th percentile of the pixels' errors of radiance", StudyMetric::kP95Absolute,
+    {"p95_absolute", "95th percentile of the pixels' radiance errors", StudyMetric::kP95Absolute,
      &StudyError::p95_absolute, false},
-    {"p95_display", "95th percentile of the pixels' errors of display values",
-     StudyMetric::kP95Display, &StudyError::p95_display, false},
+    {"p95_display", "95th percentile of the pixels' display errors", StudyMetric::kP95Display,
+     &StudyError::p95_display, false},
 };
 
 // The probability that |t| is below sqrt(degrees) tan(angle): the finite sums of Abramowitz &

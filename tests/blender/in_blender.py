@@ -307,7 +307,7 @@ def environments():
     got = render()[32, 48, :3]
     check(numpy.abs(got - (0.1, 0.2, 0.3)).max() < 1e-5, f"the layered environment is {got}")
     use_layers("depth.exr", [(b"Z", 50)])
-    expect("no channels R, G and B, or Y alone; it has Z")
+    expect("it has neither channels R, G and B nor a single channel Y; its channels are Z")
     os.remove(file("depth.exr"))
     picture.image = bpy.data.images.load(file("layered.exr"))
     os.rename(file("layered.exr"), file("elsewhere.exr"))

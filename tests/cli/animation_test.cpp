@@ -45,7 +45,7 @@ double largest_difference(const ExrPicture& a, const ExrPicture& b) {
 
 // An animated object is an instance, whose transform is not baked into its vertices; the pictures
 // differ by that rounding.
-TEST_F(AnimationOption, GivesThePictureOfAFileInThatPose) {
+TEST_F(AnimationOption, EqualsAFileInThatPose) {
   const ExrPicture at_rest = picture();
   const ExrPicture sunk = picture({"--time", "1"});
   EXPECT_NE(sunk.channels, at_rest.channels);
@@ -71,7 +71,7 @@ TEST_F(AnimationOption, GivesThePictureOfAFileInThatPose) {
 
 // The lamp sinks by a quarter a second, which fixes its pixels per frame whatever the shutter.
 // Recording velocity must not change the picture.
-TEST_F(AnimationOption, VelocityLeavesThePictureItsBits) {
+TEST_F(AnimationOption, VelocityDoesNotChangeThePicture) {
   const auto fastest = [](const ExrPicture& exr) {
     const std::vector<float>& y = exr.channels.at("velocity.Y");
     return double(*std::ranges::min_element(y));
@@ -111,7 +111,7 @@ TEST_F(AnimationOption, VelocityLeavesThePictureItsBits) {
   EXPECT_EQ(turning.channels.at("G"), at_rest.channels.at("G"));
 }
 
-TEST_F(AnimationOption, SaysWhichThereAre) {
+TEST_F(AnimationOption, ErrorListsTheAnimations) {
   for (const char* wrong : {"swim", "2", "-1"}) {
     expect_failure(
         render_words({"--animation", wrong}), 2,
@@ -128,7 +128,7 @@ TEST_F(AnimationOption, SaysWhichThereAre) {
   EXPECT_EQ(parsed["animations"][1]["pointers"], 1);
 }
 
-TEST_F(AnimationOption, ABrokenOneIsRefusedWhereItIsAskedFor) {
+TEST_F(AnimationOption, BrokenAnimationIsRefusedOnlyIfChosen) {
   GltfBuilder broken = moving();
   broken.root["animations"][0]["samplers"][0]["interpolation"] = "CURLY";
   use(broken);
@@ -140,7 +140,7 @@ TEST_F(AnimationOption, ABrokenOneIsRefusedWhereItIsAskedFor) {
                  {"scene.glb#/animations/0/samplers/0/interpolation", "CURLY"});
 }
 
-TEST_F(AnimationOption, WhatIsHiddenForNowLeavesTheEnvironment) {
+TEST_F(AnimationOption, HiddenSceneShowsTheEnvironment) {
   GltfBuilder gltf;
   gltf.add_triangle();
   gltf.root["nodes"][0]["extensions"]["KHR_node_visibility"]["visible"] = true;
@@ -149,7 +149,7 @@ TEST_F(AnimationOption, WhatIsHiddenForNowLeavesTheEnvironment) {
   use(gltf);
   const RunResult hidden =
       render(render_words({"--spp", "4", "--driver", "adaptive", "--time", "0"}));
-  EXPECT_NE(hidden.err.find("the animation hides all there is to see"), std::string::npos);
+  EXPECT_NE(hidden.err.find("the animation hides everything"), std::string::npos);
   // The plain white environment, as in frames that show the triangle: a sequence does not flash.
   const std::vector<float> red = read_exr(path("out.exr")).channels.at("R");
   EXPECT_EQ(red, std::vector<float>(red.size(), 1.0f));
@@ -165,7 +165,7 @@ TEST_F(AnimationOption, WhatIsHiddenForNowLeavesTheEnvironment) {
 }
 
 // A frame that shows no object does not end the sequence; it shows the environment.
-TEST_F(AnimationOption, WhatIsScaledToNothingLeavesTheEnvironment) {
+TEST_F(AnimationOption, VanishedSceneShowsTheEnvironment) {
   GltfBuilder gltf;
   gltf.add_triangle();
   AnimationBuilder(gltf).move(0, "scale", {0, 1}, "VEC3", {1, 1, 1, 0, 0, 0}, "STEP");
@@ -182,7 +182,7 @@ TEST_F(AnimationOption, WhatIsScaledToNothingLeavesTheEnvironment) {
   const RunResult empty = run({"render", path("scene.glb"), "--size", "8x8", "--spp", "4", "--sun",
                                "60,30", "-o", path("empty.exr")});
   ASSERT_EQ(empty.exit_code, 0) << empty.describe();
-  EXPECT_NE(empty.err.find("there is nothing to see"), std::string::npos) << empty.describe();
+  EXPECT_NE(empty.err.find("nothing is visible"), std::string::npos) << empty.describe();
   for (const std::string& file : {path("f.1.exr"), path("empty.exr")}) {
     const ExrPicture sky = read_exr(file);
     EXPECT_EQ(sky.channels.at("A"), std::vector<float>(64, 1.0f));

@@ -166,7 +166,7 @@ TEST_F(BadInput, NamesOfMegabytesAreShortened) {
                "nnn...'");
 }
 
-TEST_F(BadInput, FilesThatAreNoScene) {
+TEST_F(BadInput, FilesThatAreNotScenes) {
   const std::vector<uint8_t> glb = lamp_scene().glb();
   const auto shortened = [&](size_t size) {
     return std::vector<uint8_t>(glb.begin(), glb.begin() + long(size));
@@ -208,7 +208,7 @@ TEST_F(BadInput, AnUnreadableFile) {
   expect_failure({"info", file}, 3, {"scene.glb", "ermission"}, {.unprivileged = true});
 }
 
-TEST_F(BadInput, WhatCanBeRepairedIsCountedAndRendered) {
+TEST_F(BadInput, RepairsAreCountedAndTheSceneRenders) {
   GltfBuilder gltf = lamp_scene();
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   gltf.add_mesh_node(gltf.add_mesh(
@@ -252,7 +252,7 @@ TEST_F(BadInput, Environments) {
   }
 }
 
-TEST_F(BadInput, ASkyWithNanTexelsIsRepairedAndSaysSo) {
+TEST_F(BadInput, NanTexelsInASkyAreRepairedWithAWarning) {
   std::vector<float> texels(16 * 8 * 3, 0.25f);
   texels[3] = std::numeric_limits<float>::quiet_NaN();
   texels[100] = std::numeric_limits<float>::infinity();

@@ -30,25 +30,26 @@ class CheckpointFile : public CommandTest {
   }
 };
 
-TEST_F(CheckpointFile, ReplacesNoFileOfOthers) {
+TEST_F(CheckpointFile, ReplacesNoForeignFile) {
   write("notes.txt", kNotes);
   write("empty", "");
   for (const char* driver : {"bucket", "adaptive"}) {
     for (const char* name : {"notes.txt", "empty"}) {
       const Words words = render_words({"--driver", driver, "--checkpoint", path(name)});
-      expect_failure(words, 2, {"--checkpoint", name, "not a checkpoint", "name another file"});
-      expect_failure(words + Words{"--resume"}, 3, {name, "not a checkpoint"});
+      expect_failure(words, 2,
+                     {"--checkpoint", name, "not an Emberline checkpoint", "name another file"});
+      expect_failure(words + Words{"--resume"}, 3, {name, "not an Emberline checkpoint"});
     }
   }
   expect_notes("notes.txt");
   // This is found before the scene is loaded.
   expect_failure(
       {"render", path("no scene.glb"), "-o", path("out.exr"), "--checkpoint", path("notes.txt")}, 2,
-      {"notes.txt", "not a checkpoint"});
+      {"notes.txt", "not an Emberline checkpoint"});
 }
 
 // The default name beside the output, which no option names.
-TEST_F(CheckpointFile, ReplacesNoFileOfOthersBesideTheOutput) {
+TEST_F(CheckpointFile, ReplacesNoForeignFileNextToTheOutput) {
   const Words frame = {"render", scene(), "-o", path("out.exr"), "--size", "16x16"};
   const std::pair<std::string, Words> rows[] = {
       {"out.exr.checkpoint", {"--resumable"}},
@@ -56,13 +57,13 @@ TEST_F(CheckpointFile, ReplacesNoFileOfOthersBesideTheOutput) {
       {"out.exr.samples-0-2.checkpoint", {"--sample-range", "0-2"}}};
   for (const auto& [name, words] : rows) {
     write(name, kNotes);
-    expect_failure(frame + words, 2, {name, "not a checkpoint"});
-    expect_failure(frame + words + Words{"--resume"}, 3, {name, "not a checkpoint"});
+    expect_failure(frame + words, 2, {name, "not an Emberline checkpoint"});
+    expect_failure(frame + words + Words{"--resume"}, 3, {name, "not an Emberline checkpoint"});
     expect_notes(name);
   }
 }
 
-TEST_F(CheckpointFile, WritesThroughNoLinkToAFileOfOthers) {
+TEST_F(CheckpointFile, DoesNotWriteThroughLinksToForeignFiles) {
   fs::create_directory(path("elsewhere"));
   write("elsewhere/notes.txt", kNotes);
   for (const char* target : {"elsewhere/notes.txt", "elsewhere/nothing"}) {
@@ -76,7 +77,8 @@ TEST_F(CheckpointFile, WritesThroughNoLinkToAFileOfOthers) {
   }
   expect_notes("elsewhere/notes.txt");
   fs::create_hard_link(path("elsewhere/notes.txt"), path("out.exr.checkpoint"));
-  expect_failure(render_words({"--resumable"}), 2, {"out.exr.checkpoint", "not a checkpoint"});
+  expect_failure(render_words({"--resumable"}), 2,
+                 {"out.exr.checkpoint", "not an Emberline checkpoint"});
   expect_notes("elsewhere/notes.txt");
 }
 
@@ -100,7 +102,7 @@ TEST_F(CheckpointFile, ReplacesNoCheckpointOfAnotherFrame) {
 }
 
 // For example a link to another disk.
-TEST_F(CheckpointFile, GoesOnThroughALinkToACheckpoint) {
+TEST_F(CheckpointFile, ResumesThroughALink) {
   const Words words = render_words({"--part", "1/2", "--bucket-size", "8", "--resume"});
   render(words);
   fs::create_directory(path("big"));
@@ -116,18 +118,18 @@ TEST_F(CheckpointFile, GoesOnThroughALinkToACheckpoint) {
   EXPECT_EQ(read_bytes(path("big/part")), before);
 }
 
-TEST_F(CheckpointFile, AnExtendedFrameReplacesItsCheckpointAlone) {
+TEST_F(CheckpointFile, ExtendingReplacesOnlyTheCheckpoint) {
   render(render_words({"--resumable", "--spp", "64"}));
   const Words extend = {"extend", path("out.exr"), "--spp", "128"};
   expect_failure(extend + Words{"--report", path("out.exr.checkpoint")}, 2,
-                 {"--report", "the frame that is extended"});
+                 {"--report", "the frame to extend"});
   write("out.exr.checkpoint.next", kNotes);
-  expect_failure(extend, 3, {"out.exr.checkpoint.next", "not a checkpoint"});
+  expect_failure(extend, 3, {"out.exr.checkpoint.next", "not an Emberline checkpoint"});
   expect_notes("out.exr.checkpoint.next");
   fs::remove(path("out.exr.checkpoint.next"));
   write("notes.txt", kNotes);
   fs::create_symlink("notes.txt", path("out.exr.checkpoint.next"));
-  expect_failure(extend, 3, {"out.exr.checkpoint.next", "not a checkpoint"});
+  expect_failure(extend, 3, {"out.exr.checkpoint.next", "not an Emberline checkpoint"});
   expect_notes("notes.txt");
   fs::remove(path("out.exr.checkpoint.next"));
   render(extend);
@@ -135,7 +137,7 @@ TEST_F(CheckpointFile, AnExtendedFrameReplacesItsCheckpointAlone) {
 }
 
 // A part's result is its checkpoint, so a part whose checkpoint another program removes has failed.
-TEST_F(CheckpointFile, APartWhoseFileIsLostHasFailed) {
+TEST_F(CheckpointFile, PartWithALostFileFails) {
   const std::string file = path("out.exr.part-1-of-2.checkpoint");
   const std::pair<const char*, std::function<void()>> losses[] = {
       {"removed", [&] { fs::remove(file); }},
@@ -180,7 +182,7 @@ TEST_F(CheckpointFile, APartWhoseFileIsLostHasFailed) {
 }
 
 // --quiet suppresses only messages that are not errors.
-TEST_F(CheckpointFile, AFullDiskIsSaidWithQuiet) {
+TEST_F(CheckpointFile, FullDiskIsReportedWithQuiet) {
   const Words part = {"render", scene(), "-o",     path("out.exr"), "--size", "64x64",
                       "--spp",  "2",     "--part", "1/2",           "-q"};
   const RunResult result = run(part, {.folder = folder_.path(), .file_size_limit = 8192});

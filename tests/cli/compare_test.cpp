@@ -58,7 +58,7 @@ TEST_F(Compare, DifferencePictures) {
   EXPECT_TRUE(difference.types.contains("flip"));
 }
 
-TEST_F(Compare, OurOwnFramesCompare) {
+TEST_F(Compare, OwnFramesCanBeCompared) {
   render(render_words({"--seed", "1", "-o", path("f.png"), "--aov", "N,id"}));
   const nlohmann::json json =
       nlohmann::json::parse(run({"compare", path("out.exr"), path("out.exr"), "--json"}).out);
@@ -69,7 +69,7 @@ TEST_F(Compare, OurOwnFramesCompare) {
   EXPECT_GT(png["psnr"].get<double>(), 40.0);
 }
 
-TEST_F(Compare, WhatCannotBeCompared) {
+TEST_F(Compare, RejectsIncomparablePictures) {
   const std::string a = path("a.exr"), b = path("b.exr");
   expect_failure({"compare", a, path("small.exr")}, 3, {"a.exr", "24 x 16", "8 x 8"});
   expect_failure({"compare", a, path("missing.exr")}, 3, {"missing.exr"});

@@ -109,7 +109,7 @@ double sum_of(const std::vector<float>& values) {
   return sum;
 }
 
-TEST_F(CryptomatteOption, WritesWhatTheSpecificationAsksFor) {
+TEST_F(CryptomatteOption, FollowsTheSpecification) {
   const ExrPicture seen = picture({"--report", path("report.json")});
   const std::map<std::string, Words> names = {
       {"CryptoObject", {"strip", "strip_2", strange_}},
@@ -145,7 +145,7 @@ TEST_F(CryptomatteOption, WritesWhatTheSpecificationAsksFor) {
   EXPECT_EQ(report["object"]["dropped_pixels"], 0);
 }
 
-TEST_F(CryptomatteOption, LeavesThePictureAlone) {
+TEST_F(CryptomatteOption, DoesNotChangeThePicture) {
   const ExrPicture with = picture({});
   render(render_words({"--size", "40x30", "--spp", "8"}));
   const ExrPicture without = read_exr(path("out.exr"));
@@ -156,7 +156,7 @@ TEST_F(CryptomatteOption, LeavesThePictureAlone) {
   }
 }
 
-TEST_F(CryptomatteOption, HasAsManyLevelsAsAskedFor) {
+TEST_F(CryptomatteOption, HasTheRequestedLevels) {
   const ExrPicture seen = picture({"--cryptomatte-levels", "3"});
   EXPECT_TRUE(seen.channels.contains("CryptoObject01.A"));
   EXPECT_FALSE(seen.channels.contains("CryptoObject02.R"));
@@ -195,7 +195,7 @@ TEST_F(CryptomatteOption, GoesThroughCheckpoints) {
   EXPECT_EQ(first_difference(whole, read_exr(path("extended.exr"))), "");
 }
 
-TEST_F(CryptomatteOption, SaysWhatItCannotDo) {
+TEST_F(CryptomatteOption, RejectsUnsupportedSettings) {
   expect_failure(words({"--cryptomatte", "objects"}), 2,
                  {"--cryptomatte", "objects", "object, material, asset"});
   expect_failure(words({"--cryptomatte-levels", "0"}), 2, {"--cryptomatte-levels", "1 to 64"});
@@ -218,7 +218,7 @@ class LayersOption : public CommandTest {
 };
 
 // Our own readers get the same from a multi-part file as from a single-part one.
-TEST_F(LayersOption, OurOwnReadersTakeParts) {
+TEST_F(LayersOption, OwnReadersAcceptParts) {
   const Words frame = {"render", scene(), "--size", "40x30",       "--crop",        "3,5,37,28",
                        "--spp",  "4",     "--aov",  "N,denoising", "--cryptomatte", "object"};
   render(frame + Words{"-o", path("one.exr")});
@@ -250,7 +250,7 @@ TEST_F(LayersOption, OurOwnReadersTakeParts) {
   render({"heatmap", path("parts.exr"), "-o", path("map.png")});
 }
 
-TEST_F(LayersOption, DenoiseStoresHalvesAsTheyWere) {
+TEST_F(LayersOption, DenoiseKeepsTheHalves) {
   render(words({"--aov", "denoising", "--half", "RGBA,N"}));
   render({"denoise", path("out.exr"), "-o", path("clean.exr")});
   const ExrPicture before = read_exr(path("out.exr")), after = read_exr(path("clean.exr"));
@@ -259,7 +259,7 @@ TEST_F(LayersOption, DenoiseStoresHalvesAsTheyWere) {
   EXPECT_EQ(after.types.at("denoised.R"), "float");
 }
 
-TEST_F(LayersOption, HalfIsOfTheLayersNamed) {
+TEST_F(LayersOption, HalfAppliesToTheNamedLayers) {
   render(words({"--half", "N,RGBA,Z"}));
   const ExrPicture half = read_exr(path("out.exr"));
   render(words({}));
@@ -275,7 +275,7 @@ TEST_F(LayersOption, HalfIsOfTheLayersNamed) {
   }
 }
 
-TEST_F(LayersOption, AResumedFrameMayBeWrittenOtherwise) {
+TEST_F(LayersOption, ResumedFrameMayChangeTheFileFormat) {
   const Words frame = {"render", scene(),  "-o",         path("out.exr"), "--size",
                        "40x30",  "--spp",  "4",          "--bucket-size", "8",
                        "--aov",  "albedo", "--resumable"};
@@ -287,7 +287,7 @@ TEST_F(LayersOption, AResumedFrameMayBeWrittenOtherwise) {
   EXPECT_EQ(again.types.at("albedo.R"), "half");
 }
 
-TEST_F(LayersOption, SayWhatTheyCannotDo) {
+TEST_F(LayersOption, RejectUnsupportedSettings) {
   expect_failure(words({"--half", "P"}), 2, {"--half P requires --aov P"});
   expect_failure(words({"--half", "id"}), 2, {"--half", "id", "RGBA, variance, albedo"});
   expect_failure(words({"--half", "light"}), 2, {"--half light requires --light-groups"});

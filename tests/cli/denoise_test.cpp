@@ -43,7 +43,7 @@ void expect_within(const ExrPicture& a, const ExrPicture& b) {
 
 // Law 2: every driver renders the raw picture of two streams, and the denoised picture does not
 // depend on when it is made.
-TEST_F(Denoise, NowAndLaterTheSameOfEveryDriver) {
+TEST_F(Denoise, SameDuringTheRenderAndFromTheFile) {
   const std::vector<Words> drivers = {{"--driver", "bucket", "--bucket-size", "9"},
                                       {"--driver", "bisection"},
                                       {"--driver", "adaptive"},
@@ -115,7 +115,7 @@ TEST_F(Denoise, ATallFrameIsFilteredInBands) {
   expect_within(small, later());
 }
 
-TEST_F(Denoise, ACropAndItsPlaceInTheFrame) {
+TEST_F(Denoise, CropKeepsItsPlaceInTheFrame) {
   const ExrPicture crop = picture(kDenoised + Words{"--crop", "3,5,31,29"});
   EXPECT_EQ(crop.data, (Rect{3, 5, 31, 29}));
   const ExrPicture after = later();
@@ -125,7 +125,7 @@ TEST_F(Denoise, ACropAndItsPlaceInTheFrame) {
 }
 
 // Inside a crop's edges, because only the whole frame's filter can see beyond them.
-TEST_F(Denoise, ACropIsTheFramesInside) {
+TEST_F(Denoise, CropEqualsTheSamePartOfTheFrame) {
   constexpr int kReach = 48;  // kDenoiseMargin and a reserve
   const Words large = {"--size", "150x140", "--spp", "4", "--denoise"};
   const ExrPicture whole = picture(large);
@@ -180,7 +180,7 @@ TEST_F(Denoise, LightGroupsAddUp) {
 }
 
 // A .png shows the denoised picture, whether `render` or `denoise` writes it.
-TEST_F(Denoise, PicturesShowIt) {
+TEST_F(Denoise, PicturesShowTheDenoisedResult) {
   render(words(kDenoised + Words{"-o", path("now.png"), "--transparent"}));
   const RunResult result = run({"denoise", path("out.exr"), "-o", path("later.png")});
   EXPECT_EQ(result.exit_code, 0) << result.describe();
@@ -191,7 +191,7 @@ TEST_F(Denoise, PicturesShowIt) {
   EXPECT_EQ(files(), (Words{"alone.png", "later.png", "now.png", "out.exr", "scene.glb"}));
 }
 
-TEST_F(Denoise, TheReportSaysWhatItBrought) {
+TEST_F(Denoise, ReportHasTheGain) {
   render(words({"--denoise", "--report", path("r.json"), "--report", path("r.html")}));
   const nlohmann::json denoise = read_json("r.json")["denoise"];
   EXPECT_GT(denoise["error_before"].get<double>(), 0.0);
@@ -203,7 +203,7 @@ TEST_F(Denoise, TheReportSaysWhatItBrought) {
   EXPECT_TRUE(read_json("r.json")["denoise"].is_null());
 }
 
-TEST_F(Denoise, HeatmapsShowTheErrorThatIsLeft) {
+TEST_F(Denoise, HeatmapsShowTheRemainingError) {
   const Words later = {"heatmap", path("out.exr"), "-o", path("map.exr"), "--of", "denoised_error"};
   const ExrPicture seen = picture({"--denoise"});
   EXPECT_EQ(run(later).exit_code, 0);
@@ -216,7 +216,7 @@ TEST_F(Denoise, HeatmapsShowTheErrorThatIsLeft) {
 }
 
 // A frame was stopped before every pixel had a sample: pixels without one keep their value.
-TEST_F(Denoise, PixelsWithoutSamplesShowWhatTheyDid) {
+TEST_F(Denoise, PixelsWithoutSamplesAreUnchanged) {
   const ExrPicture seen = picture({"--size", "300x200", "--spp", "100000", "--driver", "bisection",
                                    "--time-limit", "0.001", "--denoise"});
   size_t bare = 0;
@@ -240,7 +240,7 @@ TEST_F(Denoise, PartsAreMergedAndDenoised) {
   expect_within(whole, read_exr(path("merged.exr")));
 }
 
-TEST_F(Denoise, AnExtendedFrameIsTheStraightOne) {
+TEST_F(Denoise, ExtendedFrameEqualsADirectRender) {
   const ExrPicture straight = picture({"--denoise", "--spp", "48"});
   render(words({"--denoise", "--resumable"}));
   const RunResult result = run({"extend", path("out.exr"), "--spp", "48"});
@@ -266,7 +266,7 @@ TEST_F(Denoise, FewAdaptiveSamplesHaveTwoHalves) {
 
 // --allocation denoised implies a denoised picture, and its sample counts do not depend on threads
 // or pauses.
-TEST_F(Denoise, SamplesGoWhereTheDenoisedPictureGains) {
+TEST_F(Denoise, SamplesGoWhereTheyImproveTheDenoisedPicture) {
   const Words shared = {"--driver", "adaptive", "--allocation", "denoised", "--spp", "80"};
   const ExrPicture one = picture(shared + Words{"--threads", "1"});
   for (const std::string& name : kResults) EXPECT_TRUE(one.channels.contains(name)) << name;
@@ -281,7 +281,7 @@ TEST_F(Denoise, SamplesGoWhereTheDenoisedPictureGains) {
   EXPECT_EQ(read_json("r.json")["error"]["estimator"], "nested");
 }
 
-TEST_F(Denoise, RefusesWhatItCannotUse) {
+TEST_F(Denoise, RejectsUnusableFiles) {
   const Words shared = {"--allocation", "denoised"};
   const Words adaptive = shared + Words{"--driver", "adaptive"};
   expect_failure(words(shared + Words{"--noise-threshold", "0.1"}), 2,
@@ -306,7 +306,7 @@ TEST_F(Denoise, RefusesWhatItCannotUse) {
 }
 
 // Truncated files, flipped bytes and numbers that are not finite.
-TEST_F(Denoise, DamagedFilesAreOneLine) {
+TEST_F(Denoise, DamagedFilesGiveOneLineErrors) {
   render(words({"--aov", "denoising"}));
   const std::string whole = text("out.exr");
   const Words later = {"denoise", path("out.exr"), "-o", path("later.exr")};

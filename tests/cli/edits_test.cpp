@@ -26,7 +26,7 @@ class EditsOption : public CommandTest {
   RunResult result_;
 };
 
-TEST_F(EditsOption, GiveThePictureOfAFileThatWasChanged) {
+TEST_F(EditsOption, EqualAChangedFile) {
   const ExrPicture seen = edited({{"materials",
                                    {{{"name", "matte"},
                                      {"base_color", {0.1, 0.6, 0.2}},
@@ -50,7 +50,7 @@ TEST_F(EditsOption, GiveThePictureOfAFileThatWasChanged) {
 
 // Anisotropy needs tangents, which the file lacks; they are generated for an edit just as for a
 // changed file.
-TEST_F(EditsOption, GiveTheLayersOfAFileThatWasChanged) {
+TEST_F(EditsOption, LayersEqualThoseOfAChangedFile) {
   const ExrPicture seen = edited({{"materials",
                                    {{{"name", "matte"},
                                      {"ior", 1.8},
@@ -72,12 +72,12 @@ TEST_F(EditsOption, GiveTheLayersOfAFileThatWasChanged) {
   EXPECT_EQ(first_difference(seen, picture()), "");
 }
 
-TEST_F(EditsOption, WithoutAnyNothingChanges) {
+TEST_F(EditsOption, EmptyEditsChangeNothing) {
   const ExrPicture plain = picture();
   EXPECT_EQ(first_difference(plain, edited(nlohmann::json::object())), "");
 }
 
-TEST_F(EditsOption, TheLastLampOffIsDark) {
+TEST_F(EditsOption, SwitchingOffTheLastLampGivesDarkness) {
   const ExrPicture dark =
       edited({{"lights", {{{"kind", "material"}, {"name", "lamp"}, {"on", false}}}}});
   for (const char* channel : {"R", "G", "B"}) {
@@ -86,7 +86,7 @@ TEST_F(EditsOption, TheLastLampOffIsDark) {
   EXPECT_EQ(result_.err.find("warning"), std::string::npos) << result_.err;
 }
 
-TEST_F(EditsOption, TheWhiteSurroundingsOfAnUnlitFileAreALight) {
+TEST_F(EditsOption, DefaultEnvironmentIsEditable) {
   unlit_scene().write_glb(path("scene.glb"));
   const ExrPicture seen =
       edited({{"lights", {{{"kind", "environment"}, {"intensity", 3}, {"color", {1, 0.5, 0}}}}}});
@@ -95,7 +95,7 @@ TEST_F(EditsOption, TheWhiteSurroundingsOfAnUnlitFileAreALight) {
   EXPECT_EQ(seen.at("B", 8, 0), 0.0f);
 }
 
-TEST_F(EditsOption, AnEnvironmentBesideThemReplacesTheCommandLines) {
+TEST_F(EditsOption, EnvironmentInEditsOverridesTheCommandLine) {
   write_floats(path("grey.exr"), 8, 4, 3, std::vector<float>(8 * 4 * 3, 0.25f));
   write_floats(path("bright.exr"), 8, 4, 3, std::vector<float>(8 * 4 * 3, 2.0f));
   const Words bright = {"--env", path("bright.exr")};
@@ -104,7 +104,7 @@ TEST_F(EditsOption, AnEnvironmentBesideThemReplacesTheCommandLines) {
   EXPECT_EQ(edited(grey, bright).at("R", 8, 0), 0.5f);
 }
 
-TEST_F(EditsOption, AViewGivesWayToTheCommandLines) {
+TEST_F(EditsOption, CommandLineOverridesTheView) {
   const Words words = {"--look-from", "1,2,3", "--look-at", "0,0.5,0", "--fov-y", "35"};
   const nlohmann::json view = {
       {"camera", {{"look_from", {1, 2, 3}}, {"look_at", {0, 0.5, 0}}, {"fov_y", 35}}}};
@@ -117,7 +117,7 @@ TEST_F(EditsOption, AViewGivesWayToTheCommandLines) {
   EXPECT_EQ(first_difference(edited({{"camera", {{"file_camera", {{"index", 0}}}}}}), main), "");
 }
 
-TEST_F(EditsOption, AreRefusedInOneLine) {
+TEST_F(EditsOption, ErrorsAreOneLine) {
   expect_refused("{", {"not valid JSON near byte 2"});
   expect_refused(std::string(100000, '['), {"nested deeper than 256 levels"});
   expect_refused(R"({"emberline_edits": 1, "environment": {"rotation": 1e400}})",

@@ -86,7 +86,7 @@ TEST_F(Farm, SubmitsAnArrayAndAMergeThatWaitsForIt) {
 }
 
 // With any file name, the scripts must make the picture that `render` makes.
-TEST_F(Farm, ScriptsSurviveAnyName) {
+TEST_F(Farm, ScriptsQuoteAnyName) {
   int number = 0;
   for (const std::string& name :
        {std::string("plain"), std::string("it's \"quoted\" $HOME `id` $(id)"),
@@ -153,7 +153,7 @@ TEST_F(Farm, NamesThatAreNotUtf8AreRefusedBeforeAnyJob) {
   EXPECT_FALSE(fs::exists(path("out.exr.farm")));
 }
 
-TEST_F(Farm, WhatIsSubmittedCanBeCancelled) {
+TEST_F(Farm, SubmittedJobsCanBeCancelled) {
   // job.json can no longer be written once the array is submitted.
   tool("sbatch",
        "[ \"$1\" = --version ] && exit 0\necho x >>\"$TOOLS/jobs\"\n"
@@ -217,10 +217,10 @@ class StagedFarm : public Farm {
     return text_of(path("log"));
   }
   std::string stage() const { return fs::directory_iterator(path("scratch"))->path().string(); }
-  static constexpr const char* kShared = "it is read where it is";
+  static constexpr const char* kShared = "the original is used";
 };
 
-TEST_F(StagedFarm, ALinkIsNotRead) {
+TEST_F(StagedFarm, LinksAreNotRead) {
   EXPECT_EQ(part().find(kShared), std::string::npos);
   const std::string checkpoint = text_of(path("out.exr.part-1-of-3.checkpoint"));
   EXPECT_EQ(part().find(kShared), std::string::npos) << "the copy is there, and used again";
@@ -239,7 +239,7 @@ TEST_F(StagedFarm, ALinkIsNotRead) {
   EXPECT_FALSE(fs::exists(path("nothing")));
 }
 
-TEST_F(StagedFarm, AFolderThatOthersMayChangeIsNotRead) {
+TEST_F(StagedFarm, FolderWritableByOthersIsNotRead) {
   part();
   fs::permissions(path("scratch"), fs::perms(0777));
   EXPECT_NE(part().find(kShared), std::string::npos);
@@ -247,7 +247,7 @@ TEST_F(StagedFarm, AFolderThatOthersMayChangeIsNotRead) {
   EXPECT_EQ(part().find(kShared), std::string::npos);
 }
 
-TEST_F(StagedFarm, ALostOrCutFileIsReadFromTheSharedScene) {
+TEST_F(StagedFarm, LostOrTruncatedFilesAreReadFromTheSharedScene) {
   part();
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(stage())) {
     if (!entry.is_regular_file()) continue;
@@ -271,7 +271,7 @@ TEST_F(Farm, PrintsCommandsForOtherQueues) {
   expect_failure({"farm", "cancel", path("out.exr")}, 2, {"nothing was submitted"}, with_slurm_);
 }
 
-TEST_F(Farm, StatusTellsOfEveryPart) {
+TEST_F(Farm, StatusListsEveryPart) {
   submit();
   EXPECT_EQ(status()["parts"][0]["state"], "failed") << "not in the queue, and has said nothing";
   write("bin/queue", "1|1|RUNNING|n7|None\n1|2|PENDING||Resources\n1|3|PENDING||Priority\n");
@@ -291,7 +291,7 @@ TEST_F(Farm, StatusTellsOfEveryPart) {
   EXPECT_TRUE(failed["left_s"].is_null());
 }
 
-TEST_F(Farm, RetrySubmitsWhatIsMissing) {
+TEST_F(Farm, RetrySubmitsMissingParts) {
   submit();
   render_parts({"1/3", "3/3"});
   fs::resize_file(path("out.exr.part-3-of-3.checkpoint"),
@@ -333,7 +333,7 @@ TEST_F(Farm, PartsOfAnotherFrameAreRefused) {
   EXPECT_FALSE(fs::exists(path("bin/sbatch.words")));
 }
 
-TEST_F(Farm, RetryMergesWhatIsWhole) {
+TEST_F(Farm, RetryMergesFinishedParts) {
   submit();
   render_parts({"1/3", "2/3", "3/3"});
   fs::remove(path("bin/sbatch.words"));
@@ -369,7 +369,7 @@ TEST_F(Farm, StatusTrustsSlurmAboutTheEnd) {
                       fs::file_time_type::clock::now() - std::chrono::minutes(9));
   const nlohmann::json silent = status();
   EXPECT_EQ(silent["parts"][0]["state"], "unknown");
-  EXPECT_EQ(silent["parts"][0]["message"].get<std::string>().find("silent for"), 0u);
+  EXPECT_EQ(silent["parts"][0]["message"].get<std::string>().find("no progress for"), 0u);
   expect_failure(farm(path("out.exr")), 1, {"squeue"}, with_slurm_);
 }
 
@@ -379,7 +379,7 @@ TEST_F(Farm, CancelEndsAllJobs) {
   EXPECT_EQ(text_of(path("bin/scancel.words")), "1\n2\n");
 }
 
-TEST_F(Farm, WhatCannotBe) {
+TEST_F(Farm, RejectsImpossibleRequests) {
   scene();
   const RunOptions none = {.environment = {{"PATH", "/nowhere"}}};
   expect_failure(farm(path("out.exr")), 1, {"sbatch is not there", "--print"}, none);
@@ -409,7 +409,7 @@ TEST_F(Farm, WhatCannotBe) {
   EXPECT_EQ(refused.err, "emberline: error: sbatch: sbatch: error: invalid partition\n");
 }
 
-TEST_F(Farm, HostileFilesAreOneLine) {
+TEST_F(Farm, HostileFilesGiveOneLineErrors) {
   submit();
   const std::string job = text_of(path("out.exr.farm/job.json"));
   for (const std::string& text :
@@ -438,7 +438,7 @@ TEST_F(Farm, HostileFilesAreOneLine) {
 
 class FarmedRender : public CommandTest {};
 
-TEST_F(FarmedRender, TellsHowFarItIs) {
+TEST_F(FarmedRender, ReportsItsProgress) {
   render(render_words({"--progress-file", path("p.json")}));
   const nlohmann::json json = read_json("p.json");
   EXPECT_EQ(json["state"], "done");
@@ -448,13 +448,13 @@ TEST_F(FarmedRender, TellsHowFarItIs) {
   EXPECT_EQ(read_json("q.json")["state"], "failed");
   const RunResult kept = run(render_words({"--progress-file", path("none/p.json")}));
   EXPECT_EQ(kept.exit_code, 0) << kept.describe();
-  EXPECT_NE(kept.err.find("the frame goes on without it"), std::string::npos) << kept.err;
+  EXPECT_NE(kept.err.find("the frame continues without it"), std::string::npos) << kept.err;
   expect_failure(render_words({"--progress-file", scene()}), 2, {"--progress-file"});
 }
 
 // `extend` repairs as --resume does. For a frame without tiles it refuses by name and leaves no
 // file. tests/farm/extend.py tests this in depth.
-TEST_F(FarmedRender, ExtendRendersADamagedBucketAnew) {
+TEST_F(FarmedRender, ExtendRendersADamagedBucketAgain) {
   const Words frame = {"--size", "24x24", "--bucket-size", "8", "--resumable"};
   const std::string kept = path("out.exr.checkpoint");
   const auto damage = [&] {
@@ -467,7 +467,7 @@ TEST_F(FarmedRender, ExtendRendersADamagedBucketAnew) {
   damage();
   const RunResult extended = run({"extend", path("out.exr"), "--spp", "8"});
   EXPECT_EQ(extended.exit_code, 0) << extended.describe();
-  EXPECT_NE(extended.err.find(kept + ": the checkpoint is damaged; the tiles that are lost are"),
+  EXPECT_NE(extended.err.find(kept + ": the checkpoint is damaged; the lost tiles are"),
             std::string::npos)
       << extended.err;
   EXPECT_EQ(first_difference(read_exr(path("whole.exr")), read_exr(path("out.exr"))), "");

@@ -40,7 +40,7 @@ class Heatmap : public CommandTest {
   }
 };
 
-TEST_F(Heatmap, OfEveryDriverAndQuantityNowAndLaterTheSame) {
+TEST_F(Heatmap, SameDuringTheRenderAndFromTheFile) {
   for (const char* driver : {"bucket", "bisection", "adaptive"}) {
     Words words = of(driver);
     for (const std::string& quantity : kQuantities) {
@@ -63,7 +63,7 @@ TEST_F(Heatmap, OfEveryDriverAndQuantityNowAndLaterTheSame) {
   }
 }
 
-TEST_F(Heatmap, ExrHasTheNumbersThemselves) {
+TEST_F(Heatmap, ExrHasTheValues) {
   Words words = of("adaptive", {"--estimator", "two-stream"});
   for (const std::string& quantity : kQuantities) {
     words = words + Words{"--heatmap", path(quantity + ".exr"), "--heatmap-of", quantity};
@@ -91,7 +91,7 @@ TEST_F(Heatmap, ExrHasTheNumbersThemselves) {
 
 // The map's RMS must match the report's, whose estimate includes what the last doubling changed.
 // Both include the errors of all buckets.
-TEST_F(Heatmap, ErrorsOfOneStreamAreTheReports) {
+TEST_F(Heatmap, ErrorsOfOneStreamMatchTheReport) {
   const Words threshold = {"--noise-threshold", "0.01"};
   const Words cases[] = {
       of("adaptive", {"--spp", "40"}),
@@ -119,7 +119,7 @@ TEST_F(Heatmap, ErrorsOfOneStreamAreTheReports) {
   }
 }
 
-TEST_F(Heatmap, ACropIsAPictureOfTheCrop) {
+TEST_F(Heatmap, CropShowsTheCrop) {
   const Words crop = {"--crop", "5,3,33,20"};
   render(of("bucket", crop + Words{"--heatmap", path("d.png"), "--plain", "--heatmap",
                                    path("d.exr"), "--spp", "8", "--noise-threshold", "0.05"}));
@@ -146,7 +146,7 @@ TEST_F(Heatmap, AUniformRenderLooksUniform) {
   }
 }
 
-TEST_F(Heatmap, TheStyleIsObeyed) {
+TEST_F(Heatmap, UsesTheRequestedStyle) {
   render(of("adaptive", kAllChannels));
   const ExrPicture frame = read_exr(path("out.exr"));
   heatmap("grey.png", {"--plain", "--range", "0,64"});
@@ -172,7 +172,7 @@ TEST_F(Heatmap, TheStyleIsObeyed) {
   EXPECT_EQ(read_bytes_picture(path("d.jpg")).width, read_bytes_picture(path("d.JPEG")).width);
 }
 
-TEST_F(Heatmap, TheSameForAnyThreads) {
+TEST_F(Heatmap, DoesNotDependOnThreads) {
   Words words;
   for (const char* quantity : {"samples", "error", "stop"}) {
     words =
@@ -190,7 +190,7 @@ TEST_F(Heatmap, TheSameForAnyThreads) {
   }
 }
 
-TEST_F(Heatmap, AStoppedRenderHasIts) {
+TEST_F(Heatmap, StoppedRenderHasAHeatmap) {
   for (const char* driver : {"bucket", "adaptive"}) {
     SCOPED_TRACE(driver);
     Process process(
@@ -214,7 +214,7 @@ TEST_F(Heatmap, AStoppedRenderHasIts) {
   }
 }
 
-TEST_F(Heatmap, WhatIsHeldIsReported) {
+TEST_F(Heatmap, ReportsTheMemoryOfMaps) {
   const auto film_bytes = [&](const Words& more) {
     render(of("bucket", Words{"--size", "400x300", "--spp", "1", "--threads", "1", "--report",
                               path("r.json")} +
@@ -251,7 +251,7 @@ TEST_F(Heatmap, WrongStylesAndCounts) {
   EXPECT_EQ(bytes("d.png"), bytes("e.png"));
 }
 
-TEST_F(Heatmap, APlaceThatCannotBeWrittenIsKnownBeforeTheRender) {
+TEST_F(Heatmap, OutputPathIsCheckedBeforeTheRender) {
   for (const char* name : {"missing/d.png", "missing/d.exr"}) {
     expect_failure({"render", path("no scene.glb"), "-o", path("out.exr"), "--heatmap", path(name)},
                    1, {name, "does not exist"});
@@ -262,7 +262,7 @@ TEST_F(Heatmap, APlaceThatCannotBeWrittenIsKnownBeforeTheRender) {
   EXPECT_EQ(bytes("d.png").size(), 12u);
 }
 
-TEST_F(Heatmap, OfAFileThatHasNotWhatItNeeds) {
+TEST_F(Heatmap, FileWithoutTheNeededChannels) {
   render(render_words());
   const Words input = {"heatmap", path("out.exr")};
   const std::pair<const char*, Words> missing[] = {{"error", {"variance.R", "--aov variance"}},

@@ -34,7 +34,7 @@ class IsaOption : public CommandTest {
   std::string widest_;
 };
 
-TEST_F(IsaOption, AllKernelsShowTheSame) {
+TEST_F(IsaOption, AllKernelsGiveTheSamePicture) {
   for (const std::string& isa : there_) {
     render(frame(isa, {"-o", path("one.exr")}));
     EXPECT_EQ(isa_of("one.exr"), isa);
@@ -46,7 +46,7 @@ TEST_F(IsaOption, AllKernelsShowTheSame) {
   }
 }
 
-TEST_F(IsaOption, FramesOfTwoKindsAreNotMixed) {
+TEST_F(IsaOption, CheckpointsOfDifferentKernelsAreNotMixed) {
   if (there_.size() == 1) GTEST_SKIP() << "this machine has one kind";
   const std::string narrowest = there_.front();
   render(frame(narrowest, {"-o", path("a.exr"), "--part", "1/2"}));
@@ -64,10 +64,11 @@ TEST_F(IsaOption, FramesOfTwoKindsAreNotMixed) {
   EXPECT_EQ(read_exr(path("all.exr")).channels, read_exr(path("whole.exr")).channels);
 }
 
-TEST_F(IsaOption, KernelsThatTheMachineHasNotAreRefused) {
+TEST_F(IsaOption, UnsupportedKernelsAreRefused) {
   if (there_.size() == kIsas.size()) GTEST_SKIP() << "this machine has all";
   const std::string& next = kIsas[there_.size()];
-  expect_failure(frame(next, {"-o", path("a.exr")}), 2, {"--isa " + next, "goes up to " + widest_});
+  expect_failure(frame(next, {"-o", path("a.exr")}), 2,
+                 {"--isa " + next, "supports at most " + widest_});
 }
 
 }  // namespace

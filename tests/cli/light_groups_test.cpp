@@ -57,7 +57,7 @@ TEST_F(LightGroupsOption, AreLayersThatAddUp) {
 }
 
 // Header, report and layers say how much was clamped, and from which light.
-TEST_F(LightGroupsOption, SayWhatWasClamped) {
+TEST_F(LightGroupsOption, ReportTheClampedLight) {
   const Words clamped = {"--light-groups", "--aov", "clamped", "--clamp-indirect", "0.05"};
   const ExrPicture seen = picture(clamped + Words{"--report", path("report.json")});
   expect_sums(seen, {"lamp", "lamp_2", "environment"});
@@ -81,7 +81,7 @@ TEST_F(LightGroupsOption, SayWhatWasClamped) {
   EXPECT_TRUE(read_json("report.json")["clamped"].is_null());
 }
 
-TEST_F(LightGroupsOption, AreWhatTheEditsLeaveOn) {
+TEST_F(LightGroupsOption, FollowTheEdits) {
   write("shot.json", nlohmann::json({{"emberline_edits", 1},
                                      {"lights",
                                       {{{"kind", "material"}, {"index", 1}, {"on", false}},
@@ -105,7 +105,7 @@ TEST_F(LightGroupsOption, AddUpInAStoppedFrame) {
   expect_sums(stopped, {"lamp", "lamp_2", "environment"});
 }
 
-TEST_F(LightGroupsOption, IsRefusedWhereThereAreNone) {
+TEST_F(LightGroupsOption, IsRefusedForIntegratorsWithoutLights) {
   expect_failure(words({"--light-groups", "--integrator", "normal"}), 2,
                  {"--light-groups", "normal", "path or direct"});
   expect_failure(words({"--light-groups", "--driver", "adaptive", "--unbiased"}), 2,

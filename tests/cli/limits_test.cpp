@@ -58,7 +58,7 @@ class Limits : public CommandTest {
 };
 
 // After a failed device, Embree creates one whose release never returns.
-TEST_F(Limits, TooLittleMemoryForEmbreeIsSaid) {
+TEST_F(Limits, ReportsTooLittleMemoryForEmbree) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer needs more itself";
   for (const uint64_t limit : {64, 96}) {
     expect_failure(render_words(), 1, {}, {.data_limit = limit << 20});
@@ -66,7 +66,7 @@ TEST_F(Limits, TooLittleMemoryForEmbreeIsSaid) {
 }
 
 // The image library's own dependencies abort or hang at this limit.
-TEST_F(Limits, TooLittleMemoryForTheImageLibraryIsSaid) {
+TEST_F(Limits, ReportsTooLittleMemoryForTheImageLibrary) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer needs more itself";
   const Words words = {"render", scene(),  "-o",  path("a.exr"), "--env",
                        sky(),    "--size", "8x8", "--spp",       "1"};
@@ -74,7 +74,7 @@ TEST_F(Limits, TooLittleMemoryForTheImageLibraryIsSaid) {
 }
 
 // In a folder of its own, with a copy of the program.
-TEST_F(Limits, ADamagedImageLibraryIsSaid) {
+TEST_F(Limits, ReportsADamagedImageLibrary) {
   namespace fs = std::filesystem;
   if (kSanitized) GTEST_SKIP() << "AddressSanitizer's program has it linked";
   const fs::path program = fs::path(EMBERLINE_BINARY), folder = path("installed");
@@ -117,7 +117,7 @@ TEST_F(Limits, ADamagedImageLibraryIsSaid) {
   EXPECT_EQ(std::system(words(gltf.write_glb(path("textured.glb")), pictures).c_str()), 0);
 }
 
-TEST_F(Limits, WhatIsReservedIsWhatIsTaken) {
+TEST_F(Limits, ReservedMemoryMatchesUsedMemory) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer's own memory is many times ours";
   const Words small = {"--size", "16x16"};
   const std::string plain = scene(), large = grid(500);
@@ -150,7 +150,7 @@ TEST_F(Limits, WhatIsReservedIsWhatIsTaken) {
 
 // A frame that is stopped before every pixel has a sample is output as shown, with its layers and
 // lights, at the moment when it is also saved.
-TEST_F(Limits, AFrameStoppedInItsFirstPassCountsWhatItTakes) {
+TEST_F(Limits, ReservesMemoryOfAFrameStoppedInItsFirstPass) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer's own memory is many times ours";
   const Words layers = {"--aov", "direct,indirect,emission,transmission,reflection,environment"};
   const Figures none = figures(scene(), {"--size", "16x16"});
@@ -166,7 +166,7 @@ TEST_F(Limits, AFrameStoppedInItsFirstPassCountsWhatItTakes) {
 
 // Most of a tile's channels are ids of --cryptomatte, and the DWA encoder is a library that
 // allocates on its own.
-TEST_F(Limits, AFrameWithMattesCountsWhatItTakes) {
+TEST_F(Limits, ReservesMemoryOfMattes) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer's own memory is many times ours";
   const Words mattes = {"--cryptomatte", "object,material,asset", "--cryptomatte-levels", "32"};
   const Figures none = figures(scene(), {"--size", "16x16"});
@@ -184,7 +184,7 @@ TEST_F(Limits, AFrameWithMattesCountsWhatItTakes) {
 }
 
 // With two halves for the denoiser, a tile holds each light three times while it is written.
-TEST_F(Limits, ATileWithLightsByHalvesCountsWhatItTakes) {
+TEST_F(Limits, ReservesMemoryOfTilesWithLightsByHalves) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer's own memory is many times ours";
   GltfBuilder gltf = lamp_scene();
   for (int i = 0; i < 60; ++i) {
@@ -203,7 +203,7 @@ TEST_F(Limits, ATileWithLightsByHalvesCountsWhatItTakes) {
 
 // Each thread of `merge` holds ids and lights in its film and in its output buffers; the DWA
 // encoder again allocates on its own.
-TEST_F(Limits, AMergeCountsMattesAndLights) {
+TEST_F(Limits, ReservesMemoryOfMergedMattesAndLights) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer's own memory is many times ours";
   const auto merged = [&](const Words& frame) {
     Words merge = {"merge", "-o", path("out.exr"), "--threads", "2", "--report", path("r.json")};
@@ -229,7 +229,7 @@ TEST_F(Limits, AMergeCountsMattesAndLights) {
 }
 
 // With millions of buckets, their lists count.
-TEST_F(Limits, ListsOfBucketsCount) {
+TEST_F(Limits, ReservesMemoryOfBucketLists) {
   const Words frame = {"render", scene(),         "-o", path("out.exr"), "--spp",
                        "1",      "--bucket-size", "1"};
   expect_failure(frame + Words{"--size", "4096x4096", "--memory-limit", "400M"}, 2,
@@ -297,7 +297,7 @@ TEST_F(Limits, PicturesThatAreTooLargeAreRefused) {
 }
 
 // A parsed JSON document takes many times the file's size.
-TEST_F(Limits, ADocumentOfEditsCounts) {
+TEST_F(Limits, ReservesMemoryOfAnEditsFile) {
   std::string arrays = "[]";
   for (int i = 1; i < 400'000; ++i) arrays += ",[]";
   write("edits.json", R"({"emberline_edits": 1, "lights": [)" + arrays + "]}");
@@ -311,7 +311,7 @@ TEST_F(Limits, AStudyWhoseFramesAreTooLargeIsRefusedBeforeItsFolderIsMade) {
                  2, {"--size", "20000x20000", "limit of 1 GiB", "--memory-limit"});
 }
 
-TEST_F(Limits, ALoadThatTakesTooLongIsGivenUp) {
+TEST_F(Limits, LoadTimeoutEndsTheLoad) {
   const std::string file = grid(300);
   expect_failure({"render", file, "-o", path("out.exr"), "--load-timeout", "0.001"}, 3,
                  {"grid.glb", "loading took longer than 1 ms (--load-timeout)"});

@@ -19,21 +19,21 @@ class OutputErrors : public CommandTest {
   const Words kNoisy = {"--look-from", "0,1,0", "--look-at", "0,0,0", "--max-depth", "2"};
 };
 
-TEST_F(OutputErrors, AFolderThatIsNotThere) {
+TEST_F(OutputErrors, MissingFolder) {
   expect_failure(render_words({"-o", path("new/sub/a.exr")}), 1,
                  {"new/sub/a.exr", "does not exist"});
   expect_failure(render_words({"-o", path("new/a.png")}), 1, {"new/a.png", "does not exist"});
   expect_failure(render_words({"-o", path("scene.glb/a.exr")}), 1, {"scene.glb/a.exr"});
 }
 
-TEST_F(OutputErrors, AFolderOfThatName) {
+TEST_F(OutputErrors, OutputIsAFolder) {
   for (const char* name : {"a.exr", "a.png", "a.jpg"}) {
     std::filesystem::create_directories(path(name));
     expect_failure(render_words({"-o", path(name)}), 1, {name, "folder"});
   }
 }
 
-TEST_F(OutputErrors, AFolderThatMayNotBeWrittenTo) {
+TEST_F(OutputErrors, WriteProtectedFolder) {
   scene();
   std::filesystem::create_directories(path("closed"));
   write("closed/a.exr", kOld);
@@ -50,7 +50,7 @@ TEST_F(OutputErrors, AFolderThatMayNotBeWrittenTo) {
   std::filesystem::permissions(path("closed"), perms::owner_all);
 }
 
-TEST_F(OutputErrors, AWriteProtectedFile) {
+TEST_F(OutputErrors, WriteProtectedFile) {
   scene();
   std::filesystem::permissions(folder_.path(), std::filesystem::perms::all);
   for (const char* name : {"a.exr", "a.png", "r.json"}) {
@@ -68,7 +68,7 @@ TEST_F(OutputErrors, AWriteProtectedFile) {
 }
 
 // RLIMIT_FSIZE stands in for a full disk.
-TEST_F(OutputErrors, ADiskThatFillsUp) {
+TEST_F(OutputErrors, DiskFillsUpDuringTheRender) {
   scene();
   for (const char* name : {"a.exr", "a.png", "a.jpg"}) {
     write(name, kOld);
@@ -83,7 +83,7 @@ TEST_F(OutputErrors, ADiskThatFillsUp) {
 
 // One unwritable file must not affect the others, whether it fails during the render (an EXR's
 // tiles) or at its end. Each is named, also in the report.
-TEST_F(OutputErrors, WhatCanBeWrittenIs) {
+TEST_F(OutputErrors, WritableOutputsAreStillWritten) {
   for (const char* driver : {"bucket", "adaptive"}) {
     SCOPED_TRACE(driver);
     const bool adaptive = std::string(driver) == "adaptive";
@@ -120,7 +120,7 @@ TEST_F(OutputErrors, WhatCanBeWrittenIs) {
   }
 }
 
-TEST_F(OutputErrors, AFullFileSystem) {
+TEST_F(OutputErrors, FullFileSystem) {
   scene();
   std::filesystem::create_directories(path("disk"));
   if (::mount("none", path("disk").c_str(), "tmpfs", 0, "size=64k") != 0) {
@@ -141,7 +141,7 @@ TEST_F(OutputErrors, AFullFileSystem) {
 
 // A typing error must not cost hours of rendering. The order of the errors shows that the place is
 // checked before the scene is loaded.
-TEST_F(OutputErrors, TheReportsPlaceIsCheckedBeforeTheRender) {
+TEST_F(OutputErrors, ReportPathIsCheckedBeforeTheRender) {
   expect_failure(render_words({"--report", path("missing/r.json")}), 1,
                  {"missing/r.json", "does not exist"});
   for (const char* option : {"--report", "-o"}) {
@@ -154,7 +154,7 @@ TEST_F(OutputErrors, TheReportsPlaceIsCheckedBeforeTheRender) {
 }
 
 // A file must be recognised under every spelling of its path.
-TEST_F(OutputErrors, NoOutputTakesAnInputsPlaceOrAnothersUnderAnyName) {
+TEST_F(OutputErrors, OutputsMayNotReplaceInputsOrEachOther) {
   namespace fs = std::filesystem;
   scene();
   fs::create_directories(path("sub"));
@@ -177,20 +177,21 @@ TEST_F(OutputErrors, NoOutputTakesAnInputsPlaceOrAnothersUnderAnyName) {
   refused({"-o", path("a.exr"), "--edits", path("edits.json"), "--report", path("hard.json")},
           {"--report", "hard.json", "--edits"});
   refused({"-o", path("a.exr"), "--report", path("here/here/a.exr")},
-          {"--report", "written twice"});
-  refused({"-o", path("new.exr"), "--heatmap", path("old.exr")}, {"--heatmap", "written twice"});
-  refused({"-o", path("a.exr"), "-o", path("A.exr")}, {"A.exr", "written twice"});
+          {"--report", "it is also the file of"});
+  refused({"-o", path("new.exr"), "--heatmap", path("old.exr")},
+          {"--heatmap", "it is also the file of"});
+  refused({"-o", path("a.exr"), "-o", path("A.exr")}, {"A.exr", "it is also the file of"});
   fs::create_symlink("here/a.exr", path("dangling.json"));
   fs::create_symlink("dangling.json", path("sub/chain.json"));
   for (const char* name : {"dangling.json", "here/dangling.json"}) {
-    refused({"-o", path("a.exr"), "--report", path(name)}, {"--report", "written twice"});
+    refused({"-o", path("a.exr"), "--report", path(name)}, {"--report", "it is also the file of"});
     refused({"-o", path("a.exr"), "--driver", "adaptive", "--tree", path(name)},
-            {"--tree", "written twice"});
+            {"--tree", "it is also the file of"});
   }
   const Words shots = {"--driver", "bisection", "--snapshots", path("shots"), "-o"};
-  refused(shots + Words{path("shots/003_0010pct.png")}, {"--snapshots", "written twice"});
+  refused(shots + Words{path("shots/003_0010pct.png")}, {"--snapshots", "it is also the file of"});
   refused(shots + Words{path("b.exr"), "--report", path("shots/emberline-snapshots.json")},
-          {"--snapshots", "written twice"});
+          {"--snapshots", "it is also the file of"});
   refused(shots + Words{path("b.exr"), "--reference", path("here/shots/000_first.exr")},
           {"--reference"});
   expect_failure({"compare", path("out.exr"), path("sky.exr"), "-o", path("link.exr")}, 2,
@@ -223,7 +224,8 @@ colorspaces:
   - !<ColorSpace> {name: out, from_reference: !<FileTransform> {src: table.cube}}
 )");
   expect_failure(frame + Words{"-o", path("c.png"), "--report", path("here/table.cube")}, 2,
-                 {"--report", "$OCIO reads it"}, {.environment = {{"OCIO", path("config.ocio")}}});
+                 {"--report", "$OCIO config reads it"},
+                 {.environment = {{"OCIO", path("config.ocio")}}});
   // A separate file may have any name, and several outputs may share a device.
   render(frame + Words{"-o", path("a.exr"), "-o", path("sub/a.exr"), "--report", "/dev/null",
                        "--report", "/dev/null"});
@@ -232,7 +234,7 @@ colorspaces:
 }
 
 // A log that a shell or another program appends to: replacing the file would lose its contents.
-TEST_F(OutputErrors, AnOpenStreamIsWrittenToAndNotReplaced) {
+TEST_F(OutputErrors, OpenStreamsAreWrittenNotReplaced) {
   write("log", "what was there\n");
   for (const char* name :
        {"/dev/stdout", "/dev/fd/1", "/proc/self/fd/1", "/proc/thread-self/fd/1"}) {
@@ -245,25 +247,26 @@ TEST_F(OutputErrors, AnOpenStreamIsWrittenToAndNotReplaced) {
   EXPECT_TRUE(text.starts_with("what was there\n{")) << text;
   EXPECT_EQ(std::count(text.begin(), text.end(), '{'), std::count(text.begin(), text.end(), '}'));
   std::filesystem::create_symlink("/dev/stdout", path("stream.png"));
-  expect_failure(render_words({"-o", path("stream.png")}), 1, {"stream.png", "open already"});
+  expect_failure(render_words({"-o", path("stream.png")}), 1,
+                 {"stream.png", "an open file descriptor"});
   expect_failure(render_words({"--report", "/dev/fd/7"}), 1, {"/dev/fd/7"});
   const int of_another = ::open(path("log").c_str(), O_WRONLY | O_APPEND);
   const std::string name =
       "/proc/" + std::to_string(::getpid()) + "/fd/" + std::to_string(of_another);
-  expect_failure(render_words({"--report", name}), 1, {name, "open already"});
+  expect_failure(render_words({"--report", name}), 1, {name, "an open file descriptor"});
   ::close(of_another);
   EXPECT_EQ(read_bytes(path("log")), bytes);
   expect_failure(render_words({"--report", "/dev/stdin"}), 1, {"/dev/stdin"});
 }
 
-TEST_F(OutputErrors, AReportThatCannotBeFinished) {
+TEST_F(OutputErrors, ReportCannotBeFinished) {
   const RunResult result = run(render_words({"--quiet", "--report", "/dev/full"}));
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_NE(result.err.find("/dev/full"), std::string::npos) << result.err;
   ASSERT_EQ(result.error_lines().size(), 1u);
 }
 
-TEST_F(OutputErrors, ResultsThatDoNotArriveAreErrors) {
+TEST_F(OutputErrors, UnwrittenResultsAreErrors) {
   const std::string file = scene();
   for (const Words& words : {Words{"info", file}, Words{"info", file, "--json"}, Words{"--version"},
                              Words{"render", file, "--size", "8x8", "--replay", "1,1,0"}}) {
@@ -272,7 +275,7 @@ TEST_F(OutputErrors, ResultsThatDoNotArriveAreErrors) {
 }
 
 // A daemon or "2>&-" leaves descriptors free; no output may become one of the standard streams.
-TEST_F(OutputErrors, ClosedStreamsDoNotLeadIntoThePicture) {
+TEST_F(OutputErrors, ClosedStreamsDoNotCorruptThePicture) {
   const Words words = render_words({"--threads", "1", "--verbose"});
   render(words);
   const std::vector<unsigned char> expected = read_bytes(path("out.exr"));
@@ -289,7 +292,7 @@ TEST_F(OutputErrors, ClosedStreamsDoNotLeadIntoThePicture) {
 }
 
 // A name from outside must not start a new line or move the cursor.
-TEST_F(OutputErrors, NamesWithControlCharactersStayOnTheirLine) {
+TEST_F(OutputErrors, ControlCharactersInNamesAreEscaped) {
   expect_failure(
       {"render", path("a\nemberline: error: b\x1b[2J\r\xc2\x9b.glb"), "-o", path("out.exr")}, 3,
       {"a\\nemberline: error: b\\x1b[2J\\r\\xc2\\x9b.glb"});

@@ -104,7 +104,7 @@ TEST_F(PathLayersOption, AddUpInEveryFrame) {
   expect_sums(stopped);
 }
 
-TEST_F(PathLayersOption, AreRefusedWhereThereAreNone) {
+TEST_F(PathLayersOption, AreRefusedForIntegratorsWithoutPaths) {
   expect_failure(frame({"--integrator", "normal"}), 2,
                  {"--aov direct", "normal", "path or direct"});
   expect_failure(render_words({"--half", "direct"}), 2, {"--half direct requires --aov direct"});

@@ -87,7 +87,7 @@ TEST_F(PlateOptions, GoThroughCheckpoints) {
 }
 
 // Adaptive rounds are weighted, but shadows come from all samples.
-TEST_F(PlateOptions, OfEveryDriver) {
+TEST_F(PlateOptions, WorkWithEveryDriver) {
   const ExrPicture whole = picture({"--spp", "64"});
   for (const Words& driver :
        {Words{"--driver", "bisection"}, Words{"--driver", "adaptive"},
@@ -119,13 +119,13 @@ TEST_F(PlateOptions, NameNodes) {
   EXPECT_EQ(first_difference(read_exr(path("out.exr")), read_exr(path("again.exr"))), "");
 }
 
-TEST_F(PlateOptions, SayWhatTheyCannotDo) {
+TEST_F(PlateOptions, RejectUnsupportedSettings) {
   expect_failure(frame({"--catcher", "flor"}), 2,
                  {"--catcher: no node 'flor'", "nearest", "'floor'"});
   expect_failure(frame({"--holdout", "prop"}), 2, {"--holdout: no node 'prop'", "'props'"});
   expect_failure(frame({"--holdout", "card"}), 2, {"--holdout: no node 'card'", "card\\,"});
   expect_failure(frame({"--holdout", "nothing"}), 2, {"--holdout", "'nothing' has no mesh"});
-  expect_failure(frame({"--holdout", "floor"}), 2, {"--holdout", "'floor' is a catcher already"});
+  expect_failure(frame({"--holdout", "floor"}), 2, {"--holdout", "'floor' is already a catcher"});
   expect_failure(frame({"--catcher", std::string(100'000, 'y') + "\n"}), 2, {"--catcher: no node"});
   expect_failure(frame({"--integrator", "ambient_occlusion"}), 2,
                  {"--catcher", "ambient_occlusion", "path or direct"});

@@ -16,7 +16,7 @@ class Progress : public CommandTest {
   }
 };
 
-TEST_F(Progress, PlainLinesInALog) {
+TEST_F(Progress, WritesPlainLinesToALog) {
   const RunResult result = render(long_render());
   EXPECT_EQ(result.err.find('\r'), std::string::npos);
   EXPECT_EQ(result.err.find('\033'), std::string::npos);
@@ -35,7 +35,7 @@ TEST_F(Progress, PlainLinesInALog) {
 
 // A threshold's number of samples is unknown beforehand, but the share of finished buckets is
 // known.
-TEST_F(Progress, BucketsUnderAThresholdTellTheTimeLeft) {
+TEST_F(Progress, BucketsWithAThresholdShowTheTimeLeft) {
   // Without --spp, which would set a budget.
   const RunResult result =
       run({"render", scene(), "-o", path("out.exr"), "--size", "300x300", "--noise-threshold",
@@ -96,7 +96,7 @@ TEST_F(Progress, QuietIsSilent) {
   expect_failure({"render", path("none.glb"), "-o", path("out.exr"), "--quiet"}, 3, {"none.glb"});
 }
 
-TEST_F(Progress, VerboseSaysWhatIsBuiltAndWhy) {
+TEST_F(Progress, VerboseListsSceneFeatures) {
   const std::string normal = render(render_words({})).err;
   const std::string verbose = render(render_words({"--verbose", "--report", path("r.json")})).err;
   const nlohmann::json report = read_json("r.json");
@@ -113,7 +113,7 @@ TEST_F(Progress, VerboseSaysWhatIsBuiltAndWhy) {
             std::string::npos);
 }
 
-TEST_F(Progress, ALogNobodyReadsDoesNotEndTheRender) {
+TEST_F(Progress, UnreadLogDoesNotEndTheRender) {
   // `emberline render ... 2>&1 | head -1`, whose reader is gone after the first line.
   const RunResult result = run(long_render(), {.stderr_reader_gone = true});
   EXPECT_EQ(result.exit_code, 0) << result.describe();

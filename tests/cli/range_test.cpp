@@ -43,7 +43,7 @@ class Range : public CommandTest {
   nlohmann::json range() const { return read_json("range.json"); }
 };
 
-TEST_F(Range, FramesOfATurntableAreThoseRenderedAlone) {
+TEST_F(Range, TurntableFramesEqualSingleFrames) {
   for (const char* driver : {"bucket", "bisection", "adaptive"}) {
     SCOPED_TRACE(driver);
     render(turn({"--driver", driver, "--aov", "N,Z"}));
@@ -59,7 +59,7 @@ TEST_F(Range, FramesOfATurntableAreThoseRenderedAlone) {
   }
 }
 
-TEST_F(Range, ATurnBeginsWithTheCameraAsItStands) {
+TEST_F(Range, TurntableBeginsWithTheOriginalCamera) {
   render(turn());
   const ExrPicture first = read_exr(path("a.01.exr"));
   render(render_words({"--size", "24x16", "--spp", "4"}));
@@ -72,7 +72,7 @@ TEST_F(Range, ATurnBeginsWithTheCameraAsItStands) {
   }
 }
 
-TEST_F(Range, ASampleOfAFrameIsReplayed) {
+TEST_F(Range, ReplaysASampleOfAFrame) {
   const Words replay = {"--replay", "11,7,2"};
   const RunResult alone = run(range_words(Words{"--turntable", "2/4"} + replay));
   ASSERT_EQ(alone.exit_code, 0) << alone.describe();
@@ -81,7 +81,7 @@ TEST_F(Range, ASampleOfAFrameIsReplayed) {
 }
 
 // A frame's other inputs and outputs: lights, edits, checkpoints.
-TEST_F(Range, EveryFrameHasAllItsFiles) {
+TEST_F(Range, EveryFrameWritesAllItsFiles) {
   render(turn({"-o",
                path("a.#.png"),
                "--heatmap",
@@ -152,7 +152,7 @@ TEST_F(Range, AnAnimationPosesEachFrame) {
 }
 
 // 240 000 triangles and an image of a million pixels must be loaded only once.
-TEST_F(Range, WhatDoesNotMoveIsLoadedAndBuiltOnce) {
+TEST_F(Range, StaticPartsAreLoadedAndBuiltOnce) {
   GltfBuilder gltf = lamp_scene();
   constexpr int kSide = 500;
   std::vector<float> positions;
@@ -194,7 +194,7 @@ TEST_F(Range, WhatDoesNotMoveIsLoadedAndBuiltOnce) {
   EXPECT_TRUE(read_json("r.2.json")["time"]["start_s"].is_null());
 }
 
-TEST_F(Range, ABadFrameDoesNotEndIt) {
+TEST_F(Range, FailedFrameDoesNotEndTheRange) {
   fs::create_directory(path("a.02.exr"));  // nothing can be written there
   const Words words = turn({"--range-report", path("range.json")});
   const RunResult result = run(words);
@@ -213,7 +213,7 @@ TEST_F(Range, ABadFrameDoesNotEndIt) {
   EXPECT_EQ(range()["left"], "3-4");
 }
 
-TEST_F(Range, WhatIsWrongWithAllFramesIsSaidOnce) {
+TEST_F(Range, CommonErrorsAreReportedOnce) {
   const Words turning = {"--turntable", "100"};
   expect_failure(range_words(turning + Words{"--view", "filmic", "-o", path("a.#.png")}), 2,
                  {"--view"});
@@ -228,7 +228,7 @@ TEST_F(Range, WhatIsWrongWithAllFramesIsSaidOnce) {
   expect_failure(render_words({"--skip-existing", "--part", "1/2"}), 2, {"--skip-existing"});
 }
 
-TEST_F(Range, AFolderThatIsMissingIsSaidOnce) {
+TEST_F(Range, MissingFolderIsReportedOnce) {
   const auto lines = [&](const Words& more) {
     const RunResult result = run(range_words(Words{"--frames", "1-3", "-q"} + more));
     EXPECT_EQ(result.exit_code, 1) << result.err;
@@ -272,15 +272,16 @@ TEST_F(Range, NamesOfAllFramesAreCheckedBeforeAnythingIsWritten) {
     expect_failure(frame + more, 2, parts);
   };
   for (const char* option : {"--save-settings", "--progress-file", "--range-report"}) {
-    refused(outputs + Words{option, path("a.2.exr")}, {"-o", "a.2.exr", option, "written twice"});
+    refused(outputs + Words{option, path("a.2.exr")},
+            {"-o", "a.2.exr", option, "it is also the file of"});
     refused(outputs + Words{option, path("link.json")}, {"-o", "a.2.exr", option});
     refused(outputs + Words{option, path("r.2.json"), "--report", path("r.#.json")},
-            {"--report", "r.2.json", option, "written twice"});
+            {"--report", "r.2.json", option, "it is also the file of"});
     refused(outputs + Words{option, path("a.2.exr.checkpoint"), "--resume"},
-            {"--checkpoint", option, "written twice"});
+            {"--checkpoint", option, "it is also the file of"});
     refused(outputs + Words{option, path("s.2/refinement.gif"), "--driver", "bisection",
                             "--snapshots", path("s.#")},
-            {"s.2", option, "written twice"});
+            {"s.2", option, "it is also the file of"});
     refused(outputs + Words{option, path("a.3.png")}, {option, "the scene reads"});
     refused(outputs + Words{option, path("t.bin")}, {option, "the scene reads"});
     refused(outputs + Words{option, path("edits.json"), "--edits", path("edits.json")},
@@ -294,8 +295,10 @@ TEST_F(Range, NamesOfAllFramesAreCheckedBeforeAnythingIsWritten) {
   refused(outputs + Words{"--reference", path("a.0#.exr"), "-o", path("a.03.exr.#.exr"), "-o",
                           path("a.0#.exr"), "--driver", "bisection", "--snapshots", path("s.#")},
           {"--reference"});
-  refused({"-o", path("other/a.#.exr"), "--heatmap", path("same/a.#.exr")}, {"written twice"});
-  refused(outputs + Words{"--checkpoint", path("notes.#")}, {"notes.2", "not a checkpoint"});
+  refused({"-o", path("other/a.#.exr"), "--heatmap", path("same/a.#.exr")},
+          {"it is also the file of"});
+  refused(outputs + Words{"--checkpoint", path("notes.#")},
+          {"notes.2", "not an Emberline checkpoint"});
   // The same for a frame outside a range.
   expect_failure(
       {"render", path("t.gltf"), "-o", path("out.exr"), "--progress-file", path("a.3.png")}, 2,
@@ -311,7 +314,7 @@ TEST_F(Range, NamesOfAllFramesAreCheckedBeforeAnythingIsWritten) {
   EXPECT_EQ(read_json("p.json")["state"], "done");
 }
 
-TEST_F(Range, WhatIsThereIsSkipped) {
+TEST_F(Range, ExistingFramesAreSkipped) {
   const Words words =
       turn({"--report", path("r.#.json"), "--skip-existing", "--range-report", path("range.json")});
   render(words + Words{"--frames", "1,3"});
@@ -335,7 +338,7 @@ TEST_F(Range, WhatIsThereIsSkipped) {
 }
 
 // A full disk or an interrupted copy truncates files.
-TEST_F(Range, WhatWasCutShortIsRenderedAgain) {
+TEST_F(Range, TruncatedFramesAreRenderedAgain) {
   const Words alone = render_words({"--driver", "adaptive", "--spp", "4", "--skip-existing"});
   const auto expect_again = [&](const Words& words, const std::string& name,
                                 std::initializer_list<double> shares) {
@@ -371,7 +374,7 @@ TEST_F(Range, WhatWasCutShortIsRenderedAgain) {
   expect_again(shots, "shots/000_first.png", {1});
 }
 
-TEST_F(Range, AnInterruptWritesTheFrameAndSaysWhatIsLeft) {
+TEST_F(Range, InterruptWritesTheFrameAndListsTheRest) {
   Process process(endless({"-o", path("a.#.png"), "-o", path("a.#.jpg")}),
                   {.folder = folder_.path()});
   ASSERT_TRUE(process.wait_until_busy("loaded in")) << process.error_so_far();
@@ -421,7 +424,7 @@ TEST_F(Range, EveryFrameHasItsTimeLimit) {
 }
 
 // Finished frames are not repeated, and the interrupted one is resumed to the same bits.
-TEST_F(Range, AKilledRangeGoesOn) {
+TEST_F(Range, KilledRangeContinues) {
   const Words words = {"render",      scene(), "-o",       path("a.#.exr"),  "--size",
                        "320x320",     "--spp", "64",       "--bucket-size",  "16",
                        "--turntable", "3",     "--resume", "--skip-existing"};
@@ -442,7 +445,7 @@ TEST_F(Range, AKilledRangeGoesOn) {
   EXPECT_EQ(first_difference(read_exr(path("a.2.exr")), read_exr(path("alone.exr"))), "");
 }
 
-TEST_F(Range, ProgressSaysWhichFrame) {
+TEST_F(Range, ProgressNamesTheFrame) {
   const Words words = turn({"--size", "160x160", "--spp", "64", "--progress-file", path("p.json")});
   const RunResult result = render(words);
   EXPECT_NE(result.err.find("rendering frame 3 (3 of 4) "), std::string::npos) << result.err;
@@ -457,7 +460,7 @@ TEST_F(Range, ProgressSaysWhichFrame) {
   EXPECT_EQ(render(words + Words{"--quiet"}).err, "");
 }
 
-TEST_F(Range, MemoryOfAFrameIsGivenBack) {
+TEST_F(Range, ReleasesTheMemoryOfEachFrame) {
   const Words words = {"render",   scene(),     "-o",       path("a.#.png"), "--size",
                        "200x200",  "--spp",     "1",        "--turntable",   "12",
                        "--driver", "bisection", "--report", path("r.#.json")};
@@ -468,7 +471,7 @@ TEST_F(Range, MemoryOfAFrameIsGivenBack) {
   EXPECT_LT(reserved("r.12.json"), 1.01 * reserved("r.1.json"));
 }
 
-TEST_F(Range, AFarmSaysWhatToDo) {
+TEST_F(Range, FarmExplainsHowToRenderARange) {
   expect_failure({"farm", scene(), "-o", path("a.####.exr"), "--parts", "2", "--frames", "1-10"}, 2,
                  {"--frames", "render --frames"});
   write("turn.json", R"({"turntable": "8"})");

@@ -59,7 +59,7 @@ class RemoteViewer : public CommandTest {
   }
 };
 
-TEST_F(RemoteViewer, GetsTheFilesPicture) {
+TEST_F(RemoteViewer, GetsTheSamePictureAsTheFile) {
   const Words variants[] = {
       {},
       {"--crop", "37,20,140,91"},
@@ -112,7 +112,7 @@ TEST_F(RemoteViewer, SeesAProgressiveFrameGrow) {
   }
 }
 
-TEST_F(RemoteViewer, StandsBesideTheDisplayOfThePng) {
+TEST_F(RemoteViewer, WorksTogetherWithTheDisplayOfThePng) {
   render(frame("sRGB", {"-o", "plain.png", "--view", "ACES"}));
   const ExrPicture without = file();
   TevServer server;
@@ -128,7 +128,7 @@ TEST_F(RemoteViewer, StandsBesideTheDisplayOfThePng) {
       {"unknown display", "nope", "sRGB"});
 }
 
-TEST_F(RemoteViewer, OfTwoTheLastCounts) {
+TEST_F(RemoteViewer, LastOfTwoWins) {
   TevServer first, last;
   render(frame(first.url(), {"--display", last.url()}));
   EXPECT_EQ(last.wait(), "");
@@ -136,7 +136,7 @@ TEST_F(RemoteViewer, OfTwoTheLastCounts) {
   expect_same_picture(last.image(), file());
 }
 
-TEST_F(RemoteViewer, ThatIsNotThereCostsAWarning) {
+TEST_F(RemoteViewer, MissingViewerIsAWarning) {
   std::string url;
   {
     const TevServer server;
@@ -151,7 +151,7 @@ TEST_F(RemoteViewer, ThatIsNotThereCostsAWarning) {
   EXPECT_EQ(quiet.err, "");
 }
 
-TEST_F(RemoteViewer, ThatClosesCostsAWarning) {
+TEST_F(RemoteViewer, ClosingViewerIsAWarning) {
   for (const char* driver : {"bucket", "bisection"}) {
     SCOPED_TRACE(driver);
     TevServer server({.closes_after = 60000});
@@ -163,7 +163,7 @@ TEST_F(RemoteViewer, ThatClosesCostsAWarning) {
   }
 }
 
-TEST_F(RemoteViewer, ThatDoesNotReadHoldsNothingUp) {
+TEST_F(RemoteViewer, SlowViewerDoesNotDelayTheRender) {
   for (const char* driver : {"bucket", "bisection", "adaptive"}) {
     SCOPED_TRACE(driver);
     const Words work = {"--size", "1024x1024", "--spp", "2", "--driver", driver};
@@ -174,7 +174,7 @@ TEST_F(RemoteViewer, ThatDoesNotReadHoldsNothingUp) {
       const ExrPicture without = file();
       TevServer server({.reads = false});
       const RunResult result = run(frame(server.url(), work));
-      expect_one_warning(result, server.url(), "takes no more");
+      expect_one_warning(result, server.url(), "stopped reading");
       EXPECT_EQ(first_difference(file(), without), "");
       const nlohmann::json time = read_json("r.json")["time"];
       EXPECT_GE(time["write_s"].get<double>(), 1.0) << "the wait is no rendering";
@@ -185,7 +185,7 @@ TEST_F(RemoteViewer, ThatDoesNotReadHoldsNothingUp) {
   }
 }
 
-TEST_F(RemoteViewer, ThatDoesNotReadDoesNotDelayAStop) {
+TEST_F(RemoteViewer, SlowViewerDoesNotDelayAStop) {
   for (const char* driver : {"bucket", "bisection"}) {
     SCOPED_TRACE(driver);
     // Other load and the disk can delay it, but not ten times.
@@ -209,7 +209,7 @@ TEST_F(RemoteViewer, ThatDoesNotReadDoesNotDelayAStop) {
   }
 }
 
-TEST_F(RemoteViewer, OfAStoppedFrameGetsWhatIsWritten) {
+TEST_F(RemoteViewer, GetsTheWrittenPictureOfAStoppedFrame) {
   TevServer server;
   Process process(frame(server.url(), {"--size", "1024x1024", "--spp", "256", "--verbose",
                                        "--bucket-size", "16"}),
@@ -221,7 +221,7 @@ TEST_F(RemoteViewer, OfAStoppedFrameGetsWhatIsWritten) {
   expect_same_picture(server.image(), file());
 }
 
-TEST_F(RemoteViewer, IsNotBotheredByWhatCannotBeRendered) {
+TEST_F(RemoteViewer, IsNotContactedForABrokenScene) {
   TevServer server;
   write("broken.glb", "no scene");
   expect_failure({"render", path("broken.glb"), "-o", "a.exr", "--display", server.url()}, 3,

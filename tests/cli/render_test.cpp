@@ -42,7 +42,7 @@ TEST_F(Render, SeveralFilesOfOneFrame) {
   }
 }
 
-TEST_F(Render, ChannelsAreThoseAskedFor) {
+TEST_F(Render, HasTheRequestedChannels) {
   const std::map<std::string, std::string> base = {
       {"R", "float"}, {"G", "float"}, {"B", "float"}, {"A", "float"}, {"samples", "uint"}};
   const std::map<std::string, std::map<std::string, std::string>> aovs = {
@@ -72,7 +72,7 @@ TEST_F(Render, ChannelsAreThoseAskedFor) {
   EXPECT_TRUE(read_exr(path("out.exr")).types.contains("id"));
 }
 
-TEST_F(Render, TheHeaderSaysHowTheFrameWasMade) {
+TEST_F(Render, HeaderRecordsTheSettings) {
   render(render_words({"--seed", "7", "--sampler", "independent", "--filter", "box", "--max-depth",
                        "3", "--spp", "5", "--report", path("it's a report.json")}));
   const auto attributes = read_exr(path("out.exr")).attributes;
@@ -98,7 +98,7 @@ TEST_F(Render, TheHeaderSaysHowTheFrameWasMade) {
   EXPECT_NE(command.find("it'\\''s a report.json'"), std::string::npos) << command;
 }
 
-TEST_F(Render, ACropHasTheWholeFramesBits) {
+TEST_F(Render, CropHasTheSameBitsAsTheWholeFrame) {
   const Words aovs = {"--size", "40x30", "--spp", "3", "--aov", "variance,albedo,N,Z,id"};
   render(render_words(aovs));
   const ExrPicture whole = read_exr(path("out.exr"));
@@ -116,7 +116,7 @@ TEST_F(Render, ACropHasTheWholeFramesBits) {
   }
 }
 
-TEST_F(Render, ThreadsAndBucketsDoNotShow) {
+TEST_F(Render, ThreadsAndBucketsDoNotChangeThePicture) {
   const Words frame = {"--size", "50x34", "--spp", "5", "--aov", "variance,albedo,N,Z,id"};
   render(render_words(frame));
   const ExrPicture reference = read_exr(path("out.exr"));
@@ -138,7 +138,7 @@ TEST_F(Render, ThreadsAndBucketsDoNotShow) {
 
 // A whole-frame film is written in tiles, not pixel by pixel, whether directly, through the
 // denoiser's scratch file or from checkpoints.
-TEST_F(Render, AFrameOfOneFilmComesInTilesOfSixteenPixelsOrMore) {
+TEST_F(Render, ProgressiveFramesAreStoredInTilesOfAtLeastSixteenPixels) {
   for (const char* driver : {"bisection", "adaptive"}) {
     const Words frame = {"--size", "50x34", "--spp", "4", "--driver", driver, "--resumable"};
     const auto picture = [&](const char* bucket_size, const Words& more) {
@@ -195,7 +195,7 @@ std::vector<float> replayed_radiance(const std::string& text) {
   return values;
 }
 
-TEST_F(Render, ReplayGivesAPixelsBits) {
+TEST_F(Render, ReplayReproducesThePixelsBits) {
   const Words frame = {"--size", "24x24", "--seed", "3"};
   render(render_words(frame));
   const ExrPicture picture = read_exr(path("out.exr"));
@@ -224,7 +224,7 @@ TEST_F(Render, ReplayWritesNoFile) {
   EXPECT_EQ(files(), before);
 }
 
-TEST_F(Render, PathsMayHoldAnything) {
+TEST_F(Render, PathsMayContainAnyCharacter) {
   const std::string folder = path("dir with ümlaut ß 日本 'quote' 100%");
   std::filesystem::create_directories(folder + "/below");
   const std::string file = lamp_scene().write_gltf(folder + "/a scene #1.gltf", "bin ä.bin");
@@ -244,7 +244,7 @@ TEST_F(Render, PathsMayHoldAnything) {
   EXPECT_EQ(first_difference(read_exr(folder + "/ö.exr"), read_exr(folder + "/below/x.exr")), "");
 }
 
-TEST_F(Render, ExistingFilesAreReplacedWhole) {
+TEST_F(Render, ExistingFilesAreReplacedAtomically) {
   write("out.exr", std::string(100000, 'x'));
   std::filesystem::create_symlink("out.exr", path("link.exr"));
   render({"render", scene(), "-o", path("link.exr"), "--size", "4x4", "--spp", "1"});
@@ -252,7 +252,7 @@ TEST_F(Render, ExistingFilesAreReplacedWhole) {
   EXPECT_EQ(read_exr(path("out.exr")).data, (Rect{0, 0, 4, 4}));
 }
 
-TEST_F(Render, TwoRendersIntoOneFileLeaveOneWholeFrame) {
+TEST_F(Render, TwoRendersToOneFileLeaveOneCompleteFrame) {
   Process first(render_words({"--size", "200x200"}), {.folder = folder_.path()});
   Process second(render_words({"--size", "200x200"}), {.folder = folder_.path()});
   EXPECT_EQ(first.wait().exit_code, 0);
@@ -261,7 +261,7 @@ TEST_F(Render, TwoRendersIntoOneFileLeaveOneWholeFrame) {
   EXPECT_EQ(files(), (Words{"out.exr", "scene.glb"}));
 }
 
-TEST_F(Render, ARubbishOcioConfigIsNamed) {
+TEST_F(Render, AnInvalidOcioConfigIsNamed) {
   write("rubbish.ocio", "this is no config\n");
   for (const char* config : {"/nonexistent/config.ocio", "rubbish.ocio", "/"}) {
     expect_failure(render_words({"-o", path("a.png")}), 3, {config, "OCIO"},
@@ -273,7 +273,7 @@ TEST_F(Render, ARubbishOcioConfigIsNamed) {
 }
 
 // As with `taskset -c 0`: the default is one thread per usable processor.
-TEST_F(Render, ThreadsAreAsManyAsTheProcessorsThatItMayUse) {
+TEST_F(Render, UsesOneThreadForEachAllowedProcessor) {
   const Words report = {"--report", path("r.json")};
   render(render_words(report), {.processors = 1});
   EXPECT_EQ(read_json("r.json")["settings"]["threads"], 1);
@@ -284,7 +284,7 @@ TEST_F(Render, ThreadsAreAsManyAsTheProcessorsThatItMayUse) {
 }
 
 // TBB would abort if it could not start a thread.
-TEST_F(Render, FewerThreadsThanTheSystemStartsAreUsed) {
+TEST_F(Render, UsesAsManyThreadsAsTheSystemStarts) {
   if (::getuid() != 0) GTEST_SKIP() << "limits count all that a user runs; root can become another";
   scene();
   std::filesystem::permissions(folder_.path(), std::filesystem::perms::all);

@@ -34,7 +34,7 @@ std::string grouped(uint64_t count) {
   return text;
 }
 
-TEST_F(ReportPage, SaysWhatTheJsonSaysForEveryDriver) {
+TEST_F(ReportPage, MatchesTheJsonForEveryDriver) {
   for (const char* driver : {"bucket", "bisection", "adaptive"}) {
     SCOPED_TRACE(driver);
     render(render_words({"--driver", driver, "--size", "40x24", "--spp", "16", "--report",
@@ -55,7 +55,7 @@ TEST_F(ReportPage, SaysWhatTheJsonSaysForEveryDriver) {
   }
 }
 
-TEST_F(ReportPage, MapsOfTheChannelsThatThereAre) {
+TEST_F(ReportPage, HasAMapForEachChannel) {
   render(render_words({"--report", path("a.html")}));
   render(render_words({"--aov", "variance,time,stop", "--spp", "4", "--report", path("b.html")}));
   EXPECT_EQ(page("b.html").count("img"), page("a.html").count("img") + 3);
@@ -75,7 +75,7 @@ TEST_F(ReportPage, ErrorAgainstTime) {
   for (const auto& snapshot : report["snapshots"]) expect_text(read, snapshot["file"]);
 }
 
-TEST_F(ReportPage, OddNamesAreShownAsTheyAre) {
+TEST_F(ReportPage, OddNamesAreEscaped) {
   for (const std::string name : {"a<b>&\"c\".glb", "it's </title><script>.glb", "Küche 場面.glb",
                                  "new\nline.glb", "no \xff utf-8.glb"}) {
     SCOPED_TRACE(name);
@@ -99,7 +99,7 @@ TEST_F(ReportPage, OddNamesAreShownAsTheyAre) {
 }
 
 // The command shown on the page, run by a shell, renders the same picture.
-TEST_F(ReportPage, TheCommandRepeatsTheRender) {
+TEST_F(ReportPage, CommandOnThePageRepeatsTheRender) {
   for (const std::string odd : {"it's a \"scene\" & $HOME `x` \\.glb", "line\nand \xff.glb"}) {
     SCOPED_TRACE(odd);
     lamp_scene().write_glb(path(odd));
@@ -117,7 +117,7 @@ TEST_F(ReportPage, TheCommandRepeatsTheRender) {
   }
 }
 
-TEST_F(ReportPage, AStoppedRenderHasOne) {
+TEST_F(ReportPage, IsWrittenForAStoppedRender) {
   Process process({"render", scene(), "-o", path("out.exr"), "--size", "1024x1024", "--spp", "4096",
                    "--verbose", "--bucket-size", "16", "--report", path("r.html")},
                   {.folder = folder_.path()});
@@ -134,14 +134,14 @@ TEST_F(ReportPage, AStoppedRenderHasOne) {
 }
 
 // The page's memory must not grow with the frame.
-TEST_F(ReportPage, OfALargeFrameTakesNoMoreMemory) {
+TEST_F(ReportPage, DoesNotGrowWithTheFrame) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer's own memory is many times ours";
   render(render_words({"--size", "6000x4000", "--integrator", "albedo", "--quiet", "--report",
                        path("r.json"), "--report", path("r.html")}));
   const nlohmann::json json = read_json("r.json");
   EXPECT_LT(json["memory"]["peak_rss_bytes"].get<double>(), 300e6);  // the pixels as float: 480 MB
   const ReadMarkup read = page();
-  expect_text(read, "Each pixel here is the mean of 5 x 5 of the frame's.");
+  expect_text(read, "Each pixel here is the mean of 5 x 5 pixels of the frame.");
   const auto image = std::ranges::find(read.elements, "img", &Element::name);
   EXPECT_EQ(image->attributes.at("width"), "1200");
   EXPECT_EQ(image->attributes.at("height"), "800");

@@ -22,7 +22,7 @@ class Report : public CommandTest {
   RunResult result_;
 };
 
-TEST_F(Report, HasEveryKeyOfTheDesign) {
+TEST_F(Report, HasEveryDocumentedKey) {
   const nlohmann::json json = report({"--spp", "4"});
   using Type = nlohmann::json::value_t;
   const std::map<std::string, Type> expected = {
@@ -138,7 +138,7 @@ TEST_F(Report, TimesAddUp) {
 }
 
 // The report's counts match the picture, however the frame ends.
-TEST_F(Report, CountsAreThePicturesForEveryDriver) {
+TEST_F(Report, CountsMatchThePictureForEveryDriver) {
   struct Ending {
     const char* name;
     Words words;
@@ -197,7 +197,7 @@ TEST_F(Report, EstimatesBelongToTheirPasses) {
   EXPECT_LT(passes.back()["error_estimate"], 0.3 * double(passes[1]["error_estimate"]));
 }
 
-TEST_F(Report, WarningsAreKeptQuietOrNot) {
+TEST_F(Report, ListsWarningsEvenWithQuiet) {
   GltfBuilder gltf = lamp_scene();
   gltf.root["extensionsUsed"] = {"EXT_made_up"};
   gltf.root["extensions"]["EXT_made_up"] = {{"x", 1}};
@@ -229,7 +229,7 @@ TEST_F(Report, FirstSampleAndProcessorTimeOfTheRender) {
             seconds("cpu_s") - 0.9 * seconds("render_cpu_s") + kTick);
 }
 
-TEST_F(Report, MemoryIsThisProcessesOwn) {
+TEST_F(Report, MemoryIsThatOfThisProcess) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer's own memory is many times ours";
   const nlohmann::json json = report({});
   const double reported = json["memory"]["peak_rss_bytes"];
@@ -243,7 +243,7 @@ TEST_F(Report, MemoryIsThisProcessesOwn) {
   EXPECT_NEAR(again["memory"]["peak_rss_bytes"].get<double>(), reported, 0.2 * reported);
 }
 
-TEST_F(Report, FeaturesAreThoseTheSceneUses) {
+TEST_F(Report, ListsTheFeaturesOfTheScene) {
   const auto listed = [](const nlohmann::json& json, const std::string& word) {
     for (const auto& feature : json["features"]) {
       if (feature.get<std::string>().find(word) != std::string::npos) return true;

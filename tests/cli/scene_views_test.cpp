@@ -35,7 +35,7 @@ Rect coverage(const ExrPicture& picture) {
   return box;
 }
 
-TEST_F(Views, WithoutLightTheSurroundingsAreWhite) {
+TEST_F(Views, UnlitSceneGetsAWhiteEnvironment) {
   unlit_scene().write_glb(path("scene.glb"));
   const ExrPicture seen = picture(render_words({"--spp", "16"}));
   EXPECT_NE(result_.err.find("warning"), std::string::npos) << result_.err;
@@ -119,7 +119,7 @@ TEST_F(Views, CamerasAreChosenByNameOrIndex) {
   EXPECT_NE(first_difference(first, picture(render_words({"--fov-y", "20"}))), "");
 }
 
-TEST_F(Views, CamerasAreChosenByTheirNodesToo) {
+TEST_F(Views, CamerasAreAlsoChosenByNode) {
   GltfBuilder gltf = lamp_scene();
   gltf.push("cameras",
             {{"name", "Camera"},
@@ -134,26 +134,25 @@ TEST_F(Views, CamerasAreChosenByTheirNodesToo) {
     x += 1.5f;
   }
   gltf.write_glb(path("scene.glb"));
-  const auto fits = [&] { return result_.err.find("fits several: "); };
+  const auto fits = [&] { return result_.err.find("matches several: "); };
   const ExrPicture wide = picture(render_words({"--camera", "Wide"}));
   EXPECT_EQ(fits(), std::string::npos) << result_.err;
   // It also gets a hint about the frame's shape, as perspective cameras do.
-  EXPECT_NE(
-      result_.err.find("camera 'Camera' was made for 2 : 1, the frame has 1 : 1; --size 32x16"),
-      std::string::npos)
+  EXPECT_NE(result_.err.find(
+                "camera 'Camera' has an aspect ratio of 2, but the frame has 1; --size 32x16"),
+            std::string::npos)
       << result_.err;
   EXPECT_EQ(first_difference(wide, picture(render_words({"--camera", "1"}))), "");
   const ExrPicture tele = picture(render_words({"--camera", "Tele"}));
   EXPECT_NE(first_difference(wide, tele), "");
   EXPECT_EQ(first_difference(wide, picture(render_words({"--camera", "Camera"}))), "");
-  EXPECT_NE(
-      result_.err.find("--camera: 'Camera' fits several: 1 'Camera' (node 'Wide'), 2 'Camera' "
-                       "(node 'Tele'), 3 'Camera' (node 'main'); 1 is taken"),
-      std::string::npos)
+  EXPECT_NE(result_.err.find("--camera: 'Camera' matches several: 1 'Camera' (node 'Wide'), 2 "
+                             "'Camera' (node 'Tele'), 3 'Camera' (node 'main'); 1 is used"),
+            std::string::npos)
       << result_.err;
   // A camera's own name takes precedence over the name of another camera's node.
   picture(render_words({"--camera", "main"}));
-  EXPECT_NE(result_.err.find("fits several: 0 'main', 3 'Camera' (node 'main'); 0 is taken"),
+  EXPECT_NE(result_.err.find("matches several: 0 'main', 3 'Camera' (node 'main'); 0 is used"),
             std::string::npos)
       << result_.err;
   expect_failure(render_words({"--camera", "Zoom"}), 2, {"0 'main'", "2 'Camera' (node 'Tele')"});
@@ -162,12 +161,12 @@ TEST_F(Views, CamerasAreChosenByTheirNodesToo) {
   const RunResult info = run({"info", path("scene.glb")});
   EXPECT_NE(info.out.find("camera 'Camera' orthographic, node 'Tele'\n"), std::string::npos)
       << info.out;
-  EXPECT_NE(info.out.find("approximated\n  clip planes of cameras (not clipped)\n"),
+  EXPECT_NE(info.out.find("approximated\n  clip planes of cameras (nothing is clipped)\n"),
             std::string::npos)
       << info.out;
 }
 
-TEST_F(Views, ABrokenCameraIsRefusedWhereItIsChosen) {
+TEST_F(Views, BrokenCameraIsRefusedOnlyIfChosen) {
   GltfBuilder gltf = lamp_scene();
   const nlohmann::json flat = {{"yfov", 0.0}, {"znear", 0.1}};
   gltf.push("cameras", {{"name", "flat"}, {"type", "perspective"}, {"perspective", flat}});
@@ -176,7 +175,7 @@ TEST_F(Views, ABrokenCameraIsRefusedWhereItIsChosen) {
   const std::string fault = "scene.glb#/cameras/1/perspective/yfov: expected an angle";
   picture(render_words());
   EXPECT_NE(result_.err.find(fault), std::string::npos) << result_.err;
-  EXPECT_NE(result_.err.find("camera 'flat' cannot be chosen"), std::string::npos) << result_.err;
+  EXPECT_NE(result_.err.find("camera 'flat' cannot be used"), std::string::npos) << result_.err;
   expect_failure(render_words({"--camera", "flat"}), 3, {fault});
   const RunResult info = run({"info", path("scene.glb")});
   EXPECT_EQ(info.exit_code, 0) << info.describe();
@@ -190,7 +189,7 @@ TEST_F(Views, ABrokenCameraIsRefusedWhereItIsChosen) {
   picture(render_words({"--look-from", "0,1,3", "--look-at", "0,0.5,0"}));
 }
 
-TEST_F(Views, ALensIsFocusedOnWhatIsLookedAt) {
+TEST_F(Views, LensFocusesOnLookAt) {
   scene();
   const Words view = {"--look-from", "0,1,3", "--look-at", "0,0.5,0", "--spp", "16"};
   const ExrPicture sharp = picture(render_words(view));
@@ -352,7 +351,7 @@ TEST_F(Views, AnOrthographicCameraCanBeSeenFromElsewhere) {
   EXPECT_EQ(coverage(picture(render_words(edits))), (Rect{20, 12, 28, 20}));
 }
 
-TEST_F(Views, TheCommandLinesOwnCamera) {
+TEST_F(Views, CameraFromTheCommandLine) {
   // Seen from straight above, where any "up" must work, the floor fills the frame.
   const ExrPicture above =
       picture(render_words({"--look-from", "0,1,0", "--look-at", "0,0,0", "--fov-y", "60"}));
@@ -363,7 +362,7 @@ TEST_F(Views, TheCommandLinesOwnCamera) {
   EXPECT_TRUE(coverage(below).empty());
 }
 
-TEST_F(Views, BackfacesAreCulledUnlessAskedFor) {
+TEST_F(Views, BackfacesAreCulledByDefault) {
   const Words from_below = {"--look-from", "0,-3,0.1", "--look-at", "0,0,0", "--transparent"};
   unlit_scene().write_glb(path("scene.glb"));
   EXPECT_TRUE(coverage(picture(render_words(from_below))).empty());

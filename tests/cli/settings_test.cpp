@@ -39,7 +39,7 @@ TEST_F(SettingsFile, GivesTheSamePictureFromAnotherFolder) {
   EXPECT_EQ(read_json("queue/look.json").count("max-depth"), 0u) << "is as it is by default";
 }
 
-TEST_F(SettingsFile, GivesWayToTheCommandLine) {
+TEST_F(SettingsFile, IsOverriddenByTheCommandLine) {
   write("look.json", R"({"spp": 3, "seed": 7, "transparent": true, "size": "8x8"})");
   for (const Words& words : {Words{"--settings", path("look.json"), "--spp", "2"},
                              Words{"--spp", "2", "--settings", path("look.json")}}) {
@@ -52,7 +52,7 @@ TEST_F(SettingsFile, GivesWayToTheCommandLine) {
   }
 }
 
-TEST_F(SettingsFile, SaysWhereItIsWrong) {
+TEST_F(SettingsFile, ErrorsNameThePlace) {
   expect_refused("[]", {"expected"});
   expect_refused("{", {});
   expect_refused(R"({"sp": 2})", {"#/sp", "unknown setting 'sp' (did you mean 'spp',"});

@@ -26,7 +26,7 @@ class Snapshots : public CommandTest {
   }
 };
 
-TEST_F(Snapshots, TheUsualMomentsInOrder) {
+TEST_F(Snapshots, DefaultMomentsInOrder) {
   render(progressive());
   EXPECT_EQ(shots(),
             (Words{"000_first.png", "001_0001pct.png", "002_0002pct.png", "003_0005pct.png",
@@ -84,7 +84,7 @@ TEST_F(Snapshots, MomentsOfEveryKind) {
 
 // Passes double, so the last one is half of the frame. Snapshots within a pass come with the next
 // part of the work.
-TEST_F(Snapshots, ComeInTimeHoweverLongThePass) {
+TEST_F(Snapshots, AreOnTimeInLongPasses) {
   render(progressive({"--spp", "128", "--snapshot-at", "20spp,33spp,100spp"}));
   const nlohmann::json list = read_json("r.json")["snapshots"];
   ASSERT_EQ(list.size(), 3u);
@@ -98,7 +98,7 @@ TEST_F(Snapshots, ComeInTimeHoweverLongThePass) {
 
 // Pauses between passes could serve at most two of these times: each pass takes twice as long as
 // the one before, and the last time is three times the first. A busy machine may be late for some.
-TEST_F(Snapshots, ComeAtTheirTimes) {
+TEST_F(Snapshots, AreTakenAtTheirTimes) {
   const auto time = [](size_t i) { return (0.2 + 0.05 * double(i)) * kSlower; };
   std::string times;
   for (size_t i = 0; i < 9; ++i) times += (i ? "," : "") + std::to_string(time(i)) + "s";
@@ -129,7 +129,7 @@ TEST_F(Snapshots, AreMeasuredAgainstTheReference) {
   }
 }
 
-TEST_F(Snapshots, WhatCannotBeIsSaidBeforeTheSceneIsLoaded) {
+TEST_F(Snapshots, ErrorsAreReportedBeforeTheSceneIsLoaded) {
   scene();
   write("file", "irreplaceable");
   const auto words = [&](const Words& more) {
@@ -149,7 +149,7 @@ TEST_F(Snapshots, WhatCannotBeIsSaidBeforeTheSceneIsLoaded) {
   expect_failure(words({"--snapshots", path("shots")}), 3, {"none.glb"});
 }
 
-TEST_F(Snapshots, ReplaceTheirOwnAndNothingElse) {
+TEST_F(Snapshots, ReplaceOnlyTheirOwnFiles) {
   write("shots/notes.txt", "irreplaceable");
   const Words words = progressive({"--snapshot-at", "first,50%"});
   render(words);
@@ -170,7 +170,7 @@ TEST_F(Snapshots, AReferenceOfAnotherSizeIsRefused) {
                  {"ref.exr", "32 x 16", "96 x 64"});
 }
 
-TEST_F(Snapshots, AFolderThatMayNotBeWrittenTo) {
+TEST_F(Snapshots, WriteProtectedFolder) {
   scene();
   std::filesystem::create_directories(path("shots"));
   using std::filesystem::perms;

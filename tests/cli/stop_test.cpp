@@ -30,7 +30,7 @@ class Stop : public CommandTest {
 
 // Rendering is complete but denoising is not: the rest is written raw, and the checkpoint has all
 // samples.
-TEST_F(Stop, AmidTheDenoisingPass) {
+TEST_F(Stop, DuringTheDenoisingPass) {
   const Words frame = {"render",    scene(),     "-o",      path("out.exr"), "--size",
                        "640x480",   "--spp",     "16",      "--max-depth",   "1",
                        "--denoise", "--verbose", "--resume"};
@@ -54,7 +54,7 @@ TEST_F(Stop, AmidTheDenoisingPass) {
   EXPECT_LT(whole.channels.at("denoised.error").back(), 0.5f);
 }
 
-TEST_F(Stop, WhatThereIsIsWrittenWithItsTrueCounts) {
+TEST_F(Stop, WritesThePictureWithTrueSampleCounts) {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGXCPU}) {
     SCOPED_TRACE(signal);
     // Small buckets, so that some are finished soon: 64 samples for each of 16 x 16 pixels.
@@ -85,7 +85,7 @@ TEST_F(Stop, WhatThereIsIsWrittenWithItsTrueCounts) {
 }
 
 // A finished bucket of a stopped frame has the same bits as in the whole frame.
-TEST_F(Stop, FinishedPixelsAreTheWholeFramesOwn) {
+TEST_F(Stop, FinishedPixelsEqualThoseOfTheWholeFrame) {
   const Words frame = {"--bucket-size", "8", "--spp", "32", "--size", "2048x2048"};
   Process process(endless(frame), {.folder = folder_.path()});
   ASSERT_TRUE(process.wait_until_busy());
@@ -146,7 +146,7 @@ TEST_F(Stop, AProgressiveFrameHasNoHoles) {
   for (int x = 0; x < 1024; ++x) ASSERT_GT(picture.at("A", x, 700), 0.0f) << x;
 }
 
-TEST_F(Stop, WhoReadsAStoppedFrameIsTold) {
+TEST_F(Stop, StoppedFramesAreMarked) {
   Process process(endless({"--driver", "bisection", "--size", "64x64", "--spp", "1000000"}),
                   {.folder = folder_.path()});
   ASSERT_TRUE(process.wait_until_busy());
@@ -184,7 +184,7 @@ TEST_F(Stop, ASecondSignalEndsAtOnceAndLeavesNothing) {
 
 // A farm may kill without warning. The next run of the frame removes leftovers, but not those of a
 // living run.
-TEST_F(Stop, WhatKilledRunsLeftIsRemovedByTheNext) {
+TEST_F(Stop, NextRunRemovesFilesOfKilledRuns) {
   Process living(endless({"-o", path("out.png")}), {.folder = folder_.path()});
   ASSERT_TRUE(living.wait_until_busy()) << living.error_so_far();
   const Words in_use = files();
@@ -206,7 +206,7 @@ TEST_F(Stop, WhatKilledRunsLeftIsRemovedByTheNext) {
 }
 
 // The kernel repeats SIGXCPU every second until the hard limit kills.
-TEST_F(Stop, ProcessorTimeThatIsSpentTwiceIsNoImpatience) {
+TEST_F(Stop, ToleratesRepeatedProcessorTimeSignals) {
   Process process(endless(), {.folder = folder_.path()});
   ASSERT_TRUE(process.wait_until_busy());
   process.send(SIGXCPU);
@@ -227,7 +227,7 @@ TEST_F(Stop, AnIgnoredSignalStaysIgnored) {
   }
 }
 
-TEST_F(Stop, AHugeFrameStopsAsFast) {
+TEST_F(Stop, HugeFramesStopQuickly) {
   Process process(endless({"--size", "16384x16384"}), {.folder = folder_.path()});
   ASSERT_TRUE(process.wait_until_busy());
   process.send(SIGINT);
@@ -238,7 +238,7 @@ TEST_F(Stop, AHugeFrameStopsAsFast) {
   EXPECT_FALSE(result.hung);
 }
 
-TEST_F(Stop, AFrameThatNobodyStopsIsNotStopped) {
+TEST_F(Stop, UndisturbedFrameIsNotMarkedAsStopped) {
   render(render_words({"--report", path("r.json")}));
   EXPECT_EQ(read_json("r.json")["stopped"], false);
   EXPECT_EQ(state_of(read_exr(path("out.exr"))), std::pair(std::string("true"), uint64_t(16 * 16)));

@@ -28,7 +28,7 @@ TEST_F(Study, AFolderHoldsOneStudy) {
 }
 
 // --restart replaces only files that the study made.
-TEST_F(Study, RestartTouchesNothingOfOthers) {
+TEST_F(Study, RestartKeepsForeignFiles) {
   const Words bucket = {"--drivers", "bucket"}, other = {"--spp", "1,2", "--restart"};
   study(study_words("s", bucket));
   const Words foreign = {"runs/notes.txt", "runs/bucket-sobol_0.json.bak", "runs/thesis.json",
@@ -43,7 +43,7 @@ TEST_F(Study, RestartTouchesNothingOfOthers) {
   EXPECT_TRUE(exists("s/runs/folder"));
 }
 
-TEST_F(Study, AFolderOfSomeoneElseIsNotUsed) {
+TEST_F(Study, ForeignFolderIsRefused) {
   scene();
   // Refused even if a file has one of our names.
   for (const char* name : {"settings.json", "runs/a.json", ".hidden", "study.csv"}) {
@@ -74,11 +74,11 @@ TEST_F(Study, AFolderOfSomeoneElseIsNotUsed) {
   expect_failure(study_words("linked", {"--drivers", "bucket", "--restart"}), 2,
                  {path("linked/study.csv"), "move it away"});
   std::filesystem::create_symlink(path("nowhere"), path("dangling"));
-  expect_failure(study_words("dangling"), 1, {path("dangling"), "cannot make that folder"});
+  expect_failure(study_words("dangling"), 1, {path("dangling"), "cannot create the folder"});
 }
 
 // Locks the folder as another run does while it writes.
-TEST_F(Study, AFolderInUseIsLeftAlone) {
+TEST_F(Study, FolderInUseIsRefused) {
   const Words bucket = {"--drivers", "bucket"};
   study(study_words("s", bucket));
   std::filesystem::create_directories(path("snapshots"));
@@ -96,7 +96,7 @@ TEST_F(Study, AFolderInUseIsLeftAlone) {
 }
 
 // A folder from another user, whose list names files outside it.
-TEST_F(Study, AForgedListRemovesNothing) {
+TEST_F(Study, ForgedFileListRemovesNothing) {
   study(study_words("s", {"--drivers", "bucket"}));
   write("precious.txt", "irreplaceable");
   write("outer/runs/precious.json", "irreplaceable");
@@ -129,7 +129,7 @@ TEST_F(Study, AForgedListRemovesNothing) {
   }
 }
 
-TEST_F(Study, DamagedFilesAreNamedByPlace) {
+TEST_F(Study, ErrorsInDamagedFilesNameThePlace) {
   const Words bucket = study_words("s", {"--drivers", "bucket"});
   study(bucket);
   const std::vector<Row> before = contents("s");
@@ -137,7 +137,7 @@ TEST_F(Study, DamagedFilesAreNamedByPlace) {
   for (const auto& [text, says] :
        {std::pair{"{\"key\": 3}", "#/key: expected a text, found 3"},
         {"{}", "the required member \"key\" is missing"},
-        {"{\"key\": \"a\", \"key\": \"b\"}", "#/key: the member stands twice"},
+        {"{\"key\": \"a\", \"key\": \"b\"}", "#/key: the member appears twice"},
         {"", "not valid JSON"}}) {
     write("s/settings.json", text);
     expect_failure(bucket, 3, {path("s/settings.json"), says, "--restart"});
@@ -153,14 +153,14 @@ TEST_F(Study, DamagedFilesAreNamedByPlace) {
   std::filesystem::resize_file(path("s/pictures/bucket-sobol.png"), uintmax_t(1) << 40);
   const RunResult again = study(bucket);
   for (const char* says :
-       {"runs/bucket-sobol_0.json#/checkpoints/1/mse: expected a number", "the run is made again",
+       {"runs/bucket-sobol_0.json#/checkpoints/1/mse: expected a number", "the run is repeated",
         "nested deeper than 256", "pace.json#/key: a number is too large", "measured again"}) {
     EXPECT_NE(again.err.find(says), std::string::npos) << says << ": " << again.err;
   }
   EXPECT_EQ(contents("s"), before);
 }
 
-TEST_F(Study, ACacheKeepsWhatIsNotOurs) {
+TEST_F(Study, CacheKeepsForeignFiles) {
   const Words cache = study_words("a", {"--drivers", "bucket", "--cache", path("cache")});
   study(cache);
   Words names;
@@ -177,7 +177,7 @@ TEST_F(Study, ACacheKeepsWhatIsNotOurs) {
   }
 }
 
-TEST_F(Study, AFolderThatMayNotBeWrittenTo) {
+TEST_F(Study, WriteProtectedFolder) {
   scene();
   std::filesystem::create_directories(path("s"));
   using std::filesystem::perms;

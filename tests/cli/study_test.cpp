@@ -10,7 +10,7 @@
 namespace emberline::test {
 namespace {
 
-TEST_F(Study, EveryDriverAndEstimatorWithAllItsFiles) {
+TEST_F(Study, RunsEveryDriverAndEstimatorAndWritesAllFiles) {
   const RunResult result = study(study_words(
       "s", {"--estimators",
             "two-stream,two-stream/mse,two-stream/relmse/unbiased,contrast,painter-sloan,"
@@ -53,7 +53,7 @@ TEST_F(Study, EveryDriverAndEstimatorWithAllItsFiles) {
 }
 
 // Estimates exist for each round's picture and for the finished frame.
-TEST_F(Study, ClaimedErrorsStandBesideTheTrueOnes) {
+TEST_F(Study, ListsEstimatedAndTrueErrors) {
   study(study_words("s", {"--drivers", "adaptive", "--spp", "4,64", "--size", "48x32"}));
   const nlohmann::json json = read_json("s/study.json");
   EXPECT_EQ(json["runs"].size(), 2u);
@@ -78,7 +78,7 @@ TEST_F(Study, ClaimedErrorsStandBesideTheTrueOnes) {
 
 // Raw methods have the same figures as in a study without denoised ones; denoised methods also
 // report the filter's cost.
-TEST_F(Study, DenoisedPicturesBesideTheRaw) {
+TEST_F(Study, ComparesDenoisedAndRawPictures) {
   const Words words = {"--drivers", "bucket,adaptive", "--spp", "16,64", "--size", "32x32"};
   const RunResult result =
       study(study_words("s", words + Words{"--denoise", "--estimators", "nested,nested/denoised"}));
@@ -127,7 +127,7 @@ TEST_F(Study, UniformDriversHaveEqualErrorsAtEqualSamples) {
 }
 
 // Within a pass, after the part of at most 4096 samples that exhausts the budget.
-TEST_F(Study, CheckpointsComeWhereTheirBudgetIsSpent) {
+TEST_F(Study, CheckpointsAreTakenWhenTheirBudgetIsSpent) {
   study(study_words("s", {"--drivers", "bisection", "--size", "64x64", "--spp", "20,25,50,64",
                           "--seeds", "1", "--reference-spp", "64"}));
   for (const Row& row : rows("s")) {
@@ -138,7 +138,7 @@ TEST_F(Study, CheckpointsComeWhereTheirBudgetIsSpent) {
 }
 
 // With a given reference, the figures match `emberline compare`.
-TEST_F(Study, AGivenReferenceIsTakenForTheTruth) {
+TEST_F(Study, UsesAGivenReference) {
   render(render_words({"--spp", "256", "-o", path("ref.exr"), "--seed", "99"}));
   study(study_words("s", {"--reference", path("ref.exr"), "--drivers", "bucket,adaptive"}));
   const nlohmann::json json = read_json("s/study.json");
@@ -175,7 +175,7 @@ TEST_F(Study, BudgetsInSeconds) {
   }
 }
 
-TEST_F(Study, AFailedMethodIsShownAsFailed) {
+TEST_F(Study, ListsFailedMethods) {
   const RunResult result =
       study(study_words("s", {"--drivers", "bucket,adaptive", "--samplers", "stratified"}));
   EXPECT_NE(result.out.find("failed"), std::string::npos) << result.out;
@@ -194,7 +194,7 @@ TEST_F(Study, AFailedMethodIsShownAsFailed) {
 }
 
 // SIGKILL during the study, so that no signal handler runs.
-TEST_F(Study, GoesOnAfterItWasKilledToTheSameBits) {
+TEST_F(Study, ResumesToTheSameBitsAfterAKill) {
   const Words more = {"--spp", "1,4,64", "--size", "24x16", "--seeds", "4"};
   study(study_words("whole", more));
   {
@@ -216,7 +216,7 @@ TEST_F(Study, GoesOnAfterItWasKilledToTheSameBits) {
   EXPECT_EQ(contents("killed"), contents("whole"));
 }
 
-TEST_F(Study, ASignalWritesWhatThereIs) {
+TEST_F(Study, SignalWritesTheFinishedRuns) {
   const Words more = {"--spp", "1,256", "--size", "96x64", "--seeds", "3", "--reference-spp", "32"};
   Process process(study_words("s", more), {.folder = folder_.path()});
   ASSERT_TRUE(process.wait_for_error("2 of 9 runs", 60 * kSlower)) << process.error_so_far();
@@ -232,7 +232,7 @@ TEST_F(Study, ASignalWritesWhatThereIs) {
   EXPECT_EQ(read_json("s/study.json")["complete"], true);
 }
 
-TEST_F(Study, TheReferenceIsKeptAndADamagedOneMadeAnew) {
+TEST_F(Study, ReferenceIsKeptAndRenderedAgainIfDamaged) {
   const Words cache = {"--cache", path("cache"), "--drivers", "bucket"};
   EXPECT_NE(study(study_words("a", cache)).err.find("rendering the reference"), std::string::npos);
   EXPECT_EQ(study(study_words("b", cache)).err.find("rendering the reference"), std::string::npos);
@@ -250,12 +250,12 @@ TEST_F(Study, TheReferenceIsKeptAndADamagedOneMadeAnew) {
       write_text(entry.path().string(), bytes);
     }
     const RunResult again = study(study_words(std::string("d") + suffix, cache));
-    EXPECT_NE(again.err.find("rendered anew"), std::string::npos) << again.err;
+    EXPECT_NE(again.err.find("rendered again"), std::string::npos) << again.err;
     EXPECT_EQ(contents("a"), contents(std::string("d") + suffix));
   }
 }
 
-TEST_F(Study, WhatIsWrongIsSaidBeforeAnythingIsMade) {
+TEST_F(Study, ErrorsAreReportedBeforeAnythingIsWritten) {
   render(render_words({"--size", "8x8", "-o", path("small.exr")}));
   write("file", "not a folder");
   struct Case {
@@ -310,7 +310,7 @@ TEST_F(Study, WhatIsWrongIsSaidBeforeAnythingIsMade) {
   }
 }
 
-TEST_F(Study, ConvergenceOfSamplersAlone) {
+TEST_F(Study, ConvergenceNeedsNoScene) {
   const RunResult result = study({"study", "--convergence", "--samplers", "sobol,independent",
                                   "--seeds", "300", "-o", path("s")});
   EXPECT_NE(result.out.find("tilted edge"), std::string::npos) << result.out;

@@ -61,7 +61,7 @@ TEST_F(TextureMemory, ThePictureHasTheSameBits) {
 }
 
 // Two maps are in memory before the third exceeds the limit; all three then go to the file.
-TEST_F(TextureMemory, IsALimitOfAllTexturesTogether) {
+TEST_F(TextureMemory, LimitsAllTexturesTogether) {
   const auto in_file = [&](uint64_t limit) {
     picture({"--texture-memory", std::to_string(limit)});
     return read_json("r.json")["memory"]["texture_file_bytes"].get<uint64_t>();
@@ -71,7 +71,7 @@ TEST_F(TextureMemory, IsALimitOfAllTexturesTogether) {
 }
 
 // Textures in the file do not count for --memory-limit.
-TEST_F(TextureMemory, LeavesTheMemoryLimitToOthers) {
+TEST_F(TextureMemory, DoesNotCountAgainstTheMemoryLimit) {
   const auto reserved = [&](const Words& more) {
     picture(Words{"--threads", "1"} + more);
     return read_json("r.json")["memory"]["most_reserved_bytes"].get<double>();
@@ -79,7 +79,7 @@ TEST_F(TextureMemory, LeavesTheMemoryLimitToOthers) {
   EXPECT_LT(reserved({"--texture-memory", "1K"}), reserved({}) - 1.5 * double(kMap));
 }
 
-TEST_F(TextureMemory, AFolderThatTakesNoFileIsSaid) {
+TEST_F(TextureMemory, UnusableTemporaryFolderIsReported) {
   const Words words = {"render", textured(), "-o", path("no.exr"), "--texture-memory", "1K"};
   expect_failure(words, 1, {"cannot hold textures", path("none"), "TMPDIR"},
                  {.environment = {{"TMPDIR", path("none")}}});
@@ -94,13 +94,13 @@ TEST_F(TextureMemory, AFolderThatTakesNoFileIsSaid) {
 }
 
 // If all textures fit, the folder is not used.
-TEST_F(TextureMemory, WhatFitsNeedsNoFolder) {
+TEST_F(TextureMemory, SmallTexturesNeedNoTemporaryFile) {
   render({"render", textured(), "-o", path("a.exr"), "--size", "8x8", "--spp", "1",
           "--texture-memory", "1G"},
          {.environment = {{"TMPDIR", path("none")}}});
 }
 
-TEST_F(TextureMemory, AKilledRunLeavesNothing) {
+TEST_F(TextureMemory, KilledRunLeavesNoFiles) {
   const std::string folder = path("temporary");
   std::filesystem::create_directory(folder);
   Process process({"render", textured(), "-o", path("long.exr"), "--spp", "1000000",

@@ -242,7 +242,7 @@ std::vector<HelpedOption> options_in(const std::string& help) {
 
 size_t line_count(const std::string& text) { return size_t(std::ranges::count(text, '\n')); }
 
-TEST_F(Usage, WrongValuesNameTheOptionAndWhatIsValid) {
+TEST_F(Usage, WrongValuesNameTheOptionAndTheValidOnes) {
   for (const WrongValue& row : wrong_values()) {
     for (const std::string& value : row.values) {
       expect_failure(render_words(row.with + Words{row.option, value}), 2,
@@ -268,7 +268,7 @@ TEST_F(Usage, EveryOptionHasARow) {
 }
 
 // Scripts pass --env "$UNSET". Checks every option of every command.
-TEST_F(Usage, EmptyValuesAreNotTakenForNone) {
+TEST_F(Usage, EmptyValuesAreRefused) {
   write("a.exr", "");
   const Words commands[] = {render_words(),
                             {"view", scene()},
@@ -354,7 +354,7 @@ TEST_F(Usage, UnknownWordsListTheValidOnes) {
   expect_failure({"info"}, 2, {"scene"});
 }
 
-TEST_F(Usage, PathsThatWouldDestroyEachOther) {
+TEST_F(Usage, RejectsConflictingPaths) {
   expect_failure(render_words({"-o", path("./out.exr")}), 2, {"-o", "out.exr", "twice"});
   expect_failure(render_words({"-o", path("a.png"), "--report", path("a.png")}), 2,
                  {"--report", "a.png"});
@@ -461,7 +461,7 @@ TEST_F(Usage, GeneratedPagesHaveEveryOptionAndChannel) {
   }
 }
 
-TEST_F(Usage, OfAnOptionGivenTwiceTheLastCounts) {
+TEST_F(Usage, LastOfARepeatedOptionWins) {
   render(render_words({"--quiet", "--spp", "3", "--size", "8x4"}));
   const ExrPicture picture = read_exr(path("out.exr"));
   EXPECT_EQ(picture.display, (Rect{0, 0, 8, 4}));

@@ -36,7 +36,7 @@ class VariantOption : public CommandTest {
   }
 };
 
-TEST_F(VariantOption, GivesThePictureOfAFileWithThoseMaterials) {
+TEST_F(VariantOption, EqualsAFileWithThoseMaterials) {
   GltfBuilder meadow = lamp_scene();
   meadow.root["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = {0.1, 0.6, 0.2, 1};
   meadow.write_glb(path("meadow.glb"));
@@ -58,7 +58,7 @@ TEST_F(VariantOption, EditsChooseOneAndTheCommandLineAnother) {
             "");
 }
 
-TEST_F(VariantOption, UnknownOnesAreRefusedWithTheNames) {
+TEST_F(VariantOption, UnknownVariantListsTheNames) {
   expect_failure(render_words({"--variant", "beach"}), 2,
                  {"--variant: no variant 'beach'", "0 'meadow'", "1 'night'"});
   expect_failure(render_words({"--variant", "2"}), 2, {"no variant '2'"});

@@ -107,13 +107,13 @@ TEST_F(Absurd, SharedDataDoesNotMultiply) {
                    {{"EXT_mesh_gpu_instancing", {{"attributes", {{"TRANSLATION", moves}}}}}}}}));
   }
   const MemoryLimit limit(uint64_t(4) << 30);
-  expect_input_error(instanced, {"#/nodes/", "instances, more than the size of the file"});
+  expect_input_error(instanced, {"#/nodes/", "instances, too many for a file of this size"});
 }
 
 TEST_F(Absurd, NothingToRender) {
-  const std::string words = "the picture shows the environment alone";
+  const std::string words = "the picture shows only the environment";
   test::write_text(folder_ / "a.gltf", R"({"asset":{"version":"2.0"}})");
-  expect_warning(folder_ / "a.gltf", {"there is nothing to see; " + words});
+  expect_warning(folder_ / "a.gltf", {"nothing is visible; " + words});
   const std::pair<const char*, json> changes[] = {
       {"/scenes/0/nodes", json::array()},
       {"/nodes/0/mesh", nullptr},
@@ -229,7 +229,7 @@ TEST_F(Absurd, GarbageForImages) {
   }
 }
 
-TEST_F(Absurd, PathsThatAreNoFiles) {
+TEST_F(Absurd, PathsThatAreNotFiles) {
   expect_input_error(folder_ / "missing.glb", {"file not found"});
   expect_input_error(folder_.path().string(), {"is a directory"});
   expect_input_error("/dev/null", {"is a device, not a regular file"});

@@ -185,16 +185,16 @@ TEST_F(BadAnimation, WithoutItsBytes) {
               [](AnimationBuilder& a) { a.output(0)["count"] = 1000; });
 }
 
-TEST_F(BadAnimation, CountsThatNothingBearsOut) {
+TEST_F(BadAnimation, CountsTooLargeForTheFile) {
   const test::MemoryLimit limit(uint64_t(4) << 30);
-  by_its_keys({"more than the size of the file bears out"}, [](AnimationBuilder& a) {
+  by_its_keys({"too many key frames for a file of this size"}, [](AnimationBuilder& a) {
     a.input(0) = {{"componentType", 5126}, {"count", uint64_t(1) << 40}, {"type", "SCALAR"}};
     a.output(0) = {{"componentType", 5126}, {"count", uint64_t(1) << 40}, {"type", "VEC3"}};
   });
 }
 
 // A million keys shared by three thousand channels are read once.
-TEST_F(BadAnimation, ManyKeysThatManyShareAreReadOnce) {
+TEST_F(BadAnimation, SharedKeysAreReadOnce) {
   constexpr size_t kKeys = 1000000, kChannels = 3000;
   GltfBuilder gltf = gltf_;
   std::vector<float> times(kKeys), values(kKeys * 3, 1.0f);

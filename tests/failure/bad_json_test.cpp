@@ -245,7 +245,7 @@ TEST(BadJson, VersionsThatAreNotTwo) {
   expect_input_error(gltf, {"#/asset/minVersion: "});
 }
 
-TEST(BadJson, TextThatIsNoJson) {
+TEST(BadJson, InvalidJson) {
   const TempFolder folder;
   const std::pair<std::string, std::string> cases[] = {
       {"PK\x03\x04zip", "not a glTF file"},
@@ -268,7 +268,7 @@ TEST(BadJson, TextThatIsNoJson) {
 
 // Such files exist. A reader that takes the first member and one that takes the last would see
 // different scenes.
-TEST(BadJson, AMemberThatStandsTwiceIsWarnedOf) {
+TEST(BadJson, DuplicateMembersGiveAWarning) {
   const TempFolder folder;
   std::string text = rich_scene().document("data.bin").dump();
   rich_scene().write_gltf(folder / "good.gltf");
@@ -278,9 +278,11 @@ TEST(BadJson, AMemberThatStandsTwiceIsWarnedOf) {
   test::write_text(folder / "a.gltf", text);
   EXPECT_EQ(load_gltf(folder / "a.gltf", {}).meshes.size(), 1u);
   const std::vector<std::string> warnings = warnings_so_far();
-  EXPECT_EQ(std::ranges::count(warnings, folder / "a.gltf#/scene: the member stands twice in one "
-                                                  "object; the last counts"),
-            1);
+  EXPECT_EQ(
+      std::ranges::count(
+          warnings,
+          folder / "a.gltf#/scene: the member appears twice in one object; the last one is used"),
+      1);
 }
 
 TEST(BadJson, DeeplyNestedJsonIsRefused) {

@@ -51,7 +51,7 @@ std::vector<uint8_t> draco_bomb(int side, int attributes) {
   return {encoded.data(), encoded.data() + encoded.size()};
 }
 
-TEST(CompressedBombs, DracoAttributesThatCostNothing) {
+TEST(CompressedBombs, DracoAttributesOfZeroBytes) {
   constexpr int kSide = 64, kAttributes = 20;
   const std::vector<uint8_t> stream = draco_bomb(kSide, kAttributes);
   GltfBuilder gltf;

@@ -83,7 +83,7 @@ TEST(HostileImages, DecodersSeeNoMetadata) {
 
 // Metadata that affects the samples must stay: Adobe's segment says whether three components are
 // YCbCr or RGB, and tRNS makes colours transparent.
-TEST(HostileImages, WhatDecidesSamplesIsKept) {
+TEST(HostileImages, DataThatAffectsSamplesIsKept) {
   const ByteList adobe = test::jpeg_segment(
       0xee, test::bytes_of("Adobe") + ByteList{0, 100, 0, 0, 0, 0, 0});  // transform 0: RGB
   const ByteList jpeg = test::small_jpeg();
@@ -126,16 +126,16 @@ TEST(HostileImages, ACutJpegIsRefusedOrNamed) {
   EXPECT_GT(taken, 10);
   ByteList cut = jpeg;
   cut.resize(jpeg.size() / 2);
-  EXPECT_SAYS(decode_message(cut), "cut short; lenient");
+  EXPECT_SAYS(decode_message(cut), "truncated; lenient");
 }
 
 // A header that announces a large picture without data must not cause a large allocation.
-TEST(HostileImages, HeadersAreHeldAgainstTheBytesBehindThem) {
+TEST(HostileImages, HeadersAreCheckedAgainstTheFileSize) {
   const TempFolder folder;
   const std::string head = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n";
   test::write_text(folder / "a.hdr", head + "-Y 20000 +X 30000\n" + std::string(8000, '\2'));
   const auto read = [&] { read_environment(folder / "a.hdr", nullptr); };
-  EXPECT_SAYS(message_of(read), "30000 x 20000 pixels are announced, which 80");
+  EXPECT_SAYS(message_of(read), "30000 x 20000 pixels do not fit into 80");
   test::write_text(folder / "a.hdr", head + "-Y 99999999999 +X 4\n");
   EXPECT_SAYS(message_of(read), "no resolution line");
   test::write_text(folder / "a.hdr", "#?RADIANCE\n" + std::string(1 << 20, 'x'));
@@ -146,19 +146,19 @@ TEST(HostileImages, HeadersAreHeldAgainstTheBytesBehindThem) {
     if (jpeg[i] != 0xff || jpeg[i + 1] != 0xc0) continue;
     jpeg[i + 5] = jpeg[i + 6] = jpeg[i + 7] = jpeg[i + 8] = 0xf0;  // height, width
   }
-  EXPECT_SAYS(decode_message(jpeg), "bytes cannot hold");
+  EXPECT_SAYS(decode_message(jpeg), "do not fit into");
   EXPECT_EQ(decode_message(test::small_png()), "no error");
 }
 
 // The budget is checked before any byte of the image is decoded.
-TEST(HostileImages, SizesAreHeldAgainstTheBudget) {
+TEST(HostileImages, SizesAreCheckedAgainstTheBudget) {
   const auto budget = std::make_shared<MemoryBudget>(uint64_t(1) << 20);
   LoadProgress progress({}, {}, {.memory = budget, .timeout_s = {}, .scene = {}});
   const ByteList webp = test::encode_image<uint8_t>(
       "webp", ImageSpec(1024, 1024, 4, TypeDesc::UINT8), ByteList(size_t(1) << 22, 9));
   ASSERT_LT(webp.size(), 10000u);
   const std::string message = message_of([&] { decode_image(webp, "place", false, progress); });
-  EXPECT_SAYS(message, "memory-limit raises");
+  EXPECT_SAYS(message, "raise memory-limit");
   EXPECT_EQ(budget->reserved(), 0u);
 }
 
@@ -182,7 +182,7 @@ TEST(HostileImages, OnlyKnownFormatsAreOpened) {
 }
 
 // OpenImageIO parses options from such names.
-TEST(HostileImages, NamesAreOnlyNames) {
+TEST(HostileImages, FileNamesHaveNoOptions) {
   const TempFolder folder;
   for (const char* name : {"a?subimage=3.exr", "a&b.exr", "a b\n.exr"}) {
     test::write_bytes(
@@ -235,7 +235,7 @@ TEST(HostileImages, ExrValuesHaveTheSizeOfTheirType) {
   };
   for (const auto& [type, bytes] : wrong) {
     const std::string message = decode_message(with(value(type, bytes)));
-    EXPECT_TRUE(message.find("a value of type " + type + " of a wrong size") != message.npos ||
+    EXPECT_TRUE(message.find("a value of type " + type + " with a wrong size") != message.npos ||
                 message.find("the header of the EXR is longer") != message.npos)
         << message;
   }
@@ -247,7 +247,7 @@ TEST(HostileImages, ExrValuesHaveTheSizeOfTheirType) {
 
 // OpenImageIO's IOMemReader reads just before the buffer if a row's offset is -1. OpenEXR 3.4
 // rebuilds a table that holds -1, and finds the row.
-TEST(HostileImages, ExrOffsetsLeadNowhereElse) {
+TEST(HostileImages, ExrOffsetsStayInsideTheFile) {
   const TempFolder folder;
   ImageSpec spec(4, 1, 3, TypeDesc::FLOAT);
   spec.attribute("compression", "none");
@@ -284,7 +284,7 @@ TEST(HostileImages, ExrOffsetsLeadNowhereElse) {
 }
 
 // A tile is decoded whole, so a tiny image with huge tiles would take gigabytes.
-TEST(HostileImages, TilesAreHeldAgainstTheBudgetAndTheImage) {
+TEST(HostileImages, TilesAreCheckedAgainstTheBudgetAndTheImage) {
   const TempFolder folder;
   const auto budget = std::make_shared<MemoryBudget>(uint64_t(32) << 20);
   for (const char* suffix : {"exr", "tif"}) {
@@ -314,16 +314,16 @@ TEST(HostileImages, TilesAreHeldAgainstTheBudgetAndTheImage) {
     };
     EXPECT_EQ(message(16, {}), "no error");
     for (const uint32_t side : {4097u, 13000u, 32768u, 0x7ffffff0u}) {
-      EXPECT_SAYS(message(side, {}), "larger than it is");
+      EXPECT_SAYS(message(side, {}), "larger than the image");
     }
     EXPECT_SAYS(message(4096, {.memory = budget, .timeout_s = {}, .scene = {}}),
-                "memory-limit raises");
+                "raise memory-limit");
     EXPECT_EQ(budget->reserved(), 0u);
   }
 }
 
 // Rows are decoded in the blocks in which they are compressed, with all channels.
-TEST(HostileImages, RowsThatAreCodedTogetherAreHeldAgainstTheBudget) {
+TEST(HostileImages, JointlyCodedRowsAreCheckedAgainstTheBudget) {
   const TempFolder folder;
   const std::string path = folder / "wide.exr";
   constexpr int kWidth = 4096, kRows = 16, kChannels = 60;  // 16 MB
@@ -335,7 +335,7 @@ TEST(HostileImages, RowsThatAreCodedTogetherAreHeldAgainstTheBudget) {
     return message_of([&] { read_float_image(path, LoadProgress({}, {}, limits)); });
   };
   EXPECT_EQ(read({}), "no error");
-  EXPECT_SAYS(read({.memory = budget, .timeout_s = {}, .scene = {}}), "memory-limit raises");
+  EXPECT_SAYS(read({.memory = budget, .timeout_s = {}, .scene = {}}), "raise memory-limit");
 }
 
 // A JPEG whose components come one after another must keep all coefficients.
@@ -373,7 +373,7 @@ TEST(HostileImages, AnHdrHasOneSize) {
   }
 }
 
-TEST(HostileImages, RowsOfAnHdrAreHeldToTheirWidth) {
+TEST(HostileImages, HdrRowsHaveTheImagesWidth) {
   const TempFolder folder;
   const std::string head = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 8\n";
   const auto message = [&](std::initializer_list<int> row) {
@@ -383,18 +383,19 @@ TEST(HostileImages, RowsOfAnHdrAreHeldToTheirWidth) {
     return message_of([&] { read_float_image(folder / "a.hdr"); });
   };
   EXPECT_EQ(message({2, 2, 0, 8, 136, 1, 136, 2, 136, 3, 136, 128}), "no error");
-  EXPECT_SAYS(message({2, 2, 0, 9, 136, 1, 136, 2, 136, 3, 136, 128}), "another width");
-  EXPECT_SAYS(message({2, 2, 0, 8, 137, 1, 136, 2, 136, 3, 136, 128}), "a run leaves its row");
-  EXPECT_SAYS(message({2, 2, 0, 8, 135, 1, 2, 0, 0, 136, 2, 136, 3, 136, 128}), "a run leaves");
-  EXPECT_SAYS(message({2, 2, 0, 8, 0, 0, 0, 0, 0, 0, 0, 0, 0}), "a run leaves its row");
-  EXPECT_SAYS(message({2, 2, 0, 8, 136, 1, 136, 2, 136, 3, 8, 128}), "ends early");
-  EXPECT_SAYS(message({3, 2, 0, 8, 136, 1, 136, 2, 136, 3, 136, 128}), "ends early");  // flat
+  EXPECT_SAYS(message({2, 2, 0, 9, 136, 1, 136, 2, 136, 3, 136, 128}), "the wrong width");
+  EXPECT_SAYS(message({2, 2, 0, 8, 137, 1, 136, 2, 136, 3, 136, 128}),
+              "a run extends beyond its row");
+  EXPECT_SAYS(message({2, 2, 0, 8, 135, 1, 2, 0, 0, 136, 2, 136, 3, 136, 128}), "a run extends");
+  EXPECT_SAYS(message({2, 2, 0, 8, 0, 0, 0, 0, 0, 0, 0, 0, 0}), "a run extends beyond its row");
+  EXPECT_SAYS(message({2, 2, 0, 8, 136, 1, 136, 2, 136, 3, 8, 128}), "is truncated");
+  EXPECT_SAYS(message({3, 2, 0, 8, 136, 1, 136, 2, 136, 3, 136, 128}), "is truncated");  // flat
   test::write_text(folder / "xyz.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\n1234");
-  EXPECT_SAYS(message_of([&] { read_float_image(folder / "xyz.hdr"); }), "not of RGBE pixels");
+  EXPECT_SAYS(message_of([&] { read_float_image(folder / "xyz.hdr"); }), "pixels are not RGBE");
 }
 
 // Structures whose processing time multiplies, and the number of each that a file needs.
-TEST(HostileImages, WhatIsGoneOverAgainAndAgainIsBounded) {
+TEST(HostileImages, RepeatedScansAreBounded) {
   // Values of an EXR's header are searched linearly.
   ByteList exr = test::encode_image<float>("exr", ImageSpec(1, 1, 3, TypeDesc::FLOAT), {1, 2, 3});
   ByteList values;
@@ -431,7 +432,7 @@ TEST(HostileImages, WhatIsGoneOverAgainAndAgainIsBounded) {
   ASSERT_LT(size, webp.size());
   webp[size] = webp[size + 1] = webp[size + 2] = 0xff;
   webp[size + 3] |= 0x0f;
-  EXPECT_SAYS(decode_message(webp), "16384 x 16384 pixels are announced");
+  EXPECT_SAYS(decode_message(webp), "16384 x 16384 pixels do not fit");
 }
 
 // Colour profile, EXIF and other metadata are removed from a TIFF's directory.

@@ -61,11 +61,11 @@ TEST(HostileKtx2, FlippedBitsAreRefusedOrDecoded) {
   }
 }
 
-TEST(HostileKtx2, SizesAreHeldAgainstTheBytesAndTheBudget) {
+TEST(HostileKtx2, SizesAreCheckedAgainstTheBytesAndTheBudget) {
   Ktx2File etc1s = test::ktx2_file("etc1s_odd");
   test::set_word(etc1s, 20, 65536);
   test::set_word(etc1s, 24, 65536);
-  EXPECT_NE(decode_limited(etc1s, kEnough).find("65536 x 65536 pixels are announced"),
+  EXPECT_NE(decode_limited(etc1s, kEnough).find("65536 x 65536 pixels do not fit"),
             std::string::npos);
   test::set_word(etc1s, 20, 4096);
   test::set_word(etc1s, 24, 4096);
@@ -82,7 +82,7 @@ TEST(HostileKtx2, SizesAreHeldAgainstTheBytesAndTheBudget) {
   EXPECT_NE(decode_limited(uastc, kEnough).find("window"), std::string::npos);
 }
 
-TEST(HostileKtx2, OffsetsNearTheEndOfAllNumbersLeadNowhere) {
+TEST(HostileKtx2, HugeOffsetsDoNotOverflow) {
   for (const size_t offset : {48, 52, 56, 60, 64, 68, 72, 76, 80, 84, 88, 92, 96, 100}) {
     for (const std::string name : {"etc1s_odd", "uastc_nozstd"}) {
       if (name == "uastc_nozstd" && (offset == 64 || offset == 68)) continue;  // unused offsets

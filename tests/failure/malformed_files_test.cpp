@@ -89,12 +89,12 @@ TEST_F(Malformed, MissingBinFile) {
   expect_input_error(folder_ / "a.gltf", {"#/buffers/0/uri: file not found", "Box Textured0.bin"});
 }
 
-TEST_F(Malformed, TwoNodesThatAreEachOthersChildren) {
+TEST_F(Malformed, TwoNodesAreEachOthersChildren) {
   gltf_.root["nodes"] = {{{"children", {1}}, {"mesh", 0}}, {{"children", {0}}}};
   expect_error({"#/nodes/", "cycle"});
 }
 
-TEST_F(Malformed, PrimitivesThatAreNoArray) {
+TEST_F(Malformed, PrimitivesAreNotAnArray) {
   const json primitive = gltf_.primitive();
   gltf_.root["meshes"][0]["primitives"] = {{"not an array", primitive}};
   expect_error({"#/meshes/0/primitives: expected an array, found object"});
@@ -140,7 +140,7 @@ TEST_F(Malformed, GlbChunkLargerThanTheFile) {
   bytes[8] = 13;
   bytes[9] = bytes[10] = bytes[11] = 0;
   test::write_bytes(folder_ / "a.glb", bytes);
-  expect_input_error(folder_ / "a.glb", {"announces 13 bytes"});
+  expect_input_error(folder_ / "a.glb", {"declares a length of 13 bytes"});
   bytes = gltf_.glb();
   bytes[15] = 0x7f;
   test::write_bytes(folder_ / "b.glb", bytes);

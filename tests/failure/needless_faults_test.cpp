@@ -99,22 +99,22 @@ TEST_F(NeedlessFault, ChildrenListedTwiceAreFollowedOnce) {
   warned({"#/nodes/1/children/1: node 2 is listed twice", "(and 199 more like it)"});
 }
 
-TEST_F(NeedlessFault, WhereNothingIsLeftTheyAreNamed) {
+TEST_F(NeedlessFault, FaultsAreNamedIfNothingIsLeft) {
   gltf_.push("scenes", {{"nodes", {77}}});
   gltf_.root["scenes"][0]["nodes"] = json::array();
-  refused({": no geometry to render; what is broken: ", "#/scenes/1/nodes/0: index 77"});
+  refused({": no geometry to render; the first error is: ", "#/scenes/1/nodes/0: index 77"});
 }
 
 // ---- meshes, skins, materials
 
-TEST_F(NeedlessFault, MeshesAndSkinsThatNobodyWears) {
+TEST_F(NeedlessFault, UnusedMeshesAndSkins) {
   gltf_.push("meshes", {{"primitives", {{{"attributes", {{"POSITION", 0}}}, {"indices", 9}}}}});
   warned({"#/meshes/1/primitives/0/indices: index 9 is out of range"});
   gltf_.add_mesh_node(1);
   refused({"#/meshes/1/primitives/0/indices: index 9 is out of range"});
 }
 
-TEST_F(NeedlessFault, AttributesThatNothingReads) {
+TEST_F(NeedlessFault, UnreadAttributes) {
   json& attributes = gltf_.primitive()["attributes"];
   for (const char* name : {"TANGENT", "COLOR_1", "TEXCOORD_0", "TEXCOORD_3", "JOINTS_0", "_ID"}) {
     attributes[name] = 99;
@@ -128,7 +128,7 @@ TEST_F(NeedlessFault, AttributesThatNothingReads) {
   }
 }
 
-TEST_F(NeedlessFault, MorphTargetsOfNoWeight) {
+TEST_F(NeedlessFault, MorphTargetsWithZeroWeight) {
   gltf_.primitive()["targets"] = {{{"POSITION", 0}}, {{"POSITION", 99}}};
   gltf_.root["meshes"][0]["weights"] = {0.5, 0.0};
   warned({"#/meshes/0/primitives/0/targets/1/POSITION: index 99 is out of range"});
@@ -167,7 +167,7 @@ TEST_F(NeedlessFault, TexturesWithoutAnImage) {
   refused({"#/textures/1/source: index 4 is out of range"});
 }
 
-TEST_F(NeedlessFault, AMissingImageIsNeutralWhereThatIsAsked) {
+TEST_F(NeedlessFault, LenientReplacesAMissingImage) {
   gltf_.push("images", {{"uri", "gone.png"}});
   gltf_.push("textures", {{"source", 0}});
   gltf_.push("materials", {{"normalTexture", {{"index", 0}}}});
@@ -230,7 +230,7 @@ TEST_F(NeedlessFault, Animations) {
 
 // ---- optional extensions
 
-TEST_F(NeedlessFault, VariantsOfMaterialsThatAreNotThere) {
+TEST_F(NeedlessFault, VariantsWithMissingMaterials) {
   gltf_.push("materials", {{"name", "own"}});
   gltf_.push("materials", {{"alphaMode", "TORN"}});
   gltf_.root["extensions"]["KHR_materials_variants"]["variants"] = {{{"name", "a"}}, {{"name", 1}}};
@@ -272,7 +272,7 @@ TEST_F(NeedlessFault, NumbersOutOfRangeInOptionalExtensions) {
   gltf_.root["materials"][0]["emissiveFactor"] = {2, 2, 2};
   const std::string place = "#/materials/0/extensions/KHR_materials_";
   const MaterialDescription material =
-      warned({place + "emissive_strength/emissiveStrength: the emission is too large"})
+      warned({place + "emissive_strength/emissiveStrength: the emission is not finite"})
           .materials[0];
   EXPECT_EQ(material.emission, Rgb(2.0f));
   EXPECT_EQ(material.iridescence, 1.0f);
@@ -308,7 +308,7 @@ TEST_F(NeedlessFault, NumbersOutOfRangeInOptionalExtensions) {
   EXPECT_NEAR(warned({lamp + "/spot/innerConeAngle: the number 2"}).lights[0].inner_cone, 1.2f,
               1e-4f);
   light["color"] = {1, -1, 1};
-  EXPECT_EQ(warned({lamp + "/color/1: expected a number from 0"}).lights[0].intensity,
+  EXPECT_EQ(warned({lamp + "/color/1: expected a number of at least 0"}).lights[0].intensity,
             Rgb(5, 0, 5));
   light["spot"] = {{"innerConeAngle", 0.1}, {"outerConeAngle", 0}};
   EXPECT_FLOAT_EQ(warned({lamp + "/spot/outerConeAngle: the number"}).lights[0].outer_cone,
@@ -316,7 +316,7 @@ TEST_F(NeedlessFault, NumbersOutOfRangeInOptionalExtensions) {
 }
 
 // Members that no picture needs; null counts as absent.
-TEST_F(NeedlessFault, NullStandsForAMemberThatIsNotThere) {
+TEST_F(NeedlessFault, NullEqualsAMissingMember) {
   gltf_.push("cameras", {{"type", "perspective"},
                          {"perspective", {{"yfov", 0.5}, {"znear", 0.1}, {"aspectRatio", 2}}}});
   gltf_.push("cameras", {{"type", "orthographic"},
@@ -377,7 +377,7 @@ TEST_F(NeedlessFault, TextureTransforms) {
             (std::array<float, 6>{1, 0, 0, 0, 1, 0}));
 }
 
-TEST_F(NeedlessFault, AWebpThatDoesNotDecode) {
+TEST_F(NeedlessFault, BrokenWebpUsesTheOtherImage) {
   const int png = gltf_.push("images", {{"bufferView", gltf_.add_view(test::small_png())}});
   const std::vector<uint8_t> noise(40, 0x5a);
   const int webp = gltf_.push("images", {{"bufferView", gltf_.add_view(noise)}});
@@ -385,7 +385,7 @@ TEST_F(NeedlessFault, AWebpThatDoesNotDecode) {
              {{"source", png}, {"extensions", {{"EXT_texture_webp", {{"source", webp}}}}}});
   gltf_.push("materials", {{"emissiveTexture", {{"index", 0}}}});
   gltf_.primitive()["material"] = 0;
-  EXPECT_EQ(warned({"#/images/1", "other image takes its place"}).images.at(0)->width, 2);
+  EXPECT_EQ(warned({"#/images/1", "other image is used"}).images.at(0)->width, 2);
   require_extension("EXT_texture_webp");
   refused({"#/images/1"});
 }
@@ -409,7 +409,7 @@ TEST_F(NeedlessFault, NullInstancesAreNone) {
   refused({"EXT_mesh_gpu_instancing", "found null"});
 }
 
-TEST_F(NeedlessFault, ExtensionsThatAreAnEmptyList) {
+TEST_F(NeedlessFault, ExtensionsAsAnEmptyList) {
   node()["extensions"] = json::array();
   EXPECT_EQ(load_gltf(gltf_.write_glb(folder_ / "a.glb"), {}).instances.size(), 1u);
 }
@@ -427,7 +427,7 @@ GltfBuilder draco_with_fallback() {
   return gltf;
 }
 
-TEST(NeedlessFaultOfDraco, TheUncompressedDataTakesItsPlace) {
+TEST(NeedlessFaultOfDraco, UsesTheUncompressedData) {
   const std::string place = "#/meshes/0/primitives/0/extensions/KHR_draco_mesh_compression";
   GltfBuilder gltf = draco_with_fallback();
   ASSERT_EQ(gltf.root["accessors"][0]["count"], 4);
@@ -479,7 +479,7 @@ TEST(NeedlessFaultOfMeshopt, APlaceholderNeedsNeitherBytesNorAMark) {
   }
 }
 
-TEST(NeedlessFaultOfMeshopt, TheFallbackBufferTakesItsPlace) {
+TEST(NeedlessFaultOfMeshopt, UsesTheFallbackBuffer) {
   GltfBuilder gltf = test::meshopt_triangle(false);
   gltf.root.erase("extensionsRequired");
   const std::string place = "#/bufferViews/0/extensions/EXT_meshopt_compression";
@@ -513,8 +513,7 @@ TEST_F(NeedlessFault, AreCounted) {
       warned({"#/cameras/0/type: expected a string, found 0; it is not used (and 99999 more"});
   EXPECT_LT(double(std::clock() - start) / CLOCKS_PER_SEC, 10.0 * test::kSlower);
   EXPECT_EQ(scene.coverage.ignored.size(), 4u);  // one of them says that there are animations
-  EXPECT_NE(test::refusal(gltf_, uint64_t(64) << 20).find("memory-limit raises"),
-            std::string::npos);
+  EXPECT_NE(test::refusal(gltf_, uint64_t(64) << 20).find("raise memory-limit"), std::string::npos);
 }
 
 }  // namespace

@@ -42,14 +42,14 @@ TEST_F(Resources, OutsideTheFolderAreRefused) {
   for (const char* uri : {"../outside.bin", "%2e%2e/outside.bin", "..%2Foutside.bin",
                           "x/../../outside.bin", "../../../../../../../../etc/passwd"}) {
     expect_input_error(scene(uri),
-                       {"#/buffers/0/uri", "leads out of the scene's folder", "resource-root"});
+                       {"#/buffers/0/uri", "points outside the scene's folder", "resource-root"});
   }
   expect_input_error(scene("/etc/passwd"), {"#/buffers/0/uri", "absolute path"});
   expect_input_error(scene("file:///etc/passwd"), {"#/buffers/0/uri", "not relative"});
 }
 
 // Names from writers that do not escape properly, and from other operating systems.
-TEST_F(Resources, NamesAreFoundAsTheyStand) {
+TEST_F(Resources, UnescapedNamesAreFound) {
   fs::create_directories(folder_ / "scenes/sub dir");
   const std::pair<const char*, const char*> names[] = {{"example 10%.bin", "example 10%.bin"},
                                                        {"a%20b.bin", "a%20b.bin"},
@@ -88,7 +88,7 @@ TEST_F(Resources, NamesAreFoundAsTheyStand) {
   // No spelling may lead out of the folder.
   for (const char* uri : {"..\\outside.bin", "%2e%2e\\outside.bin", "..%5Coutside.bin",
                           "sub dir\\..\\..\\outside.bin"}) {
-    expect_input_error(scene(uri), {"#/buffers/0/uri", "leads out of the scene's folder"});
+    expect_input_error(scene(uri), {"#/buffers/0/uri", "points outside the scene's folder"});
   }
   expect_input_error(scene("\\etc\\passwd"), {"#/buffers/0/uri", "absolute path"});
   expect_input_error(scene("C:\\a.bin"), {"#/buffers/0/uri", "not relative"});
@@ -96,10 +96,10 @@ TEST_F(Resources, NamesAreFoundAsTheyStand) {
   expect_input_error(scene("sub\\gone.bin"), {"#/buffers/0/uri", "file not found"});
 }
 
-TEST_F(Resources, LinksAreFollowedBeforeTheyAreJudged) {
+TEST_F(Resources, LinksAreResolvedBeforeTheCheck) {
   const std::string path = scene("link.bin");
   ASSERT_EQ(::symlink("../outside.bin", (folder_ / "scenes/link.bin").c_str()), 0);
-  expect_input_error(path, {"leads out of the scene's folder", "outside.bin"});
+  expect_input_error(path, {"points outside the scene's folder", "outside.bin"});
   fs::create_directory(folder_ / "scenes/sub");
   fs::rename(folder_ / "outside.bin", folder_ / "scenes/sub/inside.bin");
   fs::remove(folder_ / "scenes/link.bin");
@@ -111,19 +111,19 @@ TEST_F(Resources, LinksAreFollowedBeforeTheyAreJudged) {
   expect_input_error(scene(std::string(5000, 'a')), {"cannot look at the file"});
 }
 
-TEST_F(Resources, ARootWidensThem) {
+TEST_F(Resources, ResourceRootAllowsMoreFiles) {
   const std::string path = scene("../outside.bin");
   const SceneDescription read = load_gltf(path, {.resource_root = folder_.path().string()});
   ASSERT_EQ(read.files.size(), 2u);
   EXPECT_EQ(read.files[0].identity, *file_identity(path));
   EXPECT_EQ(read.files[1].identity, *file_identity(folder_ / "outside.bin"));
   EXPECT_EQ(load_gltf(path, {.resource_root = folder_.path().string() + "/"}).meshes.size(), 1u);
-  expect_input_error(path, {"leads out of"}, {.resource_root = folder_ / "scenes"});
-  expect_input_error(path, {"leads out of"}, {.resource_root = folder_ / "scene"});
+  expect_input_error(path, {"points outside"}, {.resource_root = folder_ / "scenes"});
+  expect_input_error(path, {"points outside"}, {.resource_root = folder_ / "scene"});
 }
 
 // Of a 3 GB buffer only the triangle's bytes are read, and the rest costs nothing.
-TEST_F(Resources, BuffersAreReadAsFarAsTheyAreUsed) {
+TEST_F(Resources, OnlyUsedPartsOfBuffersAreRead) {
   const std::string path = scene("large.bin");
   fs::rename(folder_ / "outside.bin", folder_ / "scenes/large.bin");
   constexpr uint64_t kSize = uint64_t(3) << 30;

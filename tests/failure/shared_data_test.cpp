@@ -76,11 +76,10 @@ TEST(SharedData, MorphTargetsOfOneAccessor) {
   gltf.add_mesh_node(mesh);
   gltf.root["meshes"][0]["weights"] = std::vector<double>(20000, 1.0);
   gltf.primitive(mesh)["targets"] = std::vector<json>(20000, {{"POSITION", 0}});
-  test::expect_input_error(gltf,
-                           {"vertices and indices, more than the size of the file bears out"});
+  test::expect_input_error(gltf, {"vertices and indices, too many for a file of this size"});
 }
 
-TEST(SharedData, NamesOfExtensionsThatNobodyKnows) {
+TEST(SharedData, NamesOfUnknownExtensions) {
   GltfBuilder gltf;
   gltf.add_triangle();
   json& names = gltf.root["extensionsUsed"];
@@ -91,7 +90,7 @@ TEST(SharedData, NamesOfExtensionsThatNobodyKnows) {
 }
 
 // A name of one megabyte shared by hundreds of objects.
-TEST(SharedData, NamesThatManyObjectsCopyCount) {
+TEST(SharedData, CopiedNamesCountAgainstTheLimit) {
   const std::string name(size_t(1) << 20, 'n');
   constexpr int kCount = 200;
   GltfBuilder cameras, lamps, meshes, nodes;
@@ -116,14 +115,14 @@ TEST(SharedData, NamesThatManyObjectsCopyCount) {
     meshes.root["meshes"][0]["primitives"].push_back(meshes.primitive(0));
   }
   for (const GltfBuilder* gltf : {&cameras, &lamps, &meshes, &nodes}) {
-    EXPECT_NE(test::refusal(*gltf, uint64_t(100) << 20).find("memory-limit raises"),
+    EXPECT_NE(test::refusal(*gltf, uint64_t(100) << 20).find("raise memory-limit"),
               std::string::npos);
     EXPECT_EQ(test::refusal(*gltf, uint64_t(1) << 30), "no error");
   }
 }
 
 // Gathering the placements takes more than half of their memory before the first instance exists.
-TEST(SharedData, PlacementsCountWhileTheyAreGathered) {
+TEST(SharedData, PlacementsCountAgainstTheLimitWhileGathered) {
   constexpr int kCount = 10000;
   GltfBuilder gltf;
   const int mesh = gltf.add_triangle();

@@ -109,7 +109,7 @@ def settings(farm):
         command = replaced([*SIZE, *FRAME, *RESUME], second.split())
         run = farm.run(folder, command, scene="cornell_box.glb")
         if names:
-            farm.check_refused(run, folder, before, case, {EXIT_INPUT}, ["c: this checkpoint is of another frame: ", *names])
+            farm.check_refused(run, folder, before, case, {EXIT_INPUT}, ["c: this checkpoint belongs to another frame: ", *names])
             continue
         expected, _ = farm.reference(replaced([*SIZE, *FRAME], first.split()))
         farm.check_done(run, folder, expected, case, {"report.json", "other.json", "out.png", *kept})

@@ -259,11 +259,11 @@ def twice_at_once(farm, driver):
     for _ in range(3):
         second = farm.run(folder, [*command, "--quiet"])
         farm.check(second.code == EXIT_RENDER_FAILED and len(second.err.splitlines()) == 1 and
-                   second.err.startswith("emberline: error: ") and "c: another run has it" in second.err, case,
+                   second.err.startswith("emberline: error: ") and "c: another run is using it" in second.err, case,
                    f"the second should refuse: {second}")
     # Without --resume it would start the file afresh.
     second = farm.run(folder, [*settings_of(farm, driver), "--checkpoint", "c", "--quiet"])
-    farm.check(second.code == EXIT_RENDER_FAILED and "another run has it" in second.err, case,
+    farm.check(second.code == EXIT_RENDER_FAILED and "another run is using it" in second.err, case,
                f"the second should refuse without --resume, too: {second}")
     first.signal(signal.SIGCONT)
     farm.check_done(first.wait(), folder, expected, case, {"report.json"})

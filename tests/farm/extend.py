@@ -181,7 +181,7 @@ def damaged(farm):
             if not by_tiles:
                 farm.check_refused(run, folder, before, case, {EXIT_INPUT}, ["out.exr.checkpoint: "])
                 continue
-            farm.check("out.exr.checkpoint: " in run.err and "rendered anew" in run.err, case, f"says nothing: {run}")
+            farm.check("out.exr.checkpoint: " in run.err and "rendered again" in run.err, case, f"says nothing: {run}")
             farm.check_done(run, folder, expected, case, FILES)
 
 

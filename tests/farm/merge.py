@@ -163,12 +163,12 @@ def refused(farm):
     part = "part-1-of-3.checkpoint"
     for name, files, code, words in (
         ("hole", parts[:2], EXIT_INPUT, ["lack", "of 24 buckets"]),
-        ("twice", [*parts, parts[2]], EXIT_INPUT, [parts[2], "too"]),
+        ("twice", [*parts, parts[2]], EXIT_INPUT, [parts[2], "the same samples"]),
         ("seed alone", [*parts, f"seed.exr.{part}"], EXIT_INPUT, ["lack"]),
         ("spp", [*parts[1:], f"spp.exr.{part}"], EXIT_INPUT, ["--spp: 3 (now 2)"]),
         ("depth", [*parts[1:], f"depth.exr.{part}"], EXIT_INPUT, ["--max-depth"]),
         ("range", ["range.exr.samples-2-4.checkpoint"], EXIT_INPUT, ["samples 0 to 1"]),
-        ("picture", ["picture.exr"], EXIT_INPUT, ["not a checkpoint"]),
+        ("picture", ["picture.exr"], EXIT_INPUT, ["not an Emberline checkpoint"]),
         ("lists", ["forged", "--memory-limit", "100M"], EXIT_INPUT, ["forged", "--memory-limit"]),
         ("missing", [*parts, "missing"], EXIT_INPUT, ["missing"]),
         ("damaged", [parts[0], "damaged", parts[2]], EXIT_INPUT, ["damaged"]),

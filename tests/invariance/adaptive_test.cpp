@@ -123,7 +123,7 @@ TEST_P(AdaptiveFrame, ReplayedFromTheSamplesChannel) {
 
 // A crop cannot see the pixels beyond its edge, which estimators pool, nor the whole frame's
 // budget, so its counts may differ. Where a count agrees, the bits agree.
-TEST_P(AdaptiveFrame, ACropsSamplesAreTheFramesOwn) {
+TEST_P(AdaptiveFrame, CropHasTheSameSamplesAsTheFrame) {
   RenderSettings s = settings();
   const RenderedImage whole = render(*scene_, busy_view(), s);
   s.crop = {10, 8, 44, 33};
@@ -145,7 +145,7 @@ uint32_t next_step(uint32_t count) {
   return std::has_single_bit(count) ? count / 2 * 3 : count / 3 * 4;
 }
 
-TEST(NestedFrame, EachPixelIsTheUniformFramesOfItsCount) {
+TEST(NestedFrame, PixelsEqualUniformFramesOfTheSameCount) {
   const auto scene = busy_scene();
   RenderSettings s = settings_for(find_estimator("nested"));
   s.aovs = "albedo,N,Z,id";
@@ -169,7 +169,7 @@ TEST(NestedFrame, EachPixelIsTheUniformFramesOfItsCount) {
 }
 
 // The variance channel makes the film keep sample halves, which must not change the picture.
-TEST(NestedFrame, ThePictureIsTheSameWithItsVariance) {
+TEST(NestedFrame, VarianceDoesNotChangeThePicture) {
   const auto scene = busy_scene();
   RenderSettings s = settings_for(find_estimator("nested"));
   s.aovs = "";

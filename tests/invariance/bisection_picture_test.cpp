@@ -218,7 +218,7 @@ TEST(BisectionPicture, LinearIsCompleteAtEveryMoment) {
   }
 }
 
-TEST(BisectionPicture, WithoutASampleItIsBlack) {
+TEST(BisectionPicture, IsBlackWithoutSamples) {
   const Unfinished frame({0, 0, 9, 5}, BisectionAxis::kBoth, Reconstruction::kDuplicate, number);
   for (const float v : frame.resolve()) EXPECT_EQ(v, 0.0f);
 }

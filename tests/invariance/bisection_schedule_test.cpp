@@ -39,7 +39,7 @@ std::vector<Line> naive_order(int size) {
   return order;
 }
 
-TEST(BisectionOrder, IsThePapers) {
+TEST(BisectionOrder, MatchesThePaper) {
   using Levels = std::vector<std::vector<int>>;
   EXPECT_EQ(bisection_levels(7), (Levels{{3}, {1, 5}, {0, 2, 4, 6}}));
   EXPECT_EQ(bisection_levels(4), (Levels{{2}, {1, 3}, {0}}));
@@ -61,7 +61,7 @@ TEST(BisectionOrder, IsThePapers) {
 }
 
 // The display relies on this: the nearest line of a level not yet reached never hides a nearer one.
-TEST(BisectionOrder, OneNewLineAtMostBetweenTwoOld) {
+TEST(BisectionOrder, AddsAtMostOneLineBetweenTwo) {
   for (const int size : {2, 7, 29, 720, 1280, 1009}) {
     std::set<int> old;
     for (const std::vector<int>& level : bisection_levels(size)) {
@@ -253,7 +253,7 @@ TEST(BisectionSteps, BothAxesKeepTheirGapsAlike) {
   }
 }
 
-TEST(BisectionPasses, DoubleWhatIsThere) {
+TEST(BisectionPasses, DoubleTheSamples) {
   using Passes = std::vector<SampleRange>;
   EXPECT_EQ(bisection_passes(1), (Passes{{0, 1}}));
   EXPECT_EQ(bisection_passes(16), (Passes{{0, 1}, {1, 1}, {2, 2}, {4, 4}, {8, 8}}));

@@ -55,7 +55,7 @@ Rgb taken_at(const RenderedImage& image, int x, int y) {
   return {p[0], p[1], p[2]};
 }
 
-TEST(ClampIndirect, WhatIsTakenAndWhatIsLeftAreThePicture) {
+TEST(ClampIndirect, RemovedAndRemainingLightAddUpToThePicture) {
   GroupedScene lit(sparkling().description);
   const Scene& scene = lit.scene.scene();
   const RenderedImage without = render(scene, view(), settings({}), &lit.groups);
@@ -92,7 +92,7 @@ TEST(ClampIndirect, WhatIsTakenAndWhatIsLeftAreThePicture) {
   EXPECT_LT(counted.share(), 0.9);
 }
 
-TEST(ClampIndirect, EveryDriverAndThreadCountTakesTheSame) {
+TEST(ClampIndirect, DoesNotDependOnDriverOrThreads) {
   GroupedScene lit(sparkling().description);
   const RenderedImage one = render(lit.scene.scene(), view(), settings(0.5f), &lit.groups);
   for (const char* driver : {"bucket", "bisection"}) {
@@ -112,7 +112,7 @@ TEST(ClampIndirect, EveryDriverAndThreadCountTakesTheSame) {
 }
 
 // A saved state with another limit or number of groups is rejected as damaged.
-TEST(ClampIndirect, LoadsWhatIsOfTheSameFrame) {
+TEST(ClampIndirect, LoadsOnlyStateOfTheSameFrame) {
   const auto saved = [](const ClampedLight& light) {
     std::vector<std::byte> bytes;
     Archive saving(bytes);
@@ -139,7 +139,7 @@ TEST(ClampIndirect, LoadsWhatIsOfTheSameFrame) {
 }
 
 // With a limit that nothing reaches, the bits equal those of a frame without a limit.
-TEST(ClampIndirect, WhatIsBelowTheLimitKeepsItsBits) {
+TEST(ClampIndirect, LightBelowTheLimitKeepsItsBits) {
   for (const auto& scene : {busy_scene(), sparkling().build()}) {
     const RenderedImage without = render(*scene, view(), settings({}));
     const RenderedImage with = render(*scene, view(), settings(1e8f));
@@ -154,7 +154,7 @@ TEST(ClampIndirect, WhatIsBelowTheLimitKeepsItsBits) {
 }
 
 // Only one surface scatters here; clear panes, mirrors and glass do not count as bounces.
-TEST(ClampIndirect, SeenAndDirectLightIsLeft) {
+TEST(ClampIndirect, KeepsVisibleAndDirectLight) {
   const auto expect_left = [](const Scene& scene, int max_depth, const char* what) {
     const RenderedImage without = render(scene, view(), settings({}, max_depth));
     const RenderedImage with = render(scene, view(), settings(1e-6f, max_depth));
@@ -219,7 +219,7 @@ TEST(ClampIndirect, NoSampleGetsMoreThanTheLimitAllows) {
   EXPECT_LE(most, 1.001f * 2 * (kDepth - 1) * kLimit);
 }
 
-TEST(ClampIndirect, IsAskedForWhereThereIsLight) {
+TEST(ClampIndirect, RequiresAnIntegratorWithLights) {
   RenderSettings s = settings(1.0f);
   s.integrator = "normal";
   EXPECT_THROW(plan_of(s), UsageError);

@@ -85,7 +85,7 @@ uint64_t sum_of_samples(const RenderedImage& image) {
 
 class Counts : public testing::TestWithParam<std::string> {};
 
-TEST_P(Counts, RaysAreThoseThatEmbreeIsAsked) {
+TEST_P(Counts, RaysMatchEmbreesQueries) {
   const auto scene = busy_scene();
   const RenderedImage image = counted(*scene, settings_of(GetParam()));
   const RayCounters& rays = image.counters.rays;
@@ -112,7 +112,7 @@ TEST_P(Counts, ThroughPanesToo) {
 
 // Relighting by intensity and colour takes no ray, neither to test whether it is possible nor to
 // show it. Keeping the lights apart takes none either.
-TEST_P(Counts, OtherLightsTakeNoRays) {
+TEST_P(Counts, RelightingNeedsNoRays) {
   const GroupedScene lit(edited_scene());
   const RenderSettings s = settings_of(GetParam());
   const RenderedImage plain = counted(lit.scene.scene(), s);
@@ -136,7 +136,7 @@ TEST_P(Counts, OtherLightsTakeNoRays) {
 }
 
 // An integrator that traces one ray per sample counts its samples.
-TEST_P(Counts, SamplesAreThoseThatWereTraced) {
+TEST_P(Counts, SamplesMatchTheTracedOnes) {
   const auto scene = busy_scene();
   RenderSettings s = settings_of(GetParam());
   s.integrator = "normal";
@@ -148,7 +148,7 @@ TEST_P(Counts, SamplesAreThoseThatWereTraced) {
 
 // A camera ray of a pixel that no surface comes near is counted but not traced. Each whole batch of
 // such a pixel saves its rays, and nothing else changes.
-TEST(EmptyPixelCounts, TheirCameraRaysAreSavedAlone) {
+TEST(EmptyPixelCounts, OnlyTheirCameraRaysAreSaved) {
   const auto scene = busy_scene();
   RenderSettings s = settings_of("bucket");
   s.spp = 16;
@@ -178,7 +178,7 @@ class Nobody final : public RenderSink {
 
 // A pixel's cost decides how many samples it gets (law 2), so it must not depend on its batch:
 // samples of 16 pixels that share a batch cost the same as each alone.
-TEST(PixelCosts, AreThoseOfThePixelAlone) {
+TEST(PixelCosts, CountOnlyThePixelsOwnWork) {
   const auto scene = busy_scene();
   const RenderSettings s = settings_of("adaptive");
   const Camera camera(busy_view(), s.width, s.height, scene->origin(), scene->scale());

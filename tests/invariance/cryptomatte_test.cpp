@@ -77,7 +77,7 @@ std::vector<std::string> names_of(const CryptomatteNames& names) {
 }
 
 // Six nodes: two chairs and three legs share their names, and one leg has a mesh of two primitives.
-TEST(CryptomatteIds, TellNodesOfOneNameApart) {
+TEST(CryptomatteIds, DistinguishNodesWithTheSameName) {
   SceneBuilderForTests b;
   b.add_material({});
   b.description.materials[0].name = "oak";
@@ -112,7 +112,7 @@ TEST(CryptomatteIds, TellNodesOfOneNameApart) {
 }
 
 // A renamed duplicate does not take a name that another node has.
-TEST(CryptomatteIds, LeaveAloneWhatHasANameOfItsOwn) {
+TEST(CryptomatteIds, KeepUniqueNames) {
   SceneBuilderForTests b;
   b.add_quad({0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, -1);
   b.description.instances.clear();
@@ -129,7 +129,7 @@ TEST(CryptomatteIds, LeaveAloneWhatHasANameOfItsOwn) {
 }
 
 // Among this many names some hashes collide; such names must get different ids all the same.
-TEST(CryptomatteIds, DifferWhereHashesDoNot) {
+TEST(CryptomatteIds, DifferEvenIfHashesCollide) {
   constexpr int kObjects = 200000;
   SceneBuilderForTests b;
   b.add_quad({0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, -1);
@@ -201,7 +201,7 @@ TEST(CryptomatteSums, StayCoveragesWithNegativeLobes) {
   EXPECT_EQ(dropped, 0.0f);
 }
 
-TEST(CryptomatteSums, AreNotLoadedWithWhatIsNoId) {
+TEST(CryptomatteSums, RejectInvalidIdsWhenLoading) {
   const auto is_sound = [](uint32_t id, double weight) {
     List list(1);
     list.ids[0] = id;
@@ -380,7 +380,7 @@ TEST(Cryptomatte, CountsSamples) {
   EXPECT_GT(shared, 100u);
 }
 
-TEST(Cryptomatte, HasTheSameBitsWhateverTheSchedule) {
+TEST(Cryptomatte, DoesNotDependOnTheSchedule) {
   const MatteScene scene = matte_scene();
   RenderSettings s = matte_settings();
   s.cryptomatte_levels = 3;
@@ -412,7 +412,7 @@ TEST(Cryptomatte, HasTheSameBitsWhateverTheSchedule) {
 }
 
 // Two sample ranges: the film of one half of the samples is added to that of the other.
-TEST(Cryptomatte, OfTwoRangesIsThatOfTheWhole) {
+TEST(Cryptomatte, TwoRangesEqualTheWhole) {
   const MatteScene scene = matte_scene();
   RenderSettings s = matte_settings();
   s.cryptomatte_levels = 32;  // nothing is dropped, so the order does not matter
@@ -452,7 +452,7 @@ TEST(Cryptomatte, OfTwoRangesIsThatOfTheWhole) {
 }
 
 // A frame without Cryptomatte needs no film memory for it.
-TEST(Cryptomatte, CostsNothingUnlessAskedFor) {
+TEST(Cryptomatte, CostsNothingIfNotRequested) {
   EXPECT_EQ(film_bytes_per_pixel({}, {}), sizeof(PixelSums) + 4 * sizeof(float));
   FilmExtras extras;
   extras.cryptomattes = 2;

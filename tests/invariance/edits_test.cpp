@@ -208,7 +208,7 @@ TEST(EditsTest, OneBvhPerInstancedMeshAndOneOverAll) {
   EXPECT_EQ(built({})->bvh_builds(), 2u);
 }
 
-TEST(EditsTest, AnEditableSceneRendersWhatAnyOtherDoes) {
+TEST(EditsTest, EditableSceneRendersLikeAnyOther) {
   const std::vector<std::string> list = features(*build_scene(varied_scene(), {}));
   EXPECT_TRUE(std::ranges::any_of(list, [](const std::string& feature) {
     return feature.starts_with("flush emitters");
@@ -267,7 +267,7 @@ TEST(EditsTest, TheLastLightTurnedOffIsDarkness) {
 }
 
 // The default sky and the default material can be edited.
-TEST(EditsTest, WhatTheFileLeavesToItsReaderIsEditable) {
+TEST(EditsTest, DefaultSkyAndMaterialAreEditable) {
   SceneBuilderForTests b;
   b.add_floor(3, 0, -1);
   EditableScene scene(b.description);
@@ -287,7 +287,7 @@ TEST(EditsTest, WhatTheFileLeavesToItsReaderIsEditable) {
 }
 
 // A rejected edit changes nothing.
-TEST(EditsTest, ARefusedEditLeavesTheSceneAsItWas) {
+TEST(EditsTest, RefusedEditKeepsTheScene) {
   EditableScene scene(varied_scene());
   const SceneEdits before = made(kEdits[0]);
   scene.set(before);

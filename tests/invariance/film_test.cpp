@@ -52,7 +52,7 @@ TEST(Film, NonFiniteSamples) {
   EXPECT_EQ(out[2 * 9 + 8], 0.0f);
 }
 
-TEST(Film, AFirstHitThatIsNaNIsNoSample) {
+TEST(Film, NanFirstHitsAreIgnored) {
   FilmTile tile(AovSet::parse("roughness,metallic"));
   tile.reset({0, 0, 1, 1});
   for (float FirstHit::*member : {&FirstHit::roughness, &FirstHit::metallic}) {
@@ -87,7 +87,7 @@ TEST(Film, VarianceFromTwoStreams) {
 
 // A variance set by the driver replaces the film's own for that pixel until the film is cleared. It
 // is divided by the current sample count.
-TEST(Film, VarianceAsTheDriverTellsIt) {
+TEST(Film, VarianceGivenByTheDriver) {
   FilmTile tile(AovSet::parse("variance"), {.sample_variance = true});
   tile.reset({0, 0, 2, 1});
   for (int x = 0; x < 2; ++x) {
@@ -113,7 +113,7 @@ TEST(Film, VarianceAsTheDriverTellsIt) {
 }
 
 // Law 3: memory is used only if the channel is requested and the driver sets variances.
-TEST(Film, RoomForToldVariancesIsNoneWhereNoneIsTold) {
+TEST(Film, AllocatesVariancesOnlyIfTheDriverGivesThem) {
   const auto bytes = [](const char* aovs, bool told) {
     FilmTile tile(AovSet::parse(aovs), {.sample_variance = told});
     tile.reset({0, 0, 100, 10});
@@ -154,7 +154,7 @@ SampleValue moving(bool hit, float x, float y) {
 }
 
 // A pixel's velocity is that of its surfaces; the background counts only where there are none.
-TEST(Film, VelocityIsThatOfSurfaces) {
+TEST(Film, VelocityIsMeasuredOnSurfaces) {
   const std::vector<SampleValue> samples = {moving(false, 8, 8), moving(true, 1, -2),
                                             moving(false, 8, 8), moving(true, 4, -6)};
   for (size_t first_film = 0; first_film <= samples.size(); ++first_film) {
@@ -189,7 +189,7 @@ TEST(Film, VelocityIsThatOfSurfaces) {
 
 // Law 4 for a film loaded from a file: every state that is accepted resolves to finite values. The
 // sums tried are beyond float's range, beyond double's when added, or denormal.
-TEST(Film, SumsThatSomebodyElseWroteAreWrittenAsNumbers) {
+TEST(Film, SumsFromAnyFileStayFinite) {
   const AovSet aovs = AovSet::parse(
       "variance,albedo,N,Z,P,UV,velocity,clamped,direct,indirect,emission,transmission,reflection,"
       "environment,shadow,denoising,id,time,stop,non_finite");

@@ -36,7 +36,7 @@ std::vector<std::string> names(const LightGroups& groups) {
   return list;
 }
 
-TEST(LightGroups, AreTheLightsThatShine) {
+TEST(LightGroups, IncludeEveryLightThatShines) {
   const GroupedScene lit(lit_scene());
   EXPECT_EQ(names(lit.groups), (std::vector<std::string>{"key", "fill", "tube", "environment"}));
   EXPECT_EQ(lit.groups.list()[1].kind, EditedLight::kPunctual);
@@ -51,7 +51,7 @@ TEST(LightGroups, AreTheLightsThatShine) {
   EXPECT_EQ(names(edited.groups), (std::vector<std::string>{"fill", "red", "tube", "environment"}));
 }
 
-TEST(LightGroups, UnlitMaterialsAreAmongAllOthers) {
+TEST(LightGroups, UnlitMaterialsShareTheLastGroup) {
   SceneDescription scene = lit_scene();
   scene.materials[kRed].unlit = true;
   const GroupedScene lit(scene);
@@ -66,7 +66,7 @@ TEST(LightGroups, UnlitMaterialsAreAmongAllOthers) {
   for (size_t g = 0; g < mix->size(); ++g) EXPECT_EQ(to_rgb(mix->data()[g]), Rgb(1.0f));
 }
 
-TEST(LightGroups, OfDarknessAreNone) {
+TEST(LightGroups, DarkSceneHasNone) {
   SceneDescription scene = lit_scene();
   scene.environment->strength = 0.0f;
   scene.lights.clear();
@@ -88,7 +88,7 @@ TEST(LightGroups, OfDarknessAreNone) {
   }
 }
 
-TEST(LightGroups, OfTooManyTheLastAreOne) {
+TEST(LightGroups, ExcessLightsShareTheLastGroup) {
   SceneDescription scene = lit_scene();
   for (int i = 0; i < 80; ++i) scene.lights.push_back(scene.lights[0]);
   const GroupedScene many(scene);
@@ -187,7 +187,7 @@ TEST_P(Groups, AddUpToThePicture) {
 }
 
 // 4 groups x 4 quarters x 3 channels, each below 4 standard errors: a false alarm in 300 seeds.
-TEST_P(Groups, AreWhatEachLightGivesAlone) {
+TEST_P(Groups, EqualRendersOfEachLightAlone) {
   const RenderSettings s = settings();
   const RenderedImage together = image(s);
   for (int g = 0; g < lit_.groups.size(); ++g) {
@@ -265,7 +265,7 @@ TEST(LightGroups, OfASceneWithEverything) {
 }
 
 // A material variant's lamp is a light only while that variant is selected.
-TEST(LightGroups, AreThoseOfTheVariantThatIsWorn) {
+TEST(LightGroups, FollowTheVariant) {
   SceneDescription scene = lit_scene();
   scene.variants = {{"lit"}};
   scene.variants_read = true;
@@ -324,7 +324,7 @@ TEST(LightGroups, AreTheClosedFormOverAMattPlane) {
   }
 }
 
-TEST(LightGroups, WhatTakesNewRays) {
+TEST(LightGroups, DetectEditsThatNeedNewRays) {
   SceneEdits baseline;
   light(baseline, EditedLight::kPunctual, 0).on = false;
   light(baseline, EditedLight::kPunctual, 2).color = {1, 0, 1};
@@ -375,7 +375,7 @@ TEST(LightGroups, WeightsAreRatios) {
 }
 
 // A neutral baseline turns every light on, and the mix then shows the requested dimming.
-TEST(LightGroups, ANeutralBaselineGivesAllLightsBack) {
+TEST(LightGroups, NeutralBaselineRestoresAllLights) {
   SceneEdits dim;
   light(dim, EditedLight::kPunctual, 0).on = false;
   dim.lights.back().intensity = 0.3f;

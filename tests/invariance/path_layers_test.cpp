@@ -146,7 +146,7 @@ TEST_P(PathLayersOf, AddUpAndChangeNoBit) {
   }
 }
 
-TEST_P(PathLayersOf, AreTheSameWhoeverRenders) {
+TEST_P(PathLayersOf, DoNotDependOnTheDriver) {
   expect_same_bits_whoever_renders(settings(), {5, 3, 20, 17},
                                    [&](const RenderSettings& s) { return image(s); });
 }
@@ -161,7 +161,7 @@ TEST_P(PathLayersOf, AddUpWhereSamplesAreAdaptive) {
   expect_sums(image(s), "unbiased");
 }
 
-TEST_P(PathLayersOf, AFewAreThoseOfAll) {
+TEST_P(PathLayersOf, SubsetEqualsTheSameLayersOfAll) {
   const RenderedImage all = image(settings());
   expect_same_channels(all, image(settings("environment,reflection")), "two of them");
   EXPECT_EQ(image(settings("reflection,environment,reflection")).channels.size(), 5u + 6);
@@ -230,7 +230,7 @@ TEST(PathLayers, OfNoSurfaceIsTheEnvironment) {
 
 // A dielectric's highlight does not depend on the base colour, and the diffuse part is proportional
 // to it. Standard errors are about 0.001.
-TEST(PathLayers, PartAHighlightFromTheColourBelow) {
+TEST(PathLayers, SeparateAHighlightFromTheColourBelow) {
   MaterialDescription white = lambert(Rgb(0.8f)), grey = lambert(Rgb(0.2f));
   white.specular = grey.specular = 1.0f;
   white.roughness = grey.roughness = 0.4f;
@@ -335,7 +335,7 @@ TEST(PathLayers, OfAFilm) {
   EXPECT_EQ(film.bytes(), without.bytes() + 2 * 72 + 4);
 }
 
-TEST(PathLayers, AreNotOfEveryIntegrator) {
+TEST(PathLayers, RequireAPathIntegrator) {
   RenderSettings s = settings();
   s.integrator = "ambient_occlusion";
   EXPECT_THROW(plan_of(s), UsageError);

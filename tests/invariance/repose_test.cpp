@@ -141,7 +141,7 @@ TEST_F(Repose, TakesAnotherAnimation) {
 }
 
 // A mesh that is kept emits light, so no default environment is added.
-TEST_F(Repose, LampsThatRestAreLightEnough) {
+TEST_F(Repose, KeptEmissiveMeshesCountAsLights) {
   AnimatedStage stage;
   stage.gltf.root["extensions"]["KHR_lights_punctual"]["lights"][0]["intensity"] = 0;
   const std::string file = stage.gltf.write_glb(folder_ / "lamps.glb");
@@ -167,7 +167,7 @@ TEST_F(Repose, KeepsTheEdits) {
                    "posed, then undone");
 }
 
-TEST_F(Repose, BuildsWhatMovesAndNothingElse) {
+TEST_F(Repose, BuildsOnlyMovingParts) {
   const auto builds = [this](const char* animation) {
     PosedScene posed(at(animation, {0.6}));
     const uint32_t before = posed.scene().bvh_builds();
@@ -181,7 +181,7 @@ TEST_F(Repose, BuildsWhatMovesAndNothingElse) {
 }
 
 // The box's matrix has no inverse at 1 s, so the box is left out.
-TEST_F(Repose, WhatVanishesComesBack) {
+TEST_F(Repose, VanishedObjectsReappear) {
   PosedScene posed(at("vanishing", {0.5}));
   for (const double time : {1.0, 0.5, 1.0, 1.5}) {
     posed.pose(at("vanishing", {time}));
@@ -191,7 +191,7 @@ TEST_F(Repose, WhatVanishesComesBack) {
 }
 
 // At 1 s the root moves beyond float's range; before that it does not.
-TEST_F(Repose, ABrokenPoseLeavesTheOldOne) {
+TEST_F(Repose, BrokenPoseKeepsTheOldOne) {
   AnimatedStage stage;
   GltfBuilder& gltf = stage.gltf;
   AnimationBuilder(gltf, "lost")
@@ -208,7 +208,7 @@ TEST_F(Repose, ABrokenPoseLeavesTheOldOne) {
 }
 
 // Here the build fails, not the load: a lamp moves beyond the reach of rays.
-TEST_F(Repose, AFailedBuildLeavesTheOldOne) {
+TEST_F(Repose, FailedBuildKeepsTheOldPose) {
   AnimatedStage stage;
   GltfBuilder& gltf = stage.gltf;
   size_t node = 0;
@@ -230,7 +230,7 @@ TEST_F(Repose, AFailedBuildLeavesTheOldOne) {
 }
 
 // In the pose that fails, the environment is edited and lamps are switched on.
-TEST_F(Repose, WhereverMemoryEndsTheOldOneStays) {
+TEST_F(Repose, OutOfMemoryKeepsTheOldPose) {
   const auto s = [this](double time) {
     FrameSettings at_time = at("all that moves", {time});
     at_time.environment = std::string(EMBERLINE_SCENES) + "/dusk.hdr";
@@ -295,7 +295,7 @@ TEST_F(Repose, AHundredPosesTakeNoMoreMemoryThanOne) {
   EXPECT_EQ(limits.memory->reserved(), 0u);
 }
 
-TEST_F(Repose, WhatIsReadAndNotBuiltIsGivenBack) {
+TEST_F(Repose, ReadButUnbuiltMemoryIsReleased) {
   LoadLimits limits;
   limits.memory = std::make_shared<MemoryBudget>(uint64_t(1) << 40);
   LoadProgress progress({}, {}, limits);

@@ -158,7 +158,7 @@ TEST_P(Rounds, AskForEachSampleOnceAndInOrder) {
 }
 
 // Wherever the frame is cut, counts are true, the picture is complete, and stop reasons are right.
-TEST_P(Rounds, AreTrueWhereverTheyAreCut) {
+TEST_P(Rounds, AreCorrectWhereverTheyAreCut) {
   const Rect crop = kRoundWindows[0];
   const Frame whole = frame(crop);
   for (size_t parts = 1; parts < 3000; parts += 1 + parts / 3) {
@@ -211,7 +211,7 @@ FilmTile carried_out(const DriverEntry& entry, const Frame& frame, const Rect& p
   return std::move(listed.film());
 }
 
-TEST_P(Rounds, GoOnFromEveryBoundaryToTheSameBits) {
+TEST_P(Rounds, ResumeFromEveryBoundaryToTheSameBits) {
   std::vector<DriverSettings> all(4);
   for (DriverSettings& settings : all) settings.adaptive.budget = kSamples;
   all[1].keep_tree = true;
@@ -349,7 +349,7 @@ TEST(BucketSchedule, SpiralStartsInTheMiddleScanlineAtTheTop) {
   EXPECT_EQ(scanline[1], (Rect{32, 0, 64, 32}));
 }
 
-TEST(BucketSchedule, RandomDependsOnTheSeedAlone) {
+TEST(BucketSchedule, RandomOrderDependsOnlyOnTheSeed) {
   const Rect crop{0, 0, 512, 512};
   EXPECT_EQ(bucket_schedule(crop, 16, BucketOrder::kRandom, 5),
             bucket_schedule(crop, 16, BucketOrder::kRandom, 5));
@@ -396,7 +396,7 @@ TEST(AdaptiveSchedule, PartsHoldAllWorkInEqualPieces) {
 }
 
 // Blocks of pixels without a part boundary are skipped as a whole.
-TEST(AdaptiveSchedule, PartsAreAsPixelByPixel) {
+TEST(AdaptiveSchedule, PartsMatchAPixelByPixelSearch) {
   const std::vector<uint32_t> order = tile_order({0, 0, 83, 47});
   const std::vector<uint32_t> have(order.size(), 3);
   for (const uint64_t samples : {uint64_t(1), uint64_t(40), uint64_t(500), uint64_t(100000)}) {
@@ -418,7 +418,7 @@ TEST(AdaptiveSchedule, PartsAreAsPixelByPixel) {
   }
 }
 
-TEST(AdaptiveSchedule, WhatGainsMostForItsSamplesComesFirst) {
+TEST(AdaptiveSchedule, LargestGainPerSampleComesFirst) {
   const std::vector<uint32_t> order = {5, 4, 3, 2, 1, 0};
   const std::vector<size_t> parts = {0, 2, 4, 6};  // pixels 5 4, 3 2, 1 0
   const std::vector<uint32_t> have(6, 8), targets = {16, 16, 40, 40, 16, 8};
@@ -431,7 +431,7 @@ TEST(AdaptiveSchedule, WhatGainsMostForItsSamplesComesFirst) {
   EXPECT_EQ(parts_by_gain(parts, order, have, have, gain).size(), 3u);
 }
 
-TEST(AdaptiveSchedule, EqualPartsComeSpreadOverTheFrame) {
+TEST(AdaptiveSchedule, EqualPartsAreSpreadOverTheFrame) {
   for (const size_t count : {1u, 2u, 7u, 64u, 100u}) {
     std::vector<size_t> parts(count + 1);
     std::iota(parts.begin(), parts.end(), size_t{0});

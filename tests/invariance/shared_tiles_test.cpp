@@ -136,7 +136,7 @@ TEST_F(SharedTile, AnExceptionEndsTheFrame) {
   }
 }
 
-TEST_F(SharedTile, StopsSoonAndCountsWhatItHas) {
+TEST_F(SharedTile, StopsSoonAndCountsItsSamples) {
   struct Stops final : AllTogether {
     void reported(std::unique_lock<std::mutex>&) override { source.request_stop(); }
     std::stop_source source;

@@ -92,7 +92,7 @@ class WantedPicture : public testing::TestWithParam<const char*> {
 
 constexpr uint64_t kPart = 4096;
 
-TEST_P(WantedPicture, ComesSoonerWithTheSameSamples) {
+TEST_P(WantedPicture, ArrivesSoonerWithTheSameSamples) {
   for (const int threads : {1, 2}) {
     SCOPED_TRACE(threads);
     uint64_t patient = 0, wanted = 0;
@@ -106,7 +106,7 @@ TEST_P(WantedPicture, ComesSoonerWithTheSameSamples) {
   }
 }
 
-TEST_P(WantedPicture, ComesWithThePartThatBringsTheSamples) {
+TEST_P(WantedPicture, ArrivesWithThePartThatAddsTheSamples) {
   Wants wants;
   for (uint64_t samples = 500; samples < 60u * kWidth * kHeight; samples += 500 + samples / 3) {
     wants.at.push_back(samples);

@@ -373,10 +373,11 @@ TEST(SurfaceRoles, AreOfNodesAndWhatIsBelowThem) {
   EXPECT_EQ(roles("1,,4", ""), "c--c") << "by number; nothing between commas";
   EXPECT_EQ(message_of(scene, "flor", ""),
             "catcher: no node 'flor'; the nearest names are 'floor', 'leaf', 'set', 'a\\, b \\\\'");
-  EXPECT_EQ(message_of(scene, "floor", "floor"),
-            "holdout: the node 'floor' is a catcher already; leave it out of one of the two");
+  EXPECT_EQ(
+      message_of(scene, "floor", "floor"),
+      "holdout: the node 'floor' is already a catcher; name it in one of the two options only");
   EXPECT_EQ(message_of(scene, "", "lamp").substr(0, 66),
-            "holdout: the node 'lamp' has no mesh, nor has one below it; the ne");
+            "holdout: neither the node 'lamp' nor any node below it has a mesh; the ne");
   EXPECT_EQ(message_of({}, "x", ""),
             "catcher: no node 'x'; the file has no nodes with a mesh and a name");
 }

@@ -59,7 +59,7 @@ class Checkpoints(Test):
         more = emberline.extend(checkpoint, spp=32)
         self.assert_same(more, emberline.render(self.box, driver="bisection", spp=32))
         self.assertEqual(emberline.stored_frame(checkpoint).settings["spp"], "32")
-        with self.says(emberline.UsageError, "spp: ", "has 32 already"):
+        with self.says(emberline.UsageError, "spp: ", "already has 32"):
             emberline.extend(checkpoint, self.box, spp=16)
 
     def test_parts_of_both_are_merged_by_both(self):
@@ -123,7 +123,7 @@ class Checkpoints(Test):
                 emberline.study(BOX, folder, **{name: value})
         with self.says(emberline.UsageError, "reference_spp", "whole number"):
             emberline.study(BOX, folder, reference_spp="many")
-        with self.says(emberline.UsageError, "reference_spp, cache", "reference is given"):
+        with self.says(emberline.UsageError, "reference_spp, cache", "reference names a picture"):
             emberline.study(BOX, folder, reference="a.exr", reference_spp=8)
 
     def test_a_scene_whose_files_have_changed_is_not_saved(self):
@@ -132,7 +132,7 @@ class Checkpoints(Test):
         scene = emberline.Scene(file, **FRAME)
         emberline.render(scene, checkpoint=self.file)
         file.write_bytes(BOX.read_bytes())
-        with self.says(emberline.InputError, "box.glb: its files have changed while they were read; start again"):
+        with self.says(emberline.InputError, "box.glb: its files changed while they were read; start again"):
             emberline.render(scene, checkpoint=self.file)
         self.assertFalse(self.file.exists())
         self.assert_same(emberline.render(scene), emberline.render(self.box))

@@ -118,19 +118,19 @@ class WrongInput(Test):
                 return self
 
         for value in (loop, [loop], (1, loop), np.array([loop, 1], dtype=object), deep, [[1, 2], 3]):
-            with self.says(TypeError, "look-at: an array of one dimension"):
+            with self.says(TypeError, "look-at: expected an array with one dimension"):
                 emberline.Settings(look_at=value)
         with self.assertRaises(RecursionError):
             emberline.Settings(spp=Item())
         with self.says(ValueError, "Circular"):
             self.box.edit({"lights": loop})
-        with self.says(TypeError, "channels: a list"):
+        with self.says(TypeError, "channels: expected a string, not list"):
             emberline.write("a.exr", np.zeros((2, 2, 1), "float32"), channels=loop)
 
     def test_bools_sets_and_control_characters(self):
         picture = np.zeros((2, 2, 3), "float32")
         for names in ({"R", "G", "B"}, frozenset("RGB")):
-            with self.says(TypeError, "channels: a ", "in an order"):
+            with self.says(TypeError, "channels: ", "names in order"):
                 emberline.write("a.exr", picture, channels=names)
         for name in ("R\n", "R\x7f", "\tR"):
             with self.says(ValueError, "channels", "control characters"):
@@ -178,25 +178,25 @@ class WrongInput(Test):
             emberline.render(self.box, spp=0)
         with self.says(emberline.UsageError, "did you mean 'sobol'"):
             emberline.render(self.box, sampler="sobel")
-        with self.says(TypeError, "spp: a NoneType"):
+        with self.says(TypeError, "spp: expected", "NoneType"):
             emberline.Settings(spp=None)
-        with self.says(TypeError, "spp: a object"):
+        with self.says(TypeError, "spp: expected", "object"):
             emberline.Settings()["spp"] = object()
-        with self.says(TypeError, "look-at: an array of one dimension"):
+        with self.says(TypeError, "look-at: expected an array with one dimension"):
             emberline.Settings(look_at=np.eye(3))
         with self.says(ValueError, "env: has a null character"):
             emberline.Settings(env="a.hdr\0.png")
-        with self.says(emberline.UsageError, "env: is decided when the scene is loaded"):
+        with self.says(emberline.UsageError, "env: it takes effect when the scene is loaded"):
             emberline.render(self.box, env="studio.hdr")
         with self.says(emberline.UsageError, "threads: -1"):
             emberline.render(self.box, threads=-1)
-        with self.says(emberline.UsageError, "working_space: is decided when the scene is loaded"):
+        with self.says(emberline.UsageError, "working_space: it takes effect when the scene is loaded"):
             emberline.render(self.box, working_space="acescg")
         with self.says(emberline.UsageError, "cryptomatte: the scene was loaded without"):
             emberline.render(self.box, cryptomatte="object")
-        with self.says(emberline.UsageError, "light_groups requires integrator path or direct: normal knows no lights"):
+        with self.says(emberline.UsageError, "light_groups requires integrator path or direct: normal does not compute lighting"):
             emberline.render(self.box, light_groups=True, integrator="normal")
-        with self.says(TypeError, "resume, keep_checkpoint: they need a checkpoint"):
+        with self.says(TypeError, "resume and keep_checkpoint require checkpoint"):
             emberline.render(self.box, resume=True)
         with self.says(emberline.UsageError, "checkpoint_interval: nan"):
             emberline.render(self.box, checkpoint="a", checkpoint_interval=float("nan"))
@@ -208,7 +208,7 @@ class WrongInput(Test):
             emberline.stored_frame("/no/file")
         with self.says(emberline.UsageError, "did you mean"):
             emberline.Settings.help("drivr")
-        with self.says(TypeError, "progress: not callable"):
+        with self.says(TypeError, "progress: expected a function"):
             emberline.render(self.box, progress=3)
 
     def test_files(self):
@@ -229,7 +229,7 @@ class WrongInput(Test):
         (folder / "broken.gltf").write_text(json.dumps(broken))
         with self.says(emberline.InputError, "broken.gltf#/meshes/0/primitives/0"):
             emberline.Scene(folder / "broken.gltf")
-        with self.says(emberline.InputError, "memory_limit raises it"):
+        with self.says(emberline.InputError, "raise memory_limit"):
             emberline.Scene(BOX, memory_limit=1000)
         with self.says(emberline.InputError, "README.md"):
             emberline.read(ROOT / "README.md")
@@ -259,7 +259,7 @@ class WrongInput(Test):
             with self.says(emberline.UsageError, "at column 2 of row 1"):
                 self.box.edit({}, environment=sky)
         file = {"environment": {"file": str(ROOT / "scenes/dusk.hdr")}}
-        with self.says(emberline.UsageError, "name a file as well"):
+        with self.says(emberline.UsageError, "a file in the edits"):
             self.box.edit(file, environment=np.ones((4, 8, 3), "float32"))
 
     def test_arrays(self):
@@ -308,24 +308,24 @@ class WrongInput(Test):
         out = folder / "a.exr"
         for wrong, kind, text, more in (
             (rgb.astype("float64"), TypeError, "float64", {}),
-            (rgb[..., :2], ValueError, "names of 2", {}),
-            (rgb, ValueError, "names of 3", {"channels": ["a"]}),
-            (rgb, emberline.UsageError, "two channels a", {"channels": ["a", "a", "b"]}),
-            (rgb, emberline.UsageError, "without a proper name", {"channels": ["a", "", "b"]}),
-            (rgb, ValueError, "names of 3", {"channels": itertools.repeat("a")}),
-            (rgb, TypeError, "channels: a int", {"channels": [1, 2, 3]}),
-            (rgb, TypeError, "channels: a bytes", {"channels": [b"a", b"b", b"c"]}),
-            (rgb, ValueError, "is no text", {"channels": ["a\udcff", "b", "c"]}),
-            (rgb, emberline.UsageError, "proper name", {"channels": ["a" * 256, "b", "c"]}),
+            (rgb[..., :2], ValueError, "expected 2 names", {}),
+            (rgb, ValueError, "expected 3 names", {"channels": ["a"]}),
+            (rgb, emberline.UsageError, "two channels called a", {"channels": ["a", "a", "b"]}),
+            (rgb, emberline.UsageError, "with an invalid name", {"channels": ["a", "", "b"]}),
+            (rgb, ValueError, "expected 3 names", {"channels": itertools.repeat("a")}),
+            (rgb, TypeError, "channels: expected a string, not int", {"channels": [1, 2, 3]}),
+            (rgb, TypeError, "channels: expected a string, not bytes", {"channels": [b"a", b"b", b"c"]}),
+            (rgb, ValueError, "is not valid Unicode", {"channels": ["a\udcff", "b", "c"]}),
+            (rgb, emberline.UsageError, "invalid name", {"channels": ["a" * 256, "b", "c"]}),
             (rgb[0, 0], ValueError, "(3,)", {}),
             (rgb[:0], ValueError, "(0, 24, 3)", {}),
-            ("picture", TypeError, "a str", {}),
+            ("picture", TypeError, "not str", {}),
             ((rgb > 0).astype("uint8"), TypeError, "uint8", {"exposure": 1}),
             ((rgb > 0).astype("uint8"), emberline.UsageError, ".png", {}),
             (np.zeros((2, 2, 2), "uint8"), emberline.UsageError, "1, 3 or 4", {}),
             (np.zeros((0, 2, 3), "uint8"), emberline.UsageError, "no pixels", {}),
             (np.zeros(3, "uint8"), ValueError, "(3,)", {}),
-            (emberline.render(self.box), TypeError, "names of its own", {"channels": ["a"]}),
+            (emberline.render(self.box), TypeError, "its own names", {"channels": ["a"]}),
         ):
             with self.subTest(text), self.says(kind, text):
                 emberline.write(out, wrong, **more)

@@ -346,7 +346,7 @@ class Ends(SessionTest):
             (["a.exr", "b.png", "c.json"], 0, None),
             (["d.exr", "no/e.exr", "f.png"], 1, "no/e.exr"),
             (["g.gif"], 1, "g.gif"),
-            (["no/h.json", "no/i.png"], 1, "(and 1 more that could not be saved)"),
+            (["no/h.json", "no/i.png"], 1, "(and 1 more could not be saved)"),
         ):
             with self.subTest(files):
                 host, _ = self.opened()

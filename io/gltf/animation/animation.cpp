@@ -160,10 +160,9 @@ void AnimationReader::check_rotations(const std::vector<float>& values, bool spl
 
 void AnimationReader::warn_of_repairs() const {
   if (not_of_unit_length_ == 0) return;
-  log_warning(
-      fmt::format("{}: {} rotations, here and elsewhere, are not of unit length; they are "
-                  "normalised",
-                  first_of_them_, not_of_unit_length_));
+  log_warning(fmt::format(
+      "{}: {} rotations (this is the first) do not have unit length; they are normalised",
+      first_of_them_, not_of_unit_length_));
 }
 
 // ---- selection
@@ -187,13 +186,12 @@ std::vector<size_t> choose_animations(const GltfDocument& document, const GltfOp
   if (wanted.empty() && !options.time) return {};
   document.faults->require("/animations");
   if (wanted.empty() && list.empty()) {
-    log_info(document.file + ": there is no animation, so at any time it is at rest");
+    log_info(document.file + ": the file has no animation, so the time has no effect");
     return {};
   }
   if (wanted.empty()) {
     if (list.size() > 1) {
-      log_info(
-          fmt::format("{}: posed by the first animation; {}", document.file, list_names(list)));
+      log_info(fmt::format("{}: the first animation is used; {}", document.file, list_names(list)));
     }
     return {0};
   }
@@ -209,10 +207,9 @@ std::vector<size_t> choose_animations(const GltfDocument& document, const GltfOp
 void say_if_outside(const GltfDocument& document, const GltfAnimation& animation) {
   const bool before = animation.time < 0.0;
   if (!before && float(animation.time) <= float(animation.duration)) return;
-  log_info(
-      fmt::format("{}: {:.6g} s lies outside of the animation, which has {:.6g} s; it stands "
-                  "still at its {}",
-                  document.file, animation.time, animation.duration, before ? "beginning" : "end"));
+  log_info(fmt::format(
+      "{}: the time {:.6g} s is outside the animation of {:.6g} s; it is held at its {}",
+      document.file, animation.time, animation.duration, before ? "beginning" : "end"));
 }
 
 // ---- at a time
@@ -344,7 +341,7 @@ void report_clamped_values(const GltfDocument& document, const GltfAnimation& an
   }
   if (count > kMost) names += fmt::format(", and {} more", count - kMost);
   if (count > 0) {
-    log_warning(document.file + ": animated values beyond what the specification allows are " +
+    log_warning(document.file + ": animated values outside the specification's range are " +
                 "clamped: " + names);
   }
 }

@@ -195,7 +195,7 @@ void GltfChanges::report_held(CoverageReport& coverage) const {
     report_approximated(
         document_.file,
         "animated " +
-            std::string(pointer.starts_with(kCameras) ? "aspect ratios" : "values of materials") +
+            std::string(pointer.starts_with(kCameras) ? "aspect ratios" : "material values") +
             " (held while the shutter is open)",
         coverage);
   }
@@ -257,8 +257,8 @@ void GltfChanges::keep(uint64_t times, size_t bytes) {
   times_ += times;
   if (times_ > most_times(document_)) {
     throw LimitError(document_.file,
-                     "its animations change lights, lenses and materials more often while the "
-                     "shutter is open than the size of the file bears out");
+                     "its animations change lights, lenses and materials too often while the "
+                     "shutter is open for a file of this size");
   }
 }
 
@@ -271,7 +271,7 @@ GltfChanges::Brightness GltfChanges::brightness(const Source& color, const Sourc
   });
   Brightness result;
   for (const Rgb& value : absolute->values) {
-    if (!is_finite(value)) throw InputError(place, "it is too bright to be finite");
+    if (!is_finite(value)) throw InputError(place, "its brightness is not finite");
     for (int c = 0; c < 3; ++c) result.brightest[c] = std::max(result.brightest[c], value[c]);
   }
   if (is_constant(*absolute)) return result;

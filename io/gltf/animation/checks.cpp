@@ -18,7 +18,7 @@ void check_output_type(const GltfAccessor& output, const GltfTarget& target,
   const int type = output.component_type;
   if (target.has(NodeProperty::kVisible)) {
     if (type == 5121 && !output.normalized) return;
-    throw InputError(place, "expected unsigned bytes, of true and false");
+    throw InputError(place, "expected unsigned bytes (true or false)");
   }
   if (type == 5126 || target.by_pointer) return;
   const bool integers = target.has(NodeProperty::kRotation) || target.is_array();
@@ -37,18 +37,19 @@ void check_sampler(const GltfDocument& document, const json& sampler, const Gltf
   const GltfAccessor& output = document.accessor(sampler.at("output").get<int>());
   const size_t components = target.is_array() ? 1 : target.width;
   if (size_t(output.components) != components) {
-    throw InputError(place + "/output", "an accessor of {} components, expected {}",
+    throw InputError(place + "/output", "the accessor has {} components, expected {}",
                      output.components, components);
   }
   check_output_type(output, target, place + "/output");
   const uint64_t per_key = interpolation == Interpolation::kCubicSpline ? 3 : 1;
   const uint64_t expected = bytes_of(input.count, per_key * (target.width / components));
   if (output.count != expected) {
-    throw InputError(place + "/output", "{} values for {} key frames, expected {}", output.count,
-                     input.count, expected);
+    throw InputError(place + "/output", "found {} values for {} key frames, expected {}",
+                     output.count, input.count, expected);
   }
   if (target.has(NodeProperty::kVisible) && interpolation != Interpolation::kStep) {
-    throw InputError(place + "/interpolation", "expected STEP, of true and false");
+    throw InputError(place + "/interpolation",
+                     "expected STEP for a property that is true or false");
   }
 }
 
@@ -103,7 +104,7 @@ class DurationReader {
     // Each sparse index is searched for the last element.
     sparse_ += times.sparse.count;
     if (times.count > UINT32_MAX || sparse_ > most_sparse_) {
-      throw InputError(place, "more key frames than the size of the file bears out");
+      throw InputError(place, "too many key frames for a file of this size");
     }
     const std::vector<uint32_t> element = {uint32_t(times.count - 1)};
     const double last = read_floats(document_, accessor, 1, place, &element).front();

@@ -67,7 +67,7 @@ GltfTarget TargetFinder::find(const json& target) const {
     return of_pointer(extension->at("pointer").get<std::string>());
   }
   const json* node = find_member(target, "node");
-  if (!node) give_up("", "it names no node");
+  if (!node) give_up("", "it does not name a node");
   return of_node(node->get<size_t>(), path, false);
 }
 
@@ -109,7 +109,7 @@ GltfTarget TargetFinder::of_node(size_t node, std::string_view path, bool by_poi
   target.width = weights;
   if (one_weight) {
     const auto which = pointer_index(path.substr(kOneWeight.size()), weights);
-    if (!which) give_up(member, "the mesh of node {} has {} morph targets", node, weights);
+    if (!which) give_up(member, "the mesh of node {} has only {} morph targets", node, weights);
     target.node = {node, NodeProperty::kWeight, *which};
     target.width = 1;
   }
@@ -137,7 +137,7 @@ GltfTarget TargetFinder::of_number(const std::string& text) const {
   }
   const bool numbers = property && property->kind == Kind::kNumbers;
   if (!numbers && !(property && property->kind == Kind::kNumber)) {
-    give_up(kPointer, "\"{}\" is nothing that can be animated here", shortened(text));
+    give_up(kPointer, "\"{}\" cannot be animated", shortened(text));
   }
   if (!is_defined(text)) give_up(kPointer, "\"{}\" does not exist", shortened(text));
   GltfTarget target;

@@ -76,9 +76,9 @@ GltfVisibility::Shown GltfVisibility::keep(ShownTimes times) {
   changes_ += times.changes.size();
   // A hierarchy multiplies the changes of a few key frames.
   if (changes_ > most_times(document_)) {
-    throw InputError(document_.file,
-                     "its nodes come and go more often while the shutter is open than the size of "
-                     "the file bears out");
+    throw InputError(
+        document_.file,
+        "its nodes change visibility too often while the shutter is open for a file of this size");
   }
   return std::make_shared<const ShownTimes>(std::move(times));
 }

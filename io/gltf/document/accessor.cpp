@@ -60,7 +60,8 @@ void for_each_sparse(const GltfDocument& document, const GltfAccessor& accessor,
   for (size_t i = 0; i < sparse.count; ++i) {
     const uint32_t element = read_unsigned(indices + i * index_size, sparse.index_type);
     if (element >= accessor.count) {
-      throw InputError(place, "a sparse index of its accessor is {}, the accessor has {} elements",
+      throw InputError(place,
+                       "a sparse index of its accessor is {}, but the accessor has {} elements",
                        element, accessor.count);
     }
     visit(element, values + i * element_size);
@@ -72,8 +73,8 @@ void for_each_sparse(const GltfDocument& document, const GltfAccessor& accessor,
 void check_zeros(const GltfDocument& document, int index, const std::string& place) {
   const GltfAccessor& accessor = document.accessor(index);
   if (accessor.view >= 0 || accessor.count <= document.most_zeros) return;
-  throw InputError(place, "its accessor announces " + std::to_string(accessor.count) +
-                              " elements without data, more than the size of the file bears out");
+  throw InputError(place, "its accessor declares " + std::to_string(accessor.count) +
+                              " elements without data, too many for a file of this size");
 }
 
 float read_component(const uint8_t* bytes, int component_type, bool normalized) {

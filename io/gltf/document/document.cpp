@@ -32,29 +32,30 @@ std::vector<uint8_t> read_glb(const InputFile& input, GltfDocument& document,
   constexpr int kMostChunks = 1000;
   const std::string& file = document.file;
   const auto sizes = [](uint64_t needed, uint64_t found) {
-    return std::to_string(needed) + " bytes announced, " + std::to_string(found) + " found";
+    return std::to_string(needed) + " bytes declared, " + std::to_string(found) + " found";
   };
   if (input.size() < 12) {
-    throw InputError(file, "truncated GLB: the header takes 12 bytes, the file has {}",
+    throw InputError(file, "truncated GLB: the header needs 12 bytes, but the file has {}",
                      input.size());
   }
   std::array<uint8_t, 12> header;
   input.read(0, header.size(), header.data());
   const uint32_t version = little_endian(header, 4, 4);
   if (version != 2) {
-    throw InputError(file, "GLB container version {} is not supported, only 2 is", version);
+    throw InputError(file, "GLB container version {} is not supported, only version 2 is", version);
   }
   const uint64_t length = little_endian(header, 8, 4);
   if (length > input.size()) {
     throw InputError(file, "truncated GLB: " + sizes(length, input.size()));
   }
   if (length < 20) {
-    throw InputError(file, "the GLB announces {} bytes, which leaves no room for a JSON chunk",
+    throw InputError(file,
+                     "the GLB declares a length of {} bytes, which leaves no room for a JSON chunk",
                      length);
   }
   if (length < input.size()) {
     log_warning(file + ": " + std::to_string(input.size() - length) +
-                " bytes behind the end of the GLB are ignored");
+                " bytes after the end of the GLB are ignored");
   }
 
   std::vector<uint8_t> text;
@@ -107,7 +108,7 @@ void check_version(const GltfDocument& document) {
   }
   if (asset.contains("minVersion") && major("minVersion") != "2.0") {
     throw InputError(document.place("/asset/minVersion"),
-                     "the file asks for glTF {}, this reads 2.0", major("minVersion"));
+                     "the file requires glTF {}, but this version reads 2.0", major("minVersion"));
   }
 }
 

@@ -43,43 +43,42 @@ constexpr std::string_view kHonoured[] = {
 
 // Known ignored extensions, and what the image lacks without them.
 constexpr std::pair<std::string_view, std::string_view> kIgnored[] = {
-    {"AGI_articulations", "nothing asks for them to move"},
-    {"AGI_stk_metadata", "data beside the picture"},
+    {"AGI_articulations", "articulations are not moved"},
+    {"AGI_stk_metadata", "does not affect the picture"},
     {"CESIUM_primitive_outline", "outlines are not drawn"},
-    {"EXT_instance_features", "data beside the picture"},
-    {"EXT_lights_ies", "the lights have no profile: they shine as without it"},
-    {"EXT_lights_image_based", "not read from the file: choose an image with `env`"},
-    {"EXT_mesh_features", "data beside the picture"},
-    {"EXT_mesh_manifold", "the triangles are the same without it"},
-    {"EXT_structural_metadata", "data beside the picture"},
-    {"EXT_texture_avif", "no AVIF images are read: the texture's other image counts"},
+    {"EXT_instance_features", "does not affect the picture"},
+    {"EXT_lights_ies", "light profiles are not supported; the lights shine without them"},
+    {"EXT_lights_image_based", "not supported; choose an image with `env`"},
+    {"EXT_mesh_features", "does not affect the picture"},
+    {"EXT_mesh_manifold", "does not affect the triangles"},
+    {"EXT_structural_metadata", "does not affect the picture"},
+    {"EXT_texture_avif", "AVIF images are not supported; the texture's other image is used"},
     {"KHR_audio_emitter", "sound"},
-    {"KHR_interactivity", "nothing asks for its actions"},
-    {"KHR_node_hoverability", "nothing points at the picture"},
-    {"KHR_node_selectability", "nothing points at the picture"},
-    {"KHR_physics_rigid_bodies", "nothing is simulated"},
+    {"KHR_interactivity", "interaction is not supported"},
+    {"KHR_node_hoverability", "interaction is not supported"},
+    {"KHR_node_selectability", "interaction is not supported"},
+    {"KHR_physics_rigid_bodies", "physics is not simulated"},
     {"KHR_gaussian_splatting", "splats are not drawn"},
     {"KHR_gaussian_splatting_compression_spz", "splats are not drawn"},
     {"KHR_gaussian_splatting_compression_spz_2", "splats are not drawn"},
-    {"KHR_implicit_shapes", "nothing is simulated"},
-    {"KHR_xmp", "data beside the picture"},
-    {"KHR_xmp_json_ld", "data beside the picture"},
+    {"KHR_implicit_shapes", "physics is not simulated"},
+    {"KHR_xmp", "does not affect the picture"},
+    {"KHR_xmp_json_ld", "does not affect the picture"},
     {"MSFT_lod", "the finest level is rendered"},
-    {"MSFT_texture_dds", "no DDS images are read: the texture's other image counts"},
-    {"NV_materials_mdl", "the material is what glTF says beside it"},
-    {"OMI_physics_body", "nothing is simulated"},
-    {"OMI_physics_shape", "nothing is simulated"},
-    {"VRM", "nobody acts it: the figure is what glTF says beside it"},
-    {"VRMC_materials_mtoon", "the material is what glTF says beside it"},
-    {"VRMC_springBone", "nothing is simulated"},
-    {"VRMC_vrm", "nobody acts it: the figure is what glTF says beside it"},
+    {"MSFT_texture_dds", "DDS images are not supported; the texture's other image is used"},
+    {"NV_materials_mdl", "the plain glTF material is used"},
+    {"OMI_physics_body", "physics is not simulated"},
+    {"OMI_physics_shape", "physics is not simulated"},
+    {"VRM", "avatar features are not supported; the plain glTF figure is used"},
+    {"VRMC_materials_mtoon", "the plain glTF material is used"},
+    {"VRMC_springBone", "physics is not simulated"},
+    {"VRMC_vrm", "avatar features are not supported; the plain glTF figure is used"},
 };
 
 std::string with_reason(const std::string& extension) {
   const auto* found =
       std::ranges::find(kIgnored, extension, &std::pair<std::string_view, std::string_view>::first);
-  const std::string_view why =
-      found == std::end(kIgnored) ? "unknown to this version" : found->second;
+  const std::string_view why = found == std::end(kIgnored) ? "unknown extension" : found->second;
   return shortened(extension) + " (" + spelled(why) + ")";
 }
 
@@ -88,7 +87,7 @@ std::string with_reason(const std::string& extension) {
 bool add_once(std::vector<std::string>& list, const std::string& text) {
   constexpr size_t kLongest = 100;
   if (std::ranges::find(list, text) != list.end() || list.size() > kLongest) return false;
-  list.push_back(list.size() < kLongest ? text : "more that is not listed");
+  list.push_back(list.size() < kLongest ? text : "and more");
   return list.size() <= kLongest;
 }
 
@@ -105,7 +104,7 @@ void check_required_extensions(const GltfDocument& document) {
     if (!is_honoured(name)) {
       throw InputError(document.place("/extensionsRequired/" + std::to_string(i)),
                        "the file requires the extension " + shortened(name) +
-                           ", which is not supported; export it without");
+                           ", which is not supported; export the file without it");
     }
     ++i;
   }
@@ -129,9 +128,10 @@ void report_unknown_members(const GltfDocument& document, CoverageReport& covera
   // In version 2.0 unknown members are application data, like extras.
   if (version.find_first_not_of("0.", version.find('.')) == std::string::npos) return;
   for (const std::string& member : unknown_members(*document.json)) {
-    report_ignored(document.file,
-                   member + " (the file is glTF " + shortened(version) + ", this reads 2.0)",
-                   coverage);
+    report_ignored(
+        document.file,
+        member + " (the file is glTF " + shortened(version) + ", this version reads 2.0)",
+        coverage);
   }
 }
 

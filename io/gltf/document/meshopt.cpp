@@ -44,7 +44,7 @@ void check_description(const Description& d, ByteSpan encoded, uint64_t byte_len
     throw InputError(place + "/count", "TRIANGLES needs a multiple of three indices");
   }
   if (least_encoded_size(d.mode, encoded, d.count, d.stride) > encoded.size()) {
-    throw InputError(place + "/count", "{} elements cannot be in {} compressed bytes", d.count,
+    throw InputError(place + "/count", "{} elements do not fit into {} compressed bytes", d.count,
                      encoded.size());
   }
   if (d.count * d.stride != byte_length) {

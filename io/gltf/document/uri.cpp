@@ -95,8 +95,10 @@ bool has_scheme(std::string_view uri) {
 std::filesystem::path file_in_root(const std::filesystem::path& relative, std::string_view uri,
                                    const ResourceFolder& folder, const std::string& place) {
   if (relative.is_absolute()) {
-    throw InputError(place, "the URI {} is an absolute path; copy the file beside the scene",
-                     shortened(uri));
+    throw InputError(
+        place,
+        "the URI {} is an absolute path; copy the file next to the scene and use a relative URI",
+        shortened(uri));
   }
   std::error_code error, root_error;
   const std::filesystem::path file =
@@ -104,14 +106,14 @@ std::filesystem::path file_in_root(const std::filesystem::path& relative, std::s
   const std::filesystem::path root = std::filesystem::weakly_canonical(folder.root, root_error);
   if (!error) error = root_error;
   if (error) {
-    throw InputError(place, "cannot look at the file {}: {}", shortened(uri), error.message());
+    throw InputError(place, "cannot access the file {}: {}", shortened(uri), error.message());
   }
   const auto [in_root, in_file] = std::mismatch(root.begin(), root.end(), file.begin(), file.end());
   const bool ends_in_slash = in_root != root.end() && in_root->empty();
   if (in_root != root.end() && !ends_in_slash) {
-    throw InputError(place, "the URI " + shortened(uri) + " leads out of the scene's folder, to " +
-                                shortened(file.string()) +
-                                "; `resource-root` DIR allows what is in DIR");
+    throw InputError(
+        place, "the URI " + shortened(uri) + " points outside the scene's folder, to " +
+                   shortened(file.string()) + "; `resource-root` DIR allows the files in DIR");
   }
   return file;
 }
@@ -185,8 +187,9 @@ ResolvedUri resolve_uri(std::string_view uri, const ResourceFolder& folder,
                         const std::string& place) {
   if (uri.empty()) throw InputError(place, "empty URI");
   if (has_scheme(uri)) {
-    throw InputError(place, "the URI {} is not relative; copy the file beside the scene",
-                     shortened(uri));
+    throw InputError(
+        place, "the URI {} is not relative; copy the file next to the scene and use a relative URI",
+        shortened(uri));
   }
   if (uri.find('\0') != std::string_view::npos) {
     throw InputError(place, "the URI contains a NUL character");

@@ -94,7 +94,7 @@ void apply_skin(const PrimitiveReader& reader, const GltfDocument& document,
       if (weight == 0.0f) continue;
       if (!(indices[i] >= 0.0f && indices[i] < float(joints.size()))) {
         throw InputError(document.place(pointer + "/attributes/JOINTS_" + suffix),
-                         "vertex {} names a joint that the skin's {} joints do not include",
+                         "vertex {} uses a joint outside the skin's {} joints",
                          reader.file_vertex(i / 4), joints.size());
       }
       blended[i / 4] += joints[size_t(indices[i])] * double(weight);

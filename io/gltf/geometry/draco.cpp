@@ -126,7 +126,7 @@ std::vector<float> read_attribute(const draco::Mesh& mesh, const DracoRequest& r
   }
   const int type = component_type(attribute->data_type());
   if (type == 0 || attribute->num_components() != request.components) {
-    throw InputError(attribute_place, "the Draco attribute has another type than its accessor");
+    throw InputError(attribute_place, "the Draco attribute and its accessor have different types");
   }
   const size_t components = size_t(request.components);
   const int64_t component_size = draco::DataTypeLength(attribute->data_type());
@@ -157,7 +157,7 @@ DracoPrimitive decode_draco(ByteSpan encoded, const std::vector<DracoRequest>& r
   if (faces > most || points > most || faces * 3 > announced_indices) {
     throw InputError(
         place,
-        "the Draco data announces {} faces and {} vertices, its accessor {} indices in {} bytes",
+        "the Draco data declares {} faces and {} vertices, its accessor {} indices in {} bytes",
         faces, points, announced_indices, encoded.size());
   }
   // Approximate bytes of the faces, the corner table and the traversal stacks.
@@ -169,7 +169,7 @@ DracoPrimitive decode_draco(ByteSpan encoded, const std::vector<DracoRequest>& r
                ? decode_mesh<draco::MeshEdgebreakerDecoder>(encoded, memory, place)
                : decode_mesh<draco::MeshSequentialDecoder>(encoded, memory, place);
   } catch (const std::bad_alloc&) {
-    throw InputError(place, "the Draco data asks for more memory than there is");
+    throw InputError(place, "the Draco data needs more memory than is available");
   } catch (const std::length_error&) {
     throw InputError(place, "the Draco data is corrupt");
   }

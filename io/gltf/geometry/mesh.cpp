@@ -256,11 +256,11 @@ std::optional<TextureRef> find_tangent_layout(const PrimitiveReader& reader, Mat
     if (!found) found = layout;
     if (layout.image < 0 && !reader.has("TANGENT") && !reader.has("TEXCOORD_0")) {
       loaded.approximated.push_back("anisotropy on " + loaded.mesh.name +
-                                    ", which has neither TANGENT nor TEXCOORD_0 to turn it by");
+                                    ", which has neither TANGENT nor TEXCOORD_0 to orient it");
     }
     if (layout.uv_set == found->uv_set && layout.uv_transform == found->uv_transform) continue;
     loaded.approximated.push_back("normal maps of variants on " + loaded.mesh.name +
-                                  ", which are laid out otherwise than its first");
+                                  ", which use other texture coordinates than the first variant");
     break;
   }
   if (!found && wanted) found = tangent_layout(*materials.front());
@@ -424,14 +424,14 @@ LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_
       document.place(pointer));
   mesh.positions = reader.vectors<Vec3f>("POSITION", 1);  // Embree reads past the last one
   if (mesh.positions.size() >= UINT32_MAX) {
-    throw InputError(document.place(pointer), "more vertices than 32 bits can number");
+    throw InputError(document.place(pointer), "more vertices than a 32-bit index can address");
   }
   if (has_normals) mesh.normals = reader.vectors<Vec3f>("NORMAL");
   if (has_tangents) mesh.tangents = reader.vectors<Vec4f>("TANGENT");
   VertexFaults faults;
   read_uv_sets(reader, materials, loaded, faults);
   read_colors(reader, mesh, faults);
-  if (reader.has("COLOR_1")) loaded.ignored.push_back("COLOR_1 (COLOR_0 alone has a meaning)");
+  if (reader.has("COLOR_1")) loaded.ignored.push_back("COLOR_1 (only COLOR_0 is supported)");
 
   apply_poses(reader, document, primitive, pointer, poses, later, mesh);
   if (!later && morphs_what_is_held(primitive, poses)) {

@@ -46,8 +46,7 @@ void GltfMeshUses::check_budget(std::span<const MeshUse> uses) const {
   }
   if (elements > (uint64_t(1) << 22) + backed * 64) {
     throw InputError(document_.file, "the meshes add up to " + std::to_string(elements) +
-                                         " vertices and indices, more than the size of the file "
-                                         "bears out");
+                                         " vertices and indices, too many for a file of this size");
   }
 }
 

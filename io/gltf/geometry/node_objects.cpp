@@ -59,7 +59,7 @@ Vec2f cone_angles(double inner, double outer, const GltfDocument& document,
   if (!(inner >= 0.0 && inner <= outer * (1.0 + 1e-6))) {
     leave_out_of_lamp(
         document, spot + "innerConeAngle",
-        fmt::format("the number {} is not from 0 to outerConeAngle, {}", inner, outer));
+        fmt::format("the number {} is not between 0 and outerConeAngle, {}", inner, outer));
     inner = inner > outer ? outer : 0.0;
   }
   const auto widest = float(std::min(outer, kPiD / 2.0));
@@ -139,7 +139,7 @@ CameraDescription* read_camera(const GltfDocument& document, size_t node, const 
   try {
     if (!fault) read_lens(document, document.model->cameras[size_t(index)], pointer, camera);
     if (!fault && clips(document.json->at("cameras")[size_t(index)])) {
-      note_approximated("clip planes of cameras (not clipped)", scene.coverage);
+      note_approximated("clip planes of cameras (nothing is clipped)", scene.coverage);
     }
   } catch (const InputError& error) {
     fault = error;
@@ -184,12 +184,12 @@ PunctualLightDescription* read_punctual_light(const GltfDocument& document, size
       document.faults->leave_out(
           pointer + "/color/" + std::to_string(c),
           InputError(place + "/color/" + std::to_string(c),
-                     "expected a number from 0, found {}; 0 is taken", color[size_t(c)]));
+                     "expected a number of at least 0, found {}; 0 is used", color[size_t(c)]));
     }
     light.intensity[c] = float(std::max(color[size_t(c)], 0.0) * intensity);
   }
   if (!is_finite(light.intensity)) {
-    throw InputError(place + "/intensity", "the light is too bright to be finite");
+    throw InputError(place + "/intensity", "the light's intensity is not finite");
   }
   if (light.type == PunctualType::kSpot) {
     const json spot = object.value("spot", json::object());
@@ -229,7 +229,7 @@ std::vector<Mat44d> read_instance_transforms(const GltfDocument& document, const
         read_floats(document, member->get<int>(), components, place + "/attributes/" + name);
     const size_t elements = values.size() / size_t(components);
     if (counted && elements != count) {
-      throw InputError(place, "the instance attributes differ in their counts");
+      throw InputError(place, "the instance attributes have different counts");
     }
     count = elements;
     counted = true;
@@ -244,7 +244,8 @@ std::vector<Mat44d> read_instance_transforms(const GltfDocument& document, const
     const auto first = attributes.begin();
     if (first->is_null()) document.faults->require(pointer + "/attributes/" + first.key());
     count = size_t(document.accessor(first->get<int>()).count);
-    if (count > document.most_zeros) throw InputError(place, "more instances than data");
+    if (count > document.most_zeros)
+      throw InputError(place, "more instances than the file has data for");
   }
   std::vector<Mat44d> transforms;
   transforms.reserve(count);

@@ -149,7 +149,7 @@ std::vector<float> PrimitiveReader::target_floats(size_t target, const std::stri
 void PrimitiveReader::check_count(int index, const std::string& place) const {
   const uint64_t count = document_.accessor(index).count;
   if (count == vertex_count_) return;
-  throw InputError(place, "{} elements for {} vertices", count, vertex_count_);
+  throw InputError(place, "found {} elements for {} vertices", count, vertex_count_);
 }
 
 std::vector<float> PrimitiveReader::read(int index, int components,

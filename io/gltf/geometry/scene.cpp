@@ -279,8 +279,7 @@ void SceneGraphReader::read_mesh_node(size_t node) {
   // A few nodes and primitives can multiply to more than memory holds.
   const size_t most = (size_t(1) << 20) + size_t(document_.total_bytes);
   if (placements_.size() + instances.size() > most) {
-    throw InputError(place, "more than {} instances, more than the size of the file bears out",
-                     most);
+    throw InputError(place, "more than {} instances, too many for a file of this size", most);
   }
   const bool moves = shutter_.moves(node) && document_.model->nodes[node].skin < 0;
   const size_t matrices = moves ? shutter_.steps() : 0;
@@ -344,8 +343,7 @@ void SceneGraphReader::place_meshes() {
   }
   const uint64_t most = (uint64_t(1) << 20) + document_.total_bytes;
   if (count > most) {
-    throw InputError(document_.file, "{} instances, more than the size of the file bears out",
-                     count);
+    throw InputError(document_.file, "{} instances, too many for a file of this size", count);
   }
   const size_t bytes_each =
       sizeof(InstanceDescription) + (shutter_.is_instant() ? sizeof(LaterInstance) : 0);
@@ -418,7 +416,7 @@ void SceneGraphReader::fail_empty(const std::string& dropped) const {
   std::string text = found.empty() ? "no geometry to render"
                                    : "nothing to render: " + found + ", which have no surface";
   if (!dropped.empty()) text += " (left out: " + dropped + ")";
-  if (const auto broken = broken_geometry()) text += "; what is broken: " + *broken;
+  if (const auto broken = broken_geometry()) text += "; the first error is: " + *broken;
   throw InputError(document_.file, text);
 }
 
@@ -443,10 +441,9 @@ void SceneGraphReader::check_empty(const std::string& dropped) const {
   if (scaled_away_ > 0) {
     why += (why.empty() ? "" : ", ") + std::to_string(scaled_away_) + " objects scaled to nothing";
   }
-  log_warning(
-      document_.file +
-      (appears ? ": the animation hides all there is to see" : ": there is nothing to see") +
-      (why.empty() ? "" : " (" + why + ")") + "; the picture shows the environment alone");
+  log_warning(document_.file +
+              (appears ? ": the animation hides everything" : ": nothing is visible") +
+              (why.empty() ? "" : " (" + why + ")") + "; the picture shows only the environment");
 }
 
 void SceneGraphReader::report() {
@@ -463,8 +460,8 @@ void SceneGraphReader::report() {
   if (!dropped.empty()) log_warning(document_.file + ": left out: " + dropped);
   if (repairs.non_finite_attributes > 0) {
     log_warning(document_.file + ": " + std::to_string(repairs.non_finite_attributes) +
-                " vertices have a NaN or infinite colour, normal, tangent or texture coordinate; "
-                "0, or 1 for a colour beyond, takes its place");
+                " vertices have a NaN or infinite colour, normal, tangent or texture coordinate; 0 "
+                "is used instead, or 1 for an infinite colour");
   }
 }
 

@@ -132,7 +132,8 @@ Mat44d local_transform(const GltfDocument& document, size_t index, const GltfPos
     Mat44d m;
     for (int i = 0; i < 16; ++i) m[i / 4][i % 4] = node.matrix[size_t(i)];
     if (m[0][3] != 0.0 || m[1][3] != 0.0 || m[2][3] != 0.0 || m[3][3] != 1.0) {
-      log_warning(document.file + ": the last row of a node's matrix is taken for 0 0 0 1");
+      log_warning(document.file +
+                  ": the last row of a node's matrix is not 0 0 0 1; it is replaced by 0 0 0 1");
     }
     m[0][3] = m[1][3] = m[2][3] = 0.0;
     m[3][3] = 1.0;

@@ -124,8 +124,8 @@ void warn_of_transfer(const SceneDescription& scene, const std::vector<const Glt
     const DecodedImage& image = images[size_t(slot.image)]->decoded;
     if (image.transfer.empty() || image.transfer == transfer) return;
     warned[size_t(slot.image)] = 1;
-    log_warning(file + ": " + shortened(image.image->name) + " says that it is " + image.transfer +
-                ", but is used where " + transfer + " is wanted, and taken for that");
+    log_warning(file + ": " + shortened(image.image->name) + " is marked as " + image.transfer +
+                ", but is used where " + transfer + " is expected; the marking is ignored");
   };
   // Excludes slots that read alpha, which is always linear.
   using Material = MaterialDescription;
@@ -213,13 +213,13 @@ void load_images(const GltfDocument& document, const GltfOptions& options,
     const GltfImage& image = *images[i];
     scene.repairs.non_finite_texels += image.decoded.non_finite;
     if (!image.fault.empty()) {
-      log_warning(image.fault + "; the texture's other image takes its place");
+      log_warning(image.fault + "; the texture's other image is used");
     }
     if (!image.error) {
       if (image.decoded.cut_short) {
         log_warning(document.place("/images/" + std::to_string(wanted[i])) + " (" +
                     shortened(image.decoded.image->name) +
-                    "): the JPEG is cut short; what is missing is grey");
+                    "): the JPEG is truncated; the missing part is grey");
       }
       scene.images.push_back(image.decoded.image);
       continue;
@@ -227,7 +227,7 @@ void load_images(const GltfDocument& document, const GltfOptions& options,
     try {
       std::rethrow_exception(image.error);
     } catch (const InputError& error) {
-      log_warning(std::string(error.what()) + "; a neutral colour takes its place");
+      log_warning(std::string(error.what()) + "; a neutral colour is used");
     }
     ++scene.repairs.replaced_images;
     scene.images.push_back(
@@ -242,7 +242,7 @@ void load_images(const GltfDocument& document, const GltfOptions& options,
              {&MaterialDescription::anisotropy_texture});
   if (scene.repairs.non_finite_texels > 0) {
     log_warning(document.file + ": " + std::to_string(scene.repairs.non_finite_texels) +
-                " texels were not finite and are taken for 0");
+                " texels were not finite; 0 is used instead");
   }
 }
 

@@ -106,7 +106,7 @@ void read_material_layers(const GltfMaterialObject& object, MaterialDescription&
     if (material.unlit) {
       extension->report_ignored(name + " of unlit materials");
     } else if (layer.of_base && glossy) {
-      extension->report_ignored(name + " beside " + kSpecularGlossiness);
+      extension->report_ignored(name + " together with " + kSpecularGlossiness);
     } else {
       layer.read(*extension, material);
     }

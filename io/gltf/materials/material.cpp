@@ -44,7 +44,7 @@ void read_emission(const GltfMaterialObject& object, MaterialDescription& materi
     if (is_finite(material.emission * factor)) {
       material.emission *= factor;
     } else {
-      strength->fail("emissiveStrength", "the emission is too large to be finite");
+      strength->fail("emissiveStrength", "the emission is not finite");
     }
   }
 }
@@ -106,7 +106,7 @@ std::vector<MaterialDescription> read_materials(const GltfDocument& document,
     }
   }
   warn_of(document.file + ": material factors outside [0, 1] are clamped", clamped.shares);
-  warn_of(document.file + ": material colours below 0 are taken for 0", clamped.colors);
+  warn_of(document.file + ": negative material colours are replaced by 0", clamped.colors);
   return materials;
 }
 

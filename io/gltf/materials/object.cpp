@@ -111,7 +111,7 @@ void GltfMaterialObject::number(const char* name, float& value, const ValidNumbe
     return;
   }
   refuse(name, fmt::format("expected {}, found {}", valid.expected, shortened(found->dump())),
-         fmt::format("the default, {}, takes its place", value));
+         fmt::format("the default, {}, is used", value));
 }
 
 const json* GltfMaterialObject::texture_info(const char* name) const {
@@ -126,7 +126,7 @@ const json* GltfMaterialObject::texture_info(const char* name) const {
   }
   refuse(name + std::string("/index"),
          fmt::format("index {} is out of range: the file has {} textures", index.dump(), count),
-         "the slot has no texture");
+         "no texture is used");
   return nullptr;
 }
 
@@ -142,7 +142,7 @@ TextureRef GltfMaterialObject::texture_ref(const json& info, const char* name) c
   if (sources.empty()) {
     throw InputError(document.place("/textures/" + std::to_string(index)),
                      "the texture of " + pointer_ + "/" + name +
-                         " has no image in a format that is supported (PNG, JPEG, WebP, KTX 2)");
+                         " has no image in a supported format (PNG, JPEG, WebP, KTX 2)");
   }
   ref.image = sources[0];
   ref.uv_set = info.value("texCoord", 0);

@@ -17,13 +17,13 @@ uint64_t take_variable(BitReader& bits, int width) {
     value |= uint64_t(group & ((1u << width) - 1)) << shift;
     if (group >> width == 0) return value;
   }
-  throw_damaged(bits.place(), "has a number that does not end");
+  throw_damaged(bits.place(), "has an unterminated number");
 }
 
 // Each value is a difference from the previous one. Colour differences use one of three tables,
 // chosen by the previous value.
 std::vector<Endpoint> read_endpoints(const BasisLzHeader& header, const std::string& place) {
-  BitReader bits(header.endpoint_data, place, "end points");
+  BitReader bits(header.endpoint_data, place, "endpoints");
   std::array<HuffmanTable, 3> colour_delta;
   for (HuffmanTable& table : colour_delta) table = HuffmanTable::read(bits);
   const HuffmanTable intensity_delta = HuffmanTable::read(bits);
@@ -64,11 +64,11 @@ std::vector<Selectors> read_selectors(const BasisLzHeader& header, const std::st
 BasisLzHeader read_basis_lz_header(const Container& container, const std::string& place) {
   const Bytes data = container.global_data;
   const size_t begin = kGlobalHeader + kImageEntry * size_t(container.levels);
-  if (data.size() < begin) throw_damaged(place, "has global data that end early");
+  if (data.size() < begin) throw_damaged(place, "has truncated global data");
   const auto word = [&](size_t offset) { return little_endian(data, offset, 4); };
   const uint64_t endpoints = word(4), selectors = word(8), tables = word(12), extended = word(16);
   if (extended != 0 || data.size() - begin != endpoints + selectors + tables) {
-    throw_damaged(place, "has global data of another size than their parts");
+    throw_damaged(place, "has global data whose size does not match its parts");
   }
   BasisLzHeader header;
   header.endpoints = little_endian(data, 0, 2);
@@ -80,7 +80,7 @@ BasisLzHeader read_basis_lz_header(const Container& container, const std::string
   for (size_t i = 0; i < size_t(container.levels); ++i) {
     const size_t entry = kGlobalHeader + i * kImageEntry;
     if ((word(entry) & kPFrame) != 0) {
-      throw InputError(place, "KTX 2 with frames of a video is not supported");
+      throw InputError(place, "KTX 2 with video frames is not supported");
     }
     for (const size_t slice : {size_t(0), size_t(1)}) {
       const uint64_t offset = word(entry + 4 + 8 * slice), length = word(entry + 8 + 8 * slice);
@@ -156,7 +156,7 @@ uint16_t SliceReader::next_endpoint(size_t x, uint32_t prediction) {
   const bool has_left = x > 0, has_above = row_number_ > 0;
   if ((prediction == 0 && !has_left) || (prediction == 1 && !has_above) ||
       (prediction == 2 && !(has_left && has_above))) {
-    throw_damaged(bits_.place(), "has a block that is like one outside the picture");
+    throw_damaged(bits_.place(), "has a block that refers outside the picture");
   }
   if (prediction == 1) {
     last_endpoint_ = above_[x];
@@ -167,7 +167,7 @@ uint16_t SliceReader::next_endpoint(size_t x, uint32_t prediction) {
     last_endpoint_ += tables_.endpoint_delta.decode(bits_);
     if (last_endpoint_ >= count) last_endpoint_ -= count;
     if (last_endpoint_ >= count) {
-      throw_damaged(bits_.place(), "has an end point beyond its palette");
+      throw_damaged(bits_.place(), "has an endpoint outside its palette");
     }
   }
   return uint16_t(last_endpoint_);
@@ -195,7 +195,7 @@ uint16_t SliceReader::next_selector() {
     return uint16_t(symbol);
   }
   const size_t index = symbol - count;
-  if (index >= history_.size()) throw_damaged(bits_.place(), "has a selector beyond its palette");
+  if (index >= history_.size()) throw_damaged(bits_.place(), "has a selector outside its palette");
   const uint16_t selector = history_[index];
   std::swap(history_[index], history_[index / 2]);
   return selector;

@@ -90,7 +90,8 @@ constexpr int kSmallestWindowLog = 10, kLargestWindowLog = 27;
 uint64_t checked_window(const Container& container, const std::string& place) {
   const uint64_t window = zstd_window(container.level);
   if (window == 0 || window > uint64_t(1) << kLargestWindowLog) {
-    throw_damaged(place, "has a level that is no Zstandard frame with a window up to 128 MiB");
+    throw_damaged(place,
+                  "has a level that is not a Zstandard frame with a window of at most 128 MiB");
   }
   return window;
 }
@@ -114,10 +115,10 @@ class ZstdRows final : public BlockRows {
       const size_t before = unpacked.pos + packed_.pos;
       const size_t result = ZSTD_decompressStream(stream_.get(), &unpacked, &packed_);
       if (ZSTD_isError(result)) {
-        throw_damaged(place_, std::string("does not unpack: ") + ZSTD_getErrorName(result));
+        throw_damaged(place_, std::string("does not decompress: ") + ZSTD_getErrorName(result));
       }
       if (unpacked.pos + packed_.pos == before) {
-        throw_damaged(place_, "has a level that ends early");
+        throw_damaged(place_, "has a truncated level");
       }
     }
     PlainRows(blocks_).next(row);

@@ -25,7 +25,7 @@ class ContainerReader {
   ContainerReader(Bytes file, const std::string& place) : file_(file), place_(place) {}
 
   Container read() {
-    if (file_.size() < kHeaderBytes) throw_damaged(place_, "ends within its header");
+    if (file_.size() < kHeaderBytes) throw_damaged(place_, "is truncated in its header");
     read_header();
     read_descriptor();
     check_texts();
@@ -56,8 +56,7 @@ class ContainerReader {
     levels_ = word(40);
     supercompression_ = word(44);
     if (vk_format != 0) {
-      refuse("a GPU's own format (VkFormat " + std::to_string(vk_format) +
-             "; ETC1S and UASTC are read)");
+      refuse("a GPU format (VkFormat " + std::to_string(vk_format) + "; use ETC1S or UASTC)");
     }
     if (depth != 0 || layers != 0 || faces != 1) refuse("several layers, faces or slices");
     if (container_.width == 0 || container_.height == 0) throw_damaged(place_, "is empty");
@@ -95,7 +94,7 @@ class ContainerReader {
     } else {
       refuse("colour model " + std::to_string(model) + " and supercompression " +
              std::to_string(supercompression_) +
-             " (ETC1S in BasisLZ, and UASTC plain or in Zstandard are read)");
+             " (use ETC1S in BasisLZ, or UASTC plain or in Zstandard)");
     }
     if (transfer != kTransferLinear && transfer != kTransferSrgb) {
       refuse("the transfer function " + std::to_string(transfer));
@@ -150,7 +149,7 @@ class ContainerReader {
     for (size_t offset = 0; data.size() - offset >= 4;) {
       const uint64_t length = little_endian(data, offset, 4);
       offset += 4;
-      if (length > data.size() - offset) throw_damaged(place_, "has a text that ends early");
+      if (length > data.size() - offset) throw_damaged(place_, "has a truncated text");
       const std::string_view text(reinterpret_cast<const char*>(data.data() + offset),
                                   size_t(length));
       const size_t end = std::min(text.find('\0'), text.size());
@@ -158,7 +157,8 @@ class ContainerReader {
       std::string_view value = text.substr(std::min(end + 1, text.size()));
       value = value.substr(0, value.find('\0'));
       if (key == "KTXswizzle" && value != "rgba") refuse("swizzled channels");
-      if (key == "KTXorientation" && value != "rd") refuse("rows that are not from the top left");
+      if (key == "KTXorientation" && value != "rd")
+        refuse("an orientation other than from the top left");
       offset = std::min(offset + size_t(length + 3) / 4 * 4, data.size());
     }
   }
@@ -167,7 +167,7 @@ class ContainerReader {
   void read_levels() {
     container_.levels = int(levels_);
     if (levels_ * kLevelEntry > file_.size() - kHeaderBytes) {
-      throw_damaged(place_, "ends within its level index");
+      throw_damaged(place_, "is truncated in its level index");
     }
     const bool is_basis = container_.codec == Codec::kEtc1s;
     for (size_t i = 0; i < levels_; ++i) {
@@ -183,7 +183,7 @@ class ContainerReader {
       const bool is_plain = supercompression_ == kNone;
       if (level.empty() || long_word(entry + 16) != unpacked ||
           (is_plain && level.size() != unpacked)) {
-        throw_damaged(place_, "has a level " + std::to_string(i) + " of another size than its own");
+        throw_damaged(place_, "has a level " + std::to_string(i) + " of the wrong size");
       }
       container_.level_bytes[i] = level.size();
       if (i == 0) container_.level = level;
@@ -192,7 +192,7 @@ class ContainerReader {
     if (is_basis) {
       container_.global_data = part(long_word(64), global_bytes, "global data");
     } else if (global_bytes != 0) {
-      throw_damaged(place_, "has global data that nothing uses");
+      throw_damaged(place_, "has unused global data");
     }
   }
 

@@ -17,7 +17,7 @@ HuffmanTable::HuffmanTable(std::span<const uint8_t> lengths, const std::string& 
   }
   const uint64_t all = uint64_t(1) << kLongest;
   if (taken > all || (taken < all && used > 1)) {
-    throw_damaged(place, "has a Huffman table that is none");
+    throw_damaged(place, "has an invalid Huffman table");
   }
   symbols_.resize(used);
   for (size_t symbol = 0; symbol < lengths.size(); ++symbol) {
@@ -46,7 +46,7 @@ HuffmanTable HuffmanTable::read(BitReader& bits) {
   const size_t total = bits.take(14), used = bits.take(5);
   if (total == 0) return HuffmanTable({}, bits.place());
   if (used == 0 || used > kOrder.size()) {
-    throw_damaged(bits.place(), "has a Huffman table that is none");
+    throw_damaged(bits.place(), "has an invalid Huffman table");
   }
   std::array<uint8_t, kOrder.size()> code_lengths = {};
   for (size_t i = 0; i < used; ++i) code_lengths[kOrder[i]] = uint8_t(bits.take(3));
@@ -68,10 +68,10 @@ HuffmanTable HuffmanTable::read(BitReader& bits) {
     } else {
       run = symbol == 19 ? 3 + bits.take(2) : 7 + bits.take(7);
       length = lengths.empty() ? uint8_t(0) : lengths.back();
-      if (length == 0) throw_damaged(bits.place(), "has a Huffman table that repeats nothing");
+      if (length == 0) throw_damaged(bits.place(), "has a Huffman table with an invalid repeat");
     }
     if (run > total - lengths.size()) {
-      throw_damaged(bits.place(), "has a Huffman table with more symbols than it says");
+      throw_damaged(bits.place(), "has a Huffman table with more symbols than it declares");
     }
     lengths.insert(lengths.end(), run, length);
   }

@@ -52,8 +52,8 @@ std::atomic<bool> g_interpreter_ends{false};
 std::atomic<int> g_calls{0};
 
 constexpr const char* kForked =
-    "this process was forked from one that has used emberline; multiprocessing needs "
-    "set_start_method(\"spawn\")";
+    "this process was forked from one that has used emberline; call "
+    "multiprocessing.set_start_method(\"spawn\") first";
 
 // The process of the first call; 0: none yet.
 std::atomic<pid_t> g_process{0};
@@ -122,7 +122,7 @@ class WaitingCall final : public Call {
     const py::gil_scoped_acquire gil;
     try {
       if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-      if (g_interpreter_ends) throw api::RenderError("the interpreter ends");
+      if (g_interpreter_ends) throw api::RenderError("the interpreter is shutting down");
       if (asked && !error_in_python_) (*asked)();
       log_messages();
     } catch (...) {

@@ -17,19 +17,22 @@ struct Field {
 };
 constexpr std::array kErrors = {
     Field<double>{"mse", &api::Comparison::mse, "Mean squared error."},
-    Field<double>{"rmse", &api::Comparison::rmse, "Its square root."},
+    Field<double>{"rmse", &api::Comparison::rmse, "Square root of mse."},
     Field<double>{"relmse", &api::Comparison::relmse, "Mean of (x - r)^2 / (r^2 + epsilon)."},
-    Field<double>{"relmse_epsilon", &api::Comparison::relmse_epsilon, "That epsilon."},
+    Field<double>{"relmse_epsilon", &api::Comparison::relmse_epsilon, "The epsilon of relmse."},
     Field<double>{"relmse_trimmed", &api::Comparison::relmse_trimmed,
-                  "Without the worst 0.1 % of pixels."},
+                  "relmse without the worst 0.1 % of the pixels."},
     Field<double>{"signed_bias", &api::Comparison::signed_bias, "sum(x - r) / sum(r)"},
-    Field<double>{"psnr", &api::Comparison::psnr, "In dB, as displayed."},
-    Field<double>{"ssim", &api::Comparison::ssim, "1 if equal, as displayed."},
+    Field<double>{"psnr", &api::Comparison::psnr,
+                  "Peak signal-to-noise ratio in dB, as displayed."},
+    Field<double>{"ssim", &api::Comparison::ssim,
+                  "Structural similarity, 1 if equal, as displayed."},
     Field<double>{"flip", &api::Comparison::flip, "Mean FLIP, 0 if equal, as displayed."},
-    Field<double>{"max_abs", &api::Comparison::max_abs, "Largest difference."},
+    Field<double>{"max_abs", &api::Comparison::max_abs, "Largest absolute difference."},
 };
 constexpr std::array kCounts = {
-    Field<uint64_t>{"different_pixels", &api::Comparison::different_pixels, "Not the same bits."},
+    Field<uint64_t>{"different_pixels", &api::Comparison::different_pixels,
+                    "Pixels whose bits differ."},
     Field<uint64_t>{"non_finite", &api::Comparison::non_finite,
                     "Pixels with a NaN or infinity, left out of the errors."},
 };
@@ -46,7 +49,7 @@ std::pair<FloatArray, FloatArray> pair_of(const py::object& image, const py::obj
   std::pair<FloatArray, FloatArray> pair(rgb_of(image, "image"), rgb_of(reference, "reference"));
   const auto& [a, b] = pair;
   if (a.shape(0) != b.shape(0) || a.shape(1) != b.shape(1)) {
-    throw py::value_error("image and reference are of different sizes: " + shape_of(a) + " and " +
+    throw py::value_error("image and reference have different sizes: " + shape_of(a) + " and " +
                           shape_of(b));
   }
   return pair;
@@ -57,7 +60,7 @@ std::pair<FloatArray, FloatArray> pair_of(const py::object& image, const py::obj
 void add_comparisons(py::module_& module) {
   py::class_<api::Comparison> type(
       module, "Comparison",
-      "How far a picture is from a reference, as `emberline compare` says it.");
+      "The differences between a picture and a reference, as in `emberline compare`.");
   for (const auto& field : kErrors) type.def_readonly(field.name, field.value, field.meaning);
   for (const auto& field : kCounts) type.def_readonly(field.name, field.value, field.meaning);
   type.def("as_dict", &as_dict).def("__repr__", [](const api::Comparison& comparison) {
@@ -72,9 +75,8 @@ void add_comparisons(py::module_& module) {
         });
       },
       "image"_a, "reference"_a, py::kw_only(), "exposure"_a = 0.0,
-      "Of Pictures or float32 arrays (height, width, 3), linear. The exposure, in stops, is for "
-      "what is "
-      "measured as displayed.");
+      "Compares two Pictures, or linear float32 arrays (height, width, 3). The exposure, in stops, "
+      "applies to metrics that are measured as displayed.");
   module.def(
       "flip",
       [](const py::object& image, const py::object& reference, double exposure) {
@@ -85,7 +87,7 @@ void add_comparisons(py::module_& module) {
         return py::array_t<float>({a.shape(0), a.shape(1)}, map.data());
       },
       "image"_a, "reference"_a, py::kw_only(), "exposure"_a = 0.0,
-      "FLIP's error of each pixel, (height, width), 0 to 1.");
+      "FLIP error of each pixel, (height, width), 0 to 1.");
 }
 
 }  // namespace emberline::python

@@ -23,7 +23,7 @@ Progress progress_of(const api::Progress& now) {
 
 void check_progress(const py::object& progress) {
   if (!progress.is_none() && !PyCallable_Check(progress.ptr())) {
-    throw py::type_error("progress: not callable");
+    throw py::type_error("progress: expected a function");
   }
 }
 
@@ -48,7 +48,7 @@ std::shared_ptr<api::RenderedPicture> watched(const py::object& progress, const 
 
 api::RenderFiles files_of(const py::object& checkpoint, bool resume, double interval, bool keep) {
   if (checkpoint.is_none()) {
-    if (resume || keep) throw py::type_error("resume, keep_checkpoint: they need a checkpoint");
+    if (resume || keep) throw py::type_error("resume and keep_checkpoint require checkpoint");
     return api::RenderFiles::none();
   }
   api::RenderFiles files = api::RenderFiles::at(path_of(checkpoint));
@@ -66,7 +66,8 @@ std::shared_ptr<api::RenderedPicture> render(Scene& scene, const api::Settings* 
   for (const auto& row : api::Settings::help()) {
     const std::string name = argument_name(row.name);
     if (row.of_scene && options.contains(name)) {
-      throw api::UsageError(name + ": is decided when the scene is loaded; give it to Scene()");
+      throw api::UsageError(name +
+                            ": it takes effect when the scene is loaded; pass it to Scene()");
     }
   }
   api::Settings all = settings ? *settings : scene.settings;
@@ -124,23 +125,24 @@ py::dict matte_names(Scene& scene, const api::Settings* settings, const py::kwar
 }
 
 void add_frame_types(py::module_& module) {
-  py::class_<Progress>(module, "Progress", "How far a render has come.")
+  py::class_<Progress>(module, "Progress", "The progress of a render.")
       .def_readonly("samples", &Progress::samples)
-      .def_readonly("error_estimate", &Progress::error_estimate, "Of the picture of now, or None.")
-      .def_readonly("rgba", &Progress::rgba,
-                    "The picture of now, float32 (height, width, 4), linear; None with driver "
-                    "\"bucket\".");
+      .def_readonly("error_estimate", &Progress::error_estimate,
+                    "Estimate for the current picture, or None.")
+      .def_readonly(
+          "rgba", &Progress::rgba,
+          "The current picture, linear, float32 (height, width, 4); None with driver \"bucket\".");
   py::class_<api::StoredFrame>(module, "StoredFrame",
-                               "What a checkpoint is of: see stored_frame().")
+                               "The frame in a checkpoint, from stored_frame().")
       .def_property_readonly(
           "scene", [](const api::StoredFrame& stored) { return text(stored.scene); },
-          "The file, where it was.")
+          "The path of the scene's file when it was rendered.")
       .def_property_readonly(
           "settings", [](const api::StoredFrame& stored) { return stored.settings; },
-          "A copy: of the frame, and of how its scene was loaded.")
+          "A copy of the settings of the frame and its scene.")
       .def_property_readonly(
           "mattes", [](const api::StoredFrame& stored) { return mattes_dict(stored.mattes); },
-          "As matte_names() has them.");
+          "Matte names, as from matte_names().");
 }
 
 }  // namespace
@@ -153,42 +155,39 @@ void add_frames(py::module_& module) {
         const std::string file = path_of(checkpoint);
         return result_of([&](Call&) { return api::stored_frame(file); });
       },
-      "checkpoint"_a, "What a checkpoint, or a part for merge(), is of.");
+      "checkpoint"_a, "Describes the frame in a checkpoint, or in a part for merge().");
   module.def(
       "render", &render, "scene"_a, "settings"_a = nullptr, py::kw_only(), "threads"_a = 0,
       "progress"_a = py::none(), "checkpoint"_a = py::none(), "resume"_a = false,
       "checkpoint_interval"_a = 300.0, "keep_checkpoint"_a = false,
-      "Renders with these settings, or those that the scene was loaded with, and options on "
-      "top: render(scene, spp=64, driver=\"adaptive\"). progress(Progress) is called now and then "
-      "on this thread; where it returns False, the render ends with what there is. Other "
-      "threads of Python run meanwhile; Ctrl-C stops it. A checkpoint, a file, is saved every "
-      "checkpoint_interval seconds and when the render is stopped or fails; resume=True goes on "
-      "with it, to "
-      "the same bits, and so does the command. It goes when the frame is done unless "
-      "keep_checkpoint, for extend(), or part or sample_range, for merge().");
+      "Renders with these settings, or with those of the scene; options override them: "
+      "render(scene, spp=64, driver=\"adaptive\"). progress(Progress) is called regularly on this "
+      "thread; if it returns False, the render stops and returns the unfinished picture. Other "
+      "Python threads keep running; Ctrl-C stops the render. The file `checkpoint` is saved every "
+      "checkpoint_interval seconds, and when the render is stopped or fails; resume=True, or the "
+      "command, continues from it to the same bits. It is removed when the frame is finished, "
+      "except with keep_checkpoint (for extend()), or with part or sample_range (for merge()).");
   module.def(
       "extend", &extend, "checkpoint"_a, "scene"_a = nullptr, py::kw_only(), "threads"_a = 0,
       "progress"_a = py::none(),
-      "More of a finished frame whose checkpoint was kept: extend(\"shot.checkpoint\", spp=256). "
-      "Takes spp, noise_threshold, max_spp and time_limit, of which nothing may be less than it "
-      "was. Where every pixel gets as many samples, the picture has the bits of a frame that was "
-      "rendered so at once; an adaptive frame goes on from where it is. The checkpoint is the "
-      "larger frame's afterwards. Without a scene, it is loaded from where it was.");
+      "Adds samples to a finished frame whose checkpoint was kept: extend(\"shot.checkpoint\", "
+      "spp=256). Accepts spp, noise_threshold, max_spp and time_limit, and none of them may ask "
+      "for less than before. A uniform frame gets the same bits as if it had been rendered at "
+      "once; an adaptive frame continues from its current state. Afterwards the checkpoint is that "
+      "of the extended frame. If no scene is given, it is loaded from its previous path.");
   module.def(
       "merge", &merge, "checkpoints"_a, py::kw_only(), "allow_holes"_a = false, "strict"_a = false,
       "parts"_a = false, "threads"_a = 0, "memory_limit"_a = py::none(),
-      "The frame whose parts (part, sample_range, or a seed each) these checkpoints have, as if it "
-      "had been rendered at once. allow_holes: parts may be missing, and are black; strict: all "
-      "are of one kind of machine; parts: a channel \"part\" says which of them each pixel is of, "
-      "1 the first. Ctrl-C stops it.");
-  module.def(
-      "matte_names", &matte_names, "scene"_a, "settings"_a = nullptr,
-      "What cryptomatte's channels show: {\"CryptoObject\": {name: id}}. An id is a whole number "
-      "of "
-      "32 bits; the channels hold it as the bits of a float32: "
-      "picture[\"CryptoObject00\"].view(\"uint32\")[..., 0] is that of the largest share of each "
-      "pixel, [..., 1] of the float32 array that share. Takes the settings, or those of the scene, "
-      "and options on top.");
+      "Merges the checkpoints of a frame's parts (part, sample_range, or different seeds) into the "
+      "frame, as if it had been rendered at once. allow_holes: parts may be missing and are black; "
+      "strict: all parts must come from one kind of machine; parts: a channel \"part\" tells which "
+      "part each pixel comes from, starting at 1. Ctrl-C stops it.");
+  module.def("matte_names", &matte_names, "scene"_a, "settings"_a = nullptr,
+             "Names and ids in cryptomatte's channels: {\"CryptoObject\": {name: id}}. An id is a "
+             "32-bit whole number, and the channels store it as the bits of a float32: "
+             "picture[\"CryptoObject00\"].view(\"uint32\")[..., 0] is the id with the largest "
+             "share of each pixel, and picture[\"CryptoObject00\"][..., 1] is that share. Uses "
+             "these settings, or those of the scene; options override them.");
 }
 
 }  // namespace emberline::python

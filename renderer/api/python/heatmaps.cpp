@@ -33,11 +33,11 @@ void add_heatmaps(py::module_& module) {
       },
       "picture"_a, "of"_a = "samples", py::kw_only(), "colors"_a = "grey", "range"_a = py::none(),
       "log"_a = false, "plain"_a = false,
-      "Where samples went, or what else heatmap_kinds() names, as a picture with legend: uint8 "
-      "(rows, columns, 3), sRGB: from its upper left corner the picture's pixels one to one, below "
-      "them the legend unless plain; write() makes the "
-      "file of `emberline heatmap` of it. The colours are grey, viridis, inferno, magma or turbo; "
-      "range=(least, most) are the values at their ends.");
+      "Draws a heatmap of the sample counts, or of another quantity from heatmap_kinds(), as sRGB "
+      "uint8 (rows, columns, 3). The picture's pixels are at the top left, one to one, with the "
+      "legend below unless plain=True; write() saves it as `emberline heatmap` does. The colours "
+      "are grey, viridis, inferno, magma or turbo; range=(least, most) sets the values at their "
+      "ends.");
   module.def(
       "heatmap_values",
       [](const Pictures& picture, const std::string& of) {
@@ -47,9 +47,8 @@ void add_heatmaps(py::module_& module) {
                                   values.data());
       },
       "picture"_a, "of"_a = "samples",
-      "The numbers behind heatmap(): float32 (height, width), NaN where a pixel has none. "
-      "\"error\" "
-      "is the expected RMS error as displayed, 0 to 1, \"time\" seconds.");
+      "The values that heatmap() draws: float32 (height, width), NaN where a pixel has none. "
+      "\"error\" is the expected RMS error as displayed, 0 to 1; \"time\" is in seconds.");
   module.def(
       "heatmap_kinds",
       [] {
@@ -59,7 +58,7 @@ void add_heatmaps(py::module_& module) {
         }
         return kinds;
       },
-      "What a heatmap can show, {name: what it is}.");
+      "The quantities that a heatmap can show: {name: description}.");
 }
 
 }  // namespace emberline::python

@@ -25,8 +25,9 @@ void write_bytes(const std::string& file, const py::array& array) {
   constexpr auto kMost = std::numeric_limits<int>::max();
   if (values.ndim() < 2 || values.ndim() > 3 || values.shape(0) > kMost ||
       values.shape(1) > kMost || channels > 4) {
-    throw py::value_error("picture: an array of the shape " + shape_of(values) +
-                          ", where (height, width) or (height, width, 3 or 4) is needed");
+    throw py::value_error(
+        "picture: expected an array of shape (height, width) or (height, width, 3 or 4), not " +
+        shape_of(values));
   }
   carry_out([&](Call&) {
     api::write_picture(file, values.data(), int(values.shape(1)), int(values.shape(0)),
@@ -44,13 +45,15 @@ void write(const py::object& path, const py::object& picture, double exposure,
            const py::object& channels) {
   const std::string file = path_of(path);
   if (is_object_of<api::RenderedPicture>(picture)) {
-    if (!channels.is_none()) throw py::type_error("channels: a Picture has names of its own");
+    if (!channels.is_none())
+      throw py::type_error("channels: leave it out, because a Picture has its own names");
     const auto& values = py::cast<const api::RenderedPicture&>(picture);
     return carry_out([&](Call&) { api::write_picture(file, values, exposure); });
   }
   if (holds_bytes(picture)) {
     if (exposure != 0 || !channels.is_none()) {
-      throw py::type_error("exposure, channels: not of uint8, which is written as it is");
+      throw py::type_error(
+          "exposure, channels: leave them out, because uint8 is written unchanged");
     }
     return write_bytes(file, py::reinterpret_borrow<py::array>(picture));
   }
@@ -90,46 +93,46 @@ void add_pictures(py::module_& module) {
   using Pictures = std::shared_ptr<api::RenderedPicture>;
   py::class_<api::RenderedPicture, Pictures>(
       module, "Picture",
-      "A frame, linear, in the working space. picture[\"RGB\"] is a float32 array (height, width, "
-      "3), "
-      "picture[\"samples\"] one of (height, width): views, which stay valid.")
+      "A linear frame in the working space. picture[\"RGB\"] is a float32 array (height, width, "
+      "3), and picture[\"samples\"] one of (height, width). Both are views and stay valid.")
       .def_readonly("width", &api::Picture::width)
       .def_readonly("height", &api::Picture::height)
-      .def_readonly("x", &api::Picture::x, "Of its left edge in the frame: not 0 of a crop.")
+      .def_readonly("x", &api::Picture::x,
+                    "Column of its left edge in the frame; above 0 for a crop.")
       .def_readonly("y", &api::Picture::y)
       .def_readonly("frame_width", &api::Picture::frame_width)
       .def_readonly("frame_height", &api::Picture::frame_height)
-      .def_readonly("samples", &api::Picture::samples, "Taken; 0 of a file.")
+      .def_readonly("samples", &api::Picture::samples, "Number of samples taken; 0 for a file.")
       .def_readonly("rays", &api::Picture::rays)
       .def_readonly("non_finite_samples", &api::Picture::non_finite_samples,
-                    "That were NaN or infinite and count as black.")
+                    "Samples that were NaN or infinite and count as black.")
       .def_readonly(
           "error_estimate", &api::Picture::error_estimate,
-          "Expected RMS error as displayed, 0 to 1, or None: driver \"adaptive\" has one.")
+          "Expected RMS error as displayed, 0 to 1; None unless the driver is \"adaptive\".")
       .def_readonly("complete", &api::Picture::complete,
-                    "False: it was stopped; with driver \"bucket\" by time_limit, too.")
+                    "False if the render was stopped; with driver \"bucket\", also by time_limit.")
       .def_property_readonly("channels",
                              [](const api::RenderedPicture& p) { return texts(p.channels); })
       .def_property_readonly("layers", &layers)
       .def_property_readonly("pixels", &pixels, "All channels, (height, width, channels).")
       .def("__getitem__", &layer, "name"_a,
            "A channel, (height, width), or a layer, (height, width, channels): \"RGB\", \"RGBA\", "
-           "\"alpha\", \"samples\", \"error\", and what aov, light_groups (\"light.key\"), "
-           "cryptomatte (\"CryptoObject00\") and denoise (\"denoised\", \"denoised.error\") asked "
-           "for.")
+           "\"alpha\", \"samples\", \"error\", and those added by aov, light_groups "
+           "(\"light.key\"), cryptomatte (\"CryptoObject00\") and denoise (\"denoised\", "
+           "\"denoised.error\").")
       .def("__contains__", &has_layer, "name"_a)
       .def("__repr__", [](const api::RenderedPicture& picture) { return describe(picture); });
-  module.def(
-      "read", &read, "path"_a, py::kw_only(), "memory_limit"_a = py::none(),
-      "load_timeout"_a = py::none(),
-      "A picture file: an EXR with all its channels, or a PNG, JPEG, HDR, WebP or TIFF as linear.");
+  module.def("read", &read, "path"_a, py::kw_only(), "memory_limit"_a = py::none(),
+             "load_timeout"_a = py::none(),
+             "Reads a picture file: an EXR with all its channels, or a PNG, JPEG, HDR, WebP or "
+             "TIFF, converted to linear.");
   module.def(
       "write", &write, "path"_a, "picture"_a, py::kw_only(), "exposure"_a = 0.0,
       "channels"_a = py::none(),
-      "A Picture or float32 array, linear, as .exr, or displayed as .png or .jpg; a uint8 array "
-      "as .png or .jpg as it is. The file of a Picture that was rendered is the command's: half, "
-      "exr_compression, exr_parts and working_space count, the header has camera, settings and the "
-      "names of mattes, and a .png shows the denoised picture.");
+      "Writes a Picture or linear float32 array as .exr, or as displayed in .png or .jpg; writes a "
+      "uint8 array as .png or .jpg unchanged. A rendered Picture gives the same file as the "
+      "command: half, exr_compression, exr_parts and working_space apply, the header has the "
+      "camera, the settings and the matte names, and a .png shows the denoised picture.");
 }
 
 }  // namespace emberline::python

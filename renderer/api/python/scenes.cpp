@@ -60,7 +60,7 @@ api::Resources resources_of(const py::object& threads, const py::object& memory_
   }
   const std::optional<int64_t> bytes = whole_number(memory_limit, "memory_limit");
   if (bytes && *bytes < 0) {
-    throw api::UsageError("memory_limit: " + std::to_string(*bytes) + " is below 0");
+    throw api::UsageError("memory_limit: " + std::to_string(*bytes) + " is negative");
   }
   return {int(count), bytes ? std::optional(uint64_t(*bytes)) : std::nullopt,
           real_number(load_timeout, "load_timeout")};
@@ -75,28 +75,26 @@ py::list texts(const std::vector<std::string>& names) {
 void add_scene(py::module_& module) {
   py::class_<Scene, std::shared_ptr<Scene>>(
       module, "Scene",
-      "A loaded glTF scene. Settings that concern its files (env, backfaces, time ...) count here, "
-      "and all are what render() takes where it is given none.")
+      "A loaded glTF scene. Settings about its files (env, backfaces, time ...) take effect here; "
+      "render() uses all settings by default.")
       .def(py::init(&load), "path"_a, "settings"_a = nullptr, py::kw_only(), "threads"_a = 0,
            "memory_limit"_a = py::none(), "load_timeout"_a = py::none(), "animated"_a = false)
       .def("pose", &pose,
-           "pose(time=1.5): puts a scene that was loaded with animated=True where its animation "
-           "has it. Takes animation, time or frame, fps, shutter and aov (for velocities), each "
-           "as it was loaded unless it is given. The edits stay. What is wrong is raised, and the "
-           "scene is then as it was.")
+           "pose(time=1.5) moves a scene that was loaded with animated=True to a time of its "
+           "animation. Accepts animation, time or frame, fps, shutter and aov (for velocities); "
+           "the others keep their loaded values. Edits stay. An error leaves the scene unchanged.")
       .def("edit", &edit, "edits"_a, py::kw_only(), "environment"_a = py::none(),
-           "All that differs from the file from now on, as a file of edits has it: a dict or "
-           "JSON. {} is the file again. The environment may be an array or Picture: "
-           "latitude-longitude, linear, rows from the top. What is wrong is raised, and the scene "
-           "is then as it was.")
+           "Replaces the scene's edits: a dict or JSON, as in an edits file. {} restores the file. "
+           "The environment may be an array or Picture: latitude-longitude, linear, rows from the "
+           "top. An error leaves the scene unchanged.")
       .def_property_readonly(
           "settings", [](const Scene& scene) { return scene.settings; },
-          "A copy of those that it was loaded with, and posed with.")
+          "A copy of the settings that the scene was loaded and posed with.")
       .def_property_readonly("lights", &names_of<&api::Scene::lights>)
       .def_property_readonly("materials", &names_of<&api::Scene::materials>)
       .def_property_readonly("cameras", &names_of<&api::Scene::cameras>)
       .def_property_readonly("approximated", &names_of<&api::Scene::approximated>,
-                             "What of the file is not honoured to the letter.")
+                             "Features of the file that are approximated.")
       .def_property_readonly("ignored", &names_of<&api::Scene::ignored>);
 }
 

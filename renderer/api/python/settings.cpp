@@ -59,14 +59,15 @@ std::string help(const std::optional<std::string>& name) {
 }  // namespace
 
 void add_errors(py::module_& module) {
-  g_errors.error = add_error(module, "Error", PyExc_Exception,
-                             "What went wrong, in one line: what, where, what to do.");
+  g_errors.error =
+      add_error(module, "Error", PyExc_Exception,
+                "Any error; its one-line message names the problem, the place and what to do.");
   g_errors.usage = add_error(module, "UsageError", g_errors.error, "A setting is wrong.");
   g_errors.input =
       add_error(module, "InputError", g_errors.error,
-                "A file, or edits, cannot be used. Names the file and the place in it.");
+                "A file or edits cannot be used. The message names the file and the place in it.");
   g_errors.render = add_error(module, "RenderError", g_errors.error,
-                              "There is not the memory, or a file cannot be written.");
+                              "There is not enough memory, or a file cannot be written.");
   py::register_exception_translator([](std::exception_ptr thrown) {
     try {
       if (thrown) std::rethrow_exception(thrown);
@@ -93,7 +94,7 @@ void add_settings(py::module_& module) {
   };
   py::class_<api::Settings, std::shared_ptr<api::Settings>>(
       module, "Settings",
-      "What decides a frame, by the names of the command's options: Settings(spp=16, "
+      "The settings of a frame, named like the command's options: Settings(spp=16, "
       "noise_threshold=0.01, size=(320, 200)). Settings.help() lists them.")
       .def(py::init([](const api::Settings* base, const py::kwargs& options) {
              auto settings =
@@ -105,17 +106,17 @@ void add_settings(py::module_& module) {
       .def(
           "read",
           [](api::Settings& settings, const py::object& path) { settings.read(path_of(path)); },
-          "path"_a, "Takes over the settings in a file that the command has saved.")
-      .def("__getitem__", get, "name"_a, "Its text; None where none is given.")
+          "path"_a, "Reads the settings from a file that the command has saved.")
+      .def("__getitem__", get, "name"_a, "The setting's value as text; None if it is not set.")
       .def("__setitem__", set, "name"_a, "value"_a)
-      .def("keys", &given, "Those that have a value.")
+      .def("keys", &given, "The names of the settings that have a value.")
       .def("__iter__", [](const api::Settings& s) { return py::iter(py::cast(given(s))); })
       .def("__copy__", [](const api::Settings& settings) { return api::Settings(settings); })
       .def(
           "__deepcopy__",
           [](const api::Settings& s, const py::object&) { return api::Settings(s); }, "memo"_a)
       .def("__repr__", &settings_repr)
-      .def_static("help", &help, "name"_a = py::none(), "What a setting does, or what all do.");
+      .def_static("help", &help, "name"_a = py::none(), "Describes one setting, or all of them.");
 }
 
 }  // namespace emberline::python

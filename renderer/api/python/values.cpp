@@ -78,7 +78,7 @@ py::array planes(const std::shared_ptr<api::RenderedPicture>& picture,
 
 std::string channel_name(const py::handle& name) {
   if (!py::isinstance<py::str>(name)) {
-    throw py::type_error("channels: a " + type_name(name) + ", where a text is needed");
+    throw py::type_error("channels: expected a string, not " + type_name(name));
   }
   Py_ssize_t size = 0;
   const char* const bytes = PyUnicode_AsUTF8AndSize(name.ptr(), &size);
@@ -88,12 +88,12 @@ std::string channel_name(const py::handle& name) {
   }
   if (bytes) return {bytes, size_t(size)};
   PyErr_Clear();  // a lone surrogate, which has no encoding
-  throw py::value_error("channels: " + std::string(py::repr(name)) + " is no text");
+  throw py::value_error("channels: " + std::string(py::repr(name)) + " is not valid Unicode");
 }
 
 py::array standard_error(const std::shared_ptr<api::RenderedPicture>& picture) {
   const std::vector<size_t> variance = channels_of(*picture, "variance");
-  if (variance.empty()) throw py::key_error("error: needs the aov \"variance\"");
+  if (variance.empty()) throw py::key_error("error: the picture needs the aov \"variance\"");
   const py::array values = planes(picture, variance);
   return py::module_::import("numpy").attr("sqrt")(values);
 }
@@ -116,7 +116,7 @@ bool is_list(const py::handle& value) {
 
 [[noreturn]] void wrong_type(const std::string& what, const std::string& is,
                              const std::string& wanted) {
-  throw py::type_error(what + ": " + is + ", where " + wanted);
+  throw py::type_error(what + ": expected " + wanted + ", not " + is);
 }
 
 }  // namespace
@@ -152,13 +152,13 @@ std::string setting_text(const std::string& name, const py::handle& value) {
   if (is_list(value)) {
     std::string list;
     for (const py::handle entry : value) {
-      if (is_list(entry)) throw py::type_error(name + ": an array of one dimension is needed");
+      if (is_list(entry)) throw py::type_error(name + ": expected an array with one dimension");
       if (!list.empty()) list += name == "size" ? 'x' : ',';
       list += setting_text(name, entry);
     }
     return list;
   }
-  wrong_type(name, "a " + type_name(value), "a text, a number, a bool or a list is needed");
+  wrong_type(name, type_name(value), "a string, a number, a bool or a list");
 }
 
 void apply(const py::kwargs& options, api::Settings& settings) {
@@ -171,7 +171,7 @@ void apply(const py::kwargs& options, api::Settings& settings) {
 std::string edits_text(const py::object& edits) {
   if (py::isinstance<py::str>(edits)) return py::cast<std::string>(edits);
   if (!py::isinstance<py::dict>(edits)) {
-    wrong_type("edits", "a " + type_name(edits), "a dict or JSON is needed");
+    wrong_type("edits", type_name(edits), "a dict or JSON");
   }
   py::dict all;
   all["emberline_edits"] = 1;
@@ -219,16 +219,17 @@ std::string shape_of(const py::array& array) { return py::str(array.attr("shape"
 
 FloatArray floats_of(const py::handle& array, const std::string& what) {
   if (!py::isinstance<py::array>(array)) {
-    wrong_type(what, "a " + type_name(array), "a NumPy array or a Picture is needed");
+    wrong_type(what, type_name(array), "a NumPy array or a Picture");
   }
   const auto values = py::reinterpret_borrow<py::array>(array);
   const py::dtype type = values.dtype();
   if (type.kind() != 'f' || type.itemsize() > py::ssize_t(sizeof(float))) {
-    wrong_type(what, "values of " + std::string(py::str(py::handle(type))),
-               "float32 are needed; astype(\"float32\") converts them");
+    wrong_type(what, std::string(py::str(py::handle(type))) + "; astype(\"float32\") converts it",
+               "float32");
   }
   for (py::ssize_t i = 0; i < values.ndim(); ++i) {
-    if (values.shape(i) > INT_MAX) throw py::value_error(what + ": too large: " + shape_of(values));
+    if (values.shape(i) > INT_MAX)
+      throw py::value_error(what + ": the array is too large: " + shape_of(values));
   }
   return FloatArray(values);
 }
@@ -241,8 +242,8 @@ FloatArray rgb_of(const py::handle& picture, const std::string& what) {
   }
   const FloatArray values = floats_of(picture, what);
   if (values.ndim() != 3 || values.shape(2) != 3 || values.size() == 0) {
-    throw py::value_error(what + ": an array of the shape " + shape_of(values) +
-                          ", where (height, width, 3) is needed");
+    throw py::value_error(what + ": expected an array of shape (height, width, 3), not " +
+                          shape_of(values));
   }
   return values;
 }
@@ -250,22 +251,22 @@ FloatArray rgb_of(const py::handle& picture, const std::string& what) {
 std::optional<int64_t> whole_number(const py::handle& value, const std::string& what) {
   if (value.is_none()) return std::nullopt;
   if (PyBool_Check(value.ptr()) || !PyIndex_Check(value.ptr())) {
-    wrong_type(what, "a " + type_name(value), "a whole number is needed");
+    wrong_type(what, type_name(value), "a whole number");
   }
   const py::int_ number(py::reinterpret_borrow<py::object>(value));
   int overflow = 0;
   const int64_t whole = PyLong_AsLongLongAndOverflow(number.ptr(), &overflow);
-  if (overflow != 0) throw py::value_error(what + ": a number of more than 64 bits");
+  if (overflow != 0) throw py::value_error(what + ": the number needs more than 64 bits");
   return whole;
 }
 
 std::optional<double> real_number(const py::handle& value, const std::string& what) {
   if (value.is_none()) return std::nullopt;
-  if (PyBool_Check(value.ptr())) wrong_type(what, "a bool", "a number is needed");
+  if (PyBool_Check(value.ptr())) wrong_type(what, "bool", "a number");
   const double number = PyFloat_AsDouble(value.ptr());
   if (number == -1.0 && PyErr_Occurred()) {
     PyErr_Clear();
-    wrong_type(what, "a " + type_name(value), "a number is needed");
+    wrong_type(what, type_name(value), "a number");
   }
   return number;
 }
@@ -273,15 +274,16 @@ std::optional<double> real_number(const py::handle& value, const std::string& wh
 api::RenderedPicture picture_of(const py::array& array, const py::object& channels) {
   const FloatArray values = floats_of(array, "picture");
   if (values.ndim() < 2 || values.ndim() > 3 || values.size() == 0) {
-    throw py::value_error("picture: an array of the shape " + shape_of(values) +
-                          ", where (height, width) or (height, width, channels) is needed");
+    throw py::value_error(
+        "picture: expected an array of shape (height, width) or (height, width, channels), not " +
+        shape_of(values));
   }
   const auto count = size_t(values.ndim() == 3 ? values.shape(2) : 1);
   api::RenderedPicture picture;
   picture.height = int(values.shape(0));
   picture.width = int(values.shape(1));
   if (PyAnySet_Check(channels.ptr())) {
-    wrong_type("channels", "a " + type_name(channels), "names in an order are needed");
+    wrong_type("channels", type_name(channels), "names in order");
   }
   if (!channels.is_none()) {
     for (const py::handle name : channels) {
@@ -295,7 +297,8 @@ api::RenderedPicture picture_of(const py::array& array, const py::object& channe
     for (size_t c = 0; c < count; ++c) picture.channels.emplace_back(1, "RGBA"[c]);
   }
   if (picture.channels.size() != count) {
-    throw py::value_error("channels: names of " + std::to_string(count) + " are needed");
+    throw py::value_error("channels: expected " + std::to_string(count) +
+                          " names, one for each channel");
   }
   picture.values.assign(values.data(), values.data() + values.size());
   picture.complete = true;

@@ -42,14 +42,14 @@ void check_request(const FarmOptions& o) {
   if (o.parts == 0) throw UsageError("farm needs --parts N: how many jobs share the frame");
   if (o.frame.time_limit_s) {
     throw UsageError(
-        "--time-limit: a part that stops early leaves a hole; --time is the jobs' limit");
+        "--time-limit: a part that stops early leaves a hole; use --time to limit the jobs");
   }
   if (o.frame.turntable && !o.frame.turntable->frame) {
-    throw UsageError("--turntable: farm renders one frame; in a file of settings, give K/N");
+    throw UsageError("--turntable: farm renders one frame; in a settings file, use K/N");
   }
-  if (is_part(o.frame)) throw UsageError("--part, --sample-range: farm gives each job its own");
+  if (is_part(o.frame)) throw UsageError("--part, --sample-range: farm chooses them for each job");
   if (!is_partition(o.request.partition)) {
-    throw UsageError("--partition: '{}' is no list of Slurm's partitions",
+    throw UsageError("--partition: '{}' is not a list of Slurm partitions",
                      shortened(o.request.partition));
   }
 }
@@ -100,10 +100,10 @@ void check_places(const FarmFolder& folder) {
   const auto check = [&](const fs::path& path, fs::file_type wanted) {
     const fs::file_type type = fs::symlink_status(path, unknown).type();
     if (type == fs::file_type::not_found || type == wanted) return;
-    throw UsageError("{}: is {}; remove it, or choose another output", path.string(),
+    throw UsageError("{}: it is {}; remove it, or choose another output", path.string(),
                      type == fs::file_type::symlink       ? "a symbolic link"
-                     : wanted == fs::file_type::directory ? "no folder"
-                                                          : "no regular file");
+                     : wanted == fs::file_type::directory ? "not a folder"
+                                                          : "not a regular file");
   };
   for (const char* name : {"job.json", "settings.json", "part.sh", "merge.sh", "merge.json"})
     check(folder.file(name), fs::file_type::regular);
@@ -121,7 +121,7 @@ void check_frame(const RenderOptions& options, uint32_t parts) {
   const RenderPlan plan(part);
   if (parts > plan.buckets()) {
     throw UsageError(
-        "--parts {}: the frame has {} buckets of --bucket-size {}; a part needs one at least",
+        "--parts {}: the frame has {} buckets of --bucket-size {}; each part needs at least one",
         parts, plan.buckets(), options.bucket_size);
   }
   FileRegister files;
@@ -135,7 +135,7 @@ void check_frame(const RenderOptions& options, uint32_t parts) {
 std::vector<SlurmTask> tasks_of(const std::vector<uint64_t>& jobs) {
   auto tasks = queued_tasks(jobs);
   if (tasks) return *std::move(tasks);
-  throw RenderError("squeue does not say which jobs run; try again when Slurm answers");
+  throw RenderError("squeue cannot list the jobs; try again when Slurm answers");
 }
 
 void refuse_running(const FarmFolder& folder) {
@@ -145,7 +145,7 @@ void refuse_running(const FarmFolder& folder) {
   const std::vector<SlurmTask> tasks = tasks_of(jobs);
   if (tasks.empty()) return;
   throw RenderError(
-      "{}: has jobs in the queue ({} tasks); wait for them, or end them with farm cancel",
+      "{}: it has jobs in the queue ({} tasks); wait for them, or cancel them with farm cancel",
       folder.path, tasks.size());
 }
 
@@ -167,9 +167,9 @@ int check_checkpoints(const FarmFolder& folder, const FrameSettings& settings, u
     const RecordFile file(path);
     const auto different = differences(head, parse_json(file.head(), path), {"part"});
     if (!file.records().empty() && !different.empty()) {
-      throw InputError(path,
-                       "it is of another frame: {}; remove {}.part-*, or choose another output",
-                       fmt::join(different, "; "), folder.output);
+      throw InputError(
+          path, "it belongs to another frame: {}; remove {}.part-*, or choose another output",
+          fmt::join(different, "; "), folder.output);
     }
     ++there;
   }
@@ -289,7 +289,7 @@ int submit_frame(const FarmOptions& farm) {
     return kExitDone;
   }
   if (there > 0) {
-    log_info(fmt::format("{} of the parts have a checkpoint and go on with it", there));
+    log_info(fmt::format("{} of the parts continue from their checkpoints", there));
   }
   submit(folder, record, all_parts(frame.parts), {});
   return kExitDone;
@@ -327,10 +327,11 @@ int retry_frame(const FarmFolder& folder) {
   }
   const bool merged = busy.empty() && fs::exists(folder.file("merge.json"));
   if (lacking.empty() && (merged || merge_waits)) {
-    log_info(merged ? "no part is missing, and they are merged"
+    log_info(merged ? "all parts are finished and merged"
              : busy.empty()
-                 ? "no part is missing; the merge waits or runs"
-                 : fmt::format("no part is missing but {} that wait or run", busy.size()));
+                 ? "all parts are finished; the merge is waiting or running"
+                 : fmt::format("all parts are finished except {} that are waiting or running",
+                               busy.size()));
     return kExitDone;
   }
   if (record.merge) cancel_jobs(std::span(&*record.merge, 1));
@@ -344,7 +345,7 @@ int cancel_frame(const FarmFolder& folder) {
   if (jobs.empty())
     throw UsageError("{}: nothing was submitted to Slurm (farm --print)", folder.path);
   cancel_jobs(jobs);
-  log_info(fmt::format("cancelled jobs {}; what is done stays, and farm retry goes on with it",
+  log_info(fmt::format("cancelled jobs {}; finished work is kept, and farm retry continues from it",
                        fmt::join(jobs, ", ")));
   return kExitDone;
 }
@@ -354,7 +355,7 @@ int cancel_frame(const FarmFolder& folder) {
 int run_farm(const FarmOptions& options) {
   if (options.verb == FarmVerb::kSubmit) return submit_frame(options);
   if (!options.frame.scene.empty() || !options.frame.outputs.empty()) {
-    throw UsageError("farm status, cancel and retry take the output alone");
+    throw UsageError("farm status, cancel and retry take only the output");
   }
   const FarmFolder folder(options.output);
   if (options.verb == FarmVerb::kCancel) return cancel_frame(folder);

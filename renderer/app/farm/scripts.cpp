@@ -21,9 +21,9 @@ namespace fs = std::filesystem;
 // "mv -T" renames the copy atomically, on every machine. In a folder that others may write to, only
 // the sticky bit keeps them from replacing the stage.
 constexpr const char* kStageBegin = R"sh(
-# A copy of the scene on this machine's own disk, named by what it holds. Of two parts that begin at
-# once both copy, and one gives its copy the name. A file that has changed since is not copied. A
-# stage that is a link, belongs to another user or has lost a file is not read.
+# A copy of the scene on this machine's own disk, named after its content. If two parts start at
+# once, both copy, and one copy gets the name. A file that has changed meanwhile is not copied. A
+# stage that is a link, belongs to another user or lacks a file is not read.
 folder=${{TMPDIR:-/tmp}}
 stage=$folder/emberline-$(id -u)-{}
 each() {{
@@ -46,7 +46,7 @@ constexpr const char* kStageEnd = R"sh(    each take &&
 fi
 if safe "$folder" && own "$stage" && each kept; then
 {}else
-  echo "emberline: no whole copy of the scene on this machine; it is read where it is" >&2
+  echo "emberline: there is no complete copy of the scene on this machine; the original is used" >&2
 fi
 )sh";
 
@@ -176,7 +176,7 @@ std::string merge_command(const FarmFrame& frame) {
 std::string part_script(const FarmFrame& frame, bool stage) {
   const RenderOptions& options = frame.options;
   std::string text = fmt::format(
-      "#!/bin/sh\n# A part of the frame: sh part.sh K. In an array of Slurm K is the task.\n"
+      "#!/bin/sh\n# Renders part K of the frame: sh part.sh K. In a Slurm array, K is the task.\n"
       "part=${{1:-$SLURM_ARRAY_TASK_ID}}\n{}"
       "echo \"part $part of {} on ${{SLURMD_NODENAME:-$(hostname)}}, $(date -u +%FT%TZ)\"\n",
       log_line(frame.folder, "part-", "\"$part\".log"), frame.parts);
@@ -203,7 +203,7 @@ std::string part_script(const FarmFrame& frame, bool stage) {
 // Names every part: a pattern could miss files that a network file system shows late.
 std::string merge_script(const FarmFrame& frame) {
   return fmt::format(
-      "#!/bin/sh\n# The picture of all parts.\n{3}"
+      "#!/bin/sh\n# Merges all parts into the picture.\n{3}"
       "set --\npart=1\nwhile [ $part -le {0} ]; do\n"
       "  set -- \"$@\" {1}\"$part\"-of-{0}.checkpoint\n  part=$((part + 1))\ndone\n"
       "exec {2} \"$@\"\n",

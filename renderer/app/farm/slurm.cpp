@@ -70,7 +70,7 @@ std::optional<ToolResult> run_tool(const std::vector<std::string>& words) {
       ::posix_spawnp(&child, arguments[0], &actions, nullptr, arguments.data(), environ);
   ::posix_spawn_file_actions_destroy(&actions);
   if (error == ENOENT || error == EACCES) return std::nullopt;
-  if (error != 0) throw RenderError("{} does not start: {}", words[0], std::strerror(error));
+  if (error != 0) throw RenderError("cannot start {}: {}", words[0], std::strerror(error));
   out.write = Descriptor();
   err.write = Descriptor();
   ToolResult result;
@@ -84,7 +84,7 @@ std::optional<ToolResult> run_tool(const std::vector<std::string>& words) {
 
 RenderError no_slurm(const std::string& program) {
   return RenderError(
-      "{} is not there: this machine has no Slurm; farm --print shows what to give to another "
+      "cannot find {}: this machine has no Slurm; farm --print shows the commands for another "
       "queue",
       program);
 }
@@ -156,7 +156,7 @@ uint64_t submit_job(const SlurmRequest& request, const std::string& folder,
   const std::string answer = first_line(run_slurm(all).out);  // "12", or "12;cluster"
   const auto job = parse_number<uint64_t>(answer.substr(0, answer.find(';')));
   if (!job || *job == 0)
-    throw RenderError("sbatch answers '{}', which is no number of a job", shortened(answer));
+    throw RenderError("sbatch answers '{}', which is not a job number", shortened(answer));
   return *job;
 }
 

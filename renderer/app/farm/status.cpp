@@ -121,7 +121,7 @@ void apply(const Queue& queue, const std::string& id, PartStatus& status) {
 void explain(const std::string& log, PartStatus& status) {
   if (status.state == kRunning) return;
   status.left_s.reset();
-  if (status.state == kStopped) status.message = "saved; farm retry goes on with it";
+  if (status.state == kStopped) status.message = "saved; farm retry continues it";
   if (status.state != kFailed) return;
   const std::string line = last_line(log);
   if (line.empty()) return;
@@ -137,7 +137,8 @@ void doubt(const std::string& progress, PartStatus& status) {
   if (error || silent < minutes(1)) return;
   status.state = kUnknown;
   status.left_s.reset();
-  status.message = fmt::format("silent for {}", readable_seconds(duration<double>(silent).count()));
+  status.message =
+      fmt::format("no progress for {}", readable_seconds(duration<double>(silent).count()));
 }
 
 PartStatus part_status(const FarmFolder& folder, const FarmRecord& record, const Queue& queue,
@@ -170,7 +171,7 @@ PartStatus merge_status(const FarmFolder& folder, const FarmRecord& record, cons
   }
   if (record.merge) apply(queue, std::to_string(*record.merge), status);
   if (status.state == kFailed && (status.message.empty() || status.message == "CANCELLED")) {
-    status.message = "cancelled, as a part has failed; see farm retry";
+    status.message = "cancelled because a part failed; use farm retry";
   }
   explain(folder.file("logs/merge.log"), status);
   return status;

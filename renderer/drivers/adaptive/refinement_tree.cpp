@@ -74,8 +74,8 @@ RefinementTree::RefinementTree(const Rect& crop, const RefinementSettings& setti
   if (crop.width() > kLongestSide || crop.height() > kLongestSide || crop.area() > kMostPixels) {
     throw UsageError("a frame of " + std::to_string(crop.width()) + "x" +
                      std::to_string(crop.height()) +
-                     " pixels is too large to be refined adaptively; the valid range is 65536 "
-                     "pixels a side and 2147483647 in all");
+                     " pixels is too large for adaptive refinement; the limit is 65536 pixels a "
+                     "side and 2147483647 in all");
   }
   if (crop.empty()) phase_ = RefinementPhase::kFinished;
   const auto pixels = size_t(crop.area());

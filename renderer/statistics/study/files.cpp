@@ -248,7 +248,7 @@ std::string aligned(const Rows& rows) {
 // The denoised methods by budget; empty without denoised methods.
 std::string denoised_table(const StudyResults& r) {
   Rows rows = {{"method", "budget", "relmse", "trimmed", "display_mse", "flip", "speedup by relmse",
-                "filter, s", "estimate : truth", "left"}};
+                "filter, s", "estimate : truth", "unfiltered"}};
   for (size_t m = 0; m < r.methods.size(); ++m) {
     for (size_t b = 0; b < r.settings.budgets.size(); ++b) {
       const std::optional<FilterSummary> filter = filter_summary(r, m, b);
@@ -267,7 +267,7 @@ std::string denoised_table(const StudyResults& r) {
                              fmt::format("{:.0f} %", 100 * filter->kept_share)});
     }
   }
-  return rows.size() == 1 ? "" : "\ndenoised, the filter's time included\n\n" + aligned(rows);
+  return rows.size() == 1 ? "" : "\ndenoised, including the filter's time\n\n" + aligned(rows);
 }
 
 }  // namespace
@@ -331,8 +331,8 @@ std::string study_table(const StudyResults& r) {
   const StudySettings& s = r.settings;
   if (s.budgets.empty()) return "";
   std::string text = fmt::format(
-      "at {} {}, 95 % intervals over {} seed{}; speedup at equal error in processor time, against "
-      "{}\n\n",
+      "at {} {}, with 95 % intervals over {} seed{}; speedup in processor time at equal error, "
+      "against {}\n\n",
       s.budgets.back(), s.by_time ? "seconds" : "samples per pixel", s.seeds,
       s.seeds == 1 ? "" : "s", s.baseline);
   Rows rows = {{"method", "mse", "relmse", "speedup by mse", "speedup by relmse", "bias %"}};

@@ -72,12 +72,12 @@ void StudyFolder::begin(const std::string& key, std::vector<std::string> files, 
       known = JsonReader(json, settings)["key"].text() == key;
     } catch (const InputError& error) {
       throw EmberlineError(error.exit_code(),
-                           std::string(error.what()) + "; give `restart` to begin the study anew");
+                           std::string(error.what()) + "; use `restart` to start the study over");
     }
     if (!known) {
       throw UsageError("-o " + folder_.path() +
-                       ": holds a study of another frame, budgets or settings; name another "
-                       "folder, or give `restart` to replace it");
+                       ": it has a study of another frame, other budgets or other settings; name "
+                       "another folder, or use `restart` to replace it");
     }
   }
   files.insert(files.end(), {kSettings, kPace});
@@ -104,7 +104,7 @@ void StudyFolder::write_pace(const StudyPace& pace) const {
 }
 
 std::optional<StudyRun> StudyFolder::read_run(const std::string& id, uint32_t seed) const {
-  return read_kept(path(run_name(id, seed)), "the run is made again", parse_run, key_);
+  return read_kept(path(run_name(id, seed)), "the run is repeated", parse_run, key_);
 }
 
 void StudyFolder::write_run(const std::string& id, const StudyRun& run) const {

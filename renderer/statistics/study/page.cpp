@@ -93,7 +93,7 @@ std::vector<std::string> budget_names(const StudySettings& settings) {
 }
 
 std::string seeds_text(const StudySettings& s) {
-  return s.seeds == 1 ? std::string("one seed, so without intervals")
+  return s.seeds == 1 ? std::string("one seed, so no intervals")
                       : fmt::format("means over {} seeds with 95 % confidence intervals", s.seeds);
 }
 
@@ -161,8 +161,8 @@ PageCell bias_cell(const StudyResults& results, size_t method, size_t budget) {
 void add_warnings(HtmlPage& page, const StudyResults& results) {
   if (!results.complete) {
     page.warning(
-        "The study was stopped before all its runs were made. What there is is shown; the same "
-        "command goes on with the rest.");
+        "The study was stopped before all runs were finished. This page shows the finished runs; "
+        "the same command continues with the rest.");
   }
   size_t failed = 0;
   for (const StudyRun& run : results.runs) failed += run.status == StudyRunStatus::kFailed;
@@ -176,14 +176,15 @@ void add_speedups(HtmlPage& page, const StudyResults& results) {
   page.section("Speedup at equal error");
   const auto baseline = baseline_method(results);
   if (!baseline || !any_checkpoint(results) || results.settings.budgets.empty()) {
-    page.paragraph("No run of the baseline has finished: there is nothing to compare with.");
+    page.paragraph("No run of the baseline has finished, so there is nothing to compare with.");
     return;
   }
-  page.paragraph(fmt::format(
-      "How many times as long {} needs for the error that a method has at its budget: above 1 the "
-      "method is faster. Paired by seed, {}. Coloured where the interval excludes 1. * For some "
-      "seeds that error lies beyond the baseline's checkpoints, and its line was continued.",
-      results.methods[*baseline].name, seeds_text(results.settings)));
+  page.paragraph(
+      fmt::format("The time that {} needs to reach a method's error, divided by that method's "
+                  "time: above 1 the method is faster. Values are paired by seed, {}, and coloured "
+                  "where the interval excludes 1. *: for some seeds the error is beyond the "
+                  "baseline's checkpoints, so its curve was extrapolated.",
+                  results.methods[*baseline].name, seeds_text(results.settings)));
   if (results.methods.size() < 2) {
     page.paragraph("There is no other method.");
     return;
@@ -213,7 +214,7 @@ void add_curves(HtmlPage& page, const StudyResults& results) {
     return;
   }
   page.paragraph(
-      fmt::format("Both scales logarithmic; {}, shown as bands.", seeds_text(results.settings)));
+      fmt::format("Both scales are logarithmic. The bands show {}.", seeds_text(results.settings)));
   for (const StudyMetric metric : kShown) {
     const std::string summary(study_metric_entry(metric).summary);
     page.figures(
@@ -221,8 +222,8 @@ void add_curves(HtmlPage& page, const StudyResults& results) {
                                 {curve_chart(results, metric, StudyAxis::kSamples), ""}});
   }
   page.paragraph(
-      "Mean squares of independent samples fall with a slope of -1, their roots with -1/2; well "
-      "spread samples do better, until the picture's discontinuities set the pace.");
+      "With independent samples, mean squared errors fall with a slope of -1 and their roots with "
+      "-1/2. Well-distributed samples do better until discontinuities of the picture limit them.");
   page.table(slopes(results, StudyAxis::kWall));
   page.table(slopes(results, StudyAxis::kSamples));
 }
@@ -245,8 +246,8 @@ void add_errors(HtmlPage& page, const StudyResults& results) {
 
   page.heading("Signed bias");
   page.paragraph(fmt::format(
-      "Light gained (+) or lost (-) against the reference, whose own sum is known to {:.3f} %. "
-      "Coloured where interval and twice that exclude 0.",
+      "Light gained (+) or lost (-) against the reference, whose own sum has a standard error of "
+      "{:.3f} %. Coloured where the interval, widened by two standard errors, excludes 0.",
       100 * results.reference.noise_bias));
   page.table(method_table(results, "", budget_names(results.settings),
                           [&](size_t m, size_t b) { return bias_cell(results, m, b); }));
@@ -270,7 +271,7 @@ void add_calibration(HtmlPage& page, const StudyResults& results) {
   }
   if (chart.series.empty()) {
     page.paragraph(
-        "No method made an estimate of its error that could be compared with the truth.");
+        "No method estimated its error, so there is nothing to compare with the true error.");
     return;
   }
   ChartSeries exact{"exact", {{least, 1}, {most, 1}}, 6};
@@ -278,9 +279,9 @@ void add_calibration(HtmlPage& page, const StudyResults& results) {
   chart.series.push_back(std::move(exact));
   page.figures(std::vector<PageFigure>{
       {line_chart(chart),
-       "What the driver claims of the displayed picture between its rounds, over what the "
-       "reference says. Above 1 it is too careful and renders too long; below 1 it promises too "
-       "much."}});
+       "The driver's error estimate for the displayed picture between rounds, divided by the error "
+       "against the reference. Above 1 the driver is too careful and renders too long; below 1 it "
+       "is too optimistic."}});
 }
 
 void add_denoising(HtmlPage& page, const StudyResults& results) {
@@ -288,13 +289,13 @@ void add_denoising(HtmlPage& page, const StudyResults& results) {
   if (!any_checkpoint(results) || std::ranges::none_of(results.methods, denoised)) return;
   page.section("Denoising");
   page.paragraph(
-      "Times and errors above are those of the denoised picture, its filter included. Here: the "
-      "filter's processor time, the error that it expects over the true one, and the share of the "
-      "pixels that it left unfiltered.");
+      "Times and errors above are for the denoised picture and include the filter. The tables "
+      "below show the filter's processor time, its error estimate divided by the true error, and "
+      "the share of pixels that it left unfiltered.");
   for (size_t m = 0; m < results.methods.size(); ++m) {
     PageTable table{
         results.methods[m].name,
-        {{"budget"}, {"processor time", true}, {"estimate : truth", true}, {"left", true}},
+        {{"budget"}, {"processor time", true}, {"estimate : truth", true}, {"unfiltered", true}},
         {}};
     for (size_t b = 0; b < results.settings.budgets.size(); ++b) {
       const std::optional<FilterSummary> filter = filter_summary(results, m, b);
@@ -310,14 +311,14 @@ void add_denoising(HtmlPage& page, const StudyResults& results) {
 void add_limits(HtmlPage& page, const StudyResults& results) {
   if (!any_checkpoint(results) || results.settings.budgets.empty()) return;
   const size_t last = results.settings.budgets.size() - 1;
-  page.section("What there was to gain, and what it cost");
+  page.section("Possible gain and overhead");
   constexpr std::array kLimited = {StudyMetric::kMse, StudyMetric::kRelMse, StudyMetric::kDisplay};
   if (results.limits) {
     const NeymanLimits& limits = *results.limits;
     page.paragraph(fmt::format(
-        "The Neyman limit: with independent samples no sharing-out of them could be faster to "
-        "equal error than the even one by more than {} (mse), {} (relmse), {} (display_mse). The "
-        "table has the speedup in processor time as a share of that.",
+        "The Neyman limit: with independent samples, no distribution of samples can reach equal "
+        "error faster than the uniform one by more than a factor of {} (mse), {} (relmse), {} "
+        "(display_mse). The table shows the speedup in processor time as a share of that limit.",
         readable_number(limits.mse), readable_number(limits.rel_mse),
         readable_number(limits.display)));
     page.table(method_table(results, "Share of the limit", metric_names(kLimited),
@@ -326,22 +327,24 @@ void add_limits(HtmlPage& page, const StudyResults& results) {
                             }));
   } else {
     page.paragraph(
-        "The Neyman limit is not known: the reference was given as a picture, without the variance "
-        "of its pixels.");
+        "The Neyman limit is unknown: the reference is a picture without the variance of its "
+        "pixels.");
   }
-  page.table(method_table(results, "Overhead", {"processor time a sample, over the baseline's"},
+  page.table(method_table(results, "Overhead",
+                          {"processor time per sample, relative to the baseline"},
                           [&](size_t m, size_t) -> PageCell {
                             const auto ratio = overhead(results, m, last);
                             return ratio ? compared_cell(*ratio, results, false) : PageCell("none");
                           }));
   page.paragraph(
-      "Above 1: the driver's own work, and samples that went to pixels of longer paths.");
+      "A value above 1 comes from the driver's own work and from samples in pixels with longer "
+      "paths.");
 }
 
 void add_runs(HtmlPage& page, const StudyResults& results) {
   page.section("Runs");
   page.table(method_table(
-      results, "", {"finished", "failed", "not made"}, [&](size_t m, size_t c) -> PageCell {
+      results, "", {"finished", "failed", "not run"}, [&](size_t m, size_t c) -> PageCell {
         const auto of_method = [&](StudyRunStatus status) {
           return size_t(std::ranges::count_if(results.runs, [&](const StudyRun& run) {
             return run.method == m && run.status == status;
@@ -367,16 +370,16 @@ void add_settings(HtmlPage& page, const StudyResults& results) {
   const StudyReference& r = results.reference;
   page.section("Reference");
   if (!r.file.empty()) {
-    page.paragraph("Given: " + r.file + ". Its own noise, if it has any, is part of every error.");
+    page.paragraph("Given: " + r.file + ". Any noise in it is part of every error.");
   } else {
     page.paragraph(fmt::format(
-        "Rendered by {} with {}, {} samples per pixel in all, seeds {} and {}.{}", r.driver,
+        "Rendered by {} with {}, {} samples per pixel in total, seeds {} and {}.{}", r.driver,
         r.sampler, readable_count(r.samples_per_pixel), r.seeds[0], r.seeds[1],
-        r.two_halves ? " Kept as two halves: the noise of the reference is taken out of all mean "
-                       "squares."
+        r.two_halves ? " It is stored as two halves, so that its noise can be subtracted from all "
+                       "mean squared errors."
                      : ""));
     page.paragraph(fmt::format(
-        "Noise of the mean of the halves: mse {}, relmse {}, display_mse {}, bias {:.3f} %.",
+        "Noise of the mean of both halves: mse {}, relmse {}, display_mse {}, bias {:.3f} %.",
         readable_number(r.noise_mse), readable_number(r.noise_rel_mse),
         readable_number(r.noise_display_mse), 100 * r.noise_bias));
   }
@@ -384,7 +387,7 @@ void add_settings(HtmlPage& page, const StudyResults& results) {
                              readable_number(r.rel_mse_epsilon)));
 
   const StudySettings& s = results.settings;
-  page.section("To make this study again");
+  page.section("To run this study again");
   page.code(s.command_line);
   std::string budgets;
   for (const double b : s.budgets) {

@@ -82,7 +82,7 @@ std::optional<Plane> read_samples(const PictureFolder& folder, const std::string
 MethodPictures read_method(const StudyResults& results, size_t m, const PictureFolder& folder) {
   const StudyMethod& method = results.methods[m];
   const StudyMethod::Pictures& p = method.pictures;
-  std::string caption = fmt::format("{}: {} samples a pixel in {}", method.name,
+  std::string caption = fmt::format("{}: {} samples per pixel in {}", method.name,
                                     readable_number(p.mean_samples, 4), readable_seconds(p.wall_s));
   const StudyRun* run = find_run(results, m, p.seed);
   if (run && !run->checkpoints.empty()) {
@@ -155,7 +155,7 @@ void add_crops(HtmlPage& page, const StudyResults& results,
                const std::vector<MethodPictures>& methods, const ByteImage& reference) {
   const std::vector<Rect> crops = choose_crops(results, methods, reference);
   if (crops.empty()) return;
-  page.heading("Crops, where the baseline is furthest from the reference");
+  page.heading("Crops where the baseline differs most from the reference");
   for (const Rect& crop : crops) {
     std::vector<PageFigure> row = {
         figure(cut_out(reference, crop), "png",
@@ -176,8 +176,8 @@ void add_flip_maps(HtmlPage& page, const std::vector<MethodPictures>& methods, i
   if (figures.empty()) return;
   page.heading("FLIP against the reference");
   page.paragraph(
-      "The difference that an observer sees who flips between picture and reference: black is "
-      "none, bright is much (0 to 1).");
+      "The difference that an observer sees when flipping between the picture and the reference: "
+      "black is none, bright is large (0 to 1).");
   page.figures(figures, in_a_row(width));
 }
 
@@ -257,7 +257,7 @@ void add_study_pictures(HtmlPage& page, const StudyResults& results, const std::
   page.section(results.settings.by_time ? "Pictures at equal time" : "Pictures at equal samples");
   if (!results.settings.budgets.empty()) {
     page.paragraph(fmt::format(
-        "The first seed's pictures at the largest budget, {}.",
+        "Pictures of the first seed at the largest budget, {}.",
         results.settings.by_time
             ? fmt::format("{} of rendering", readable_seconds(results.settings.budgets.back()))
             : fmt::format("{} samples per pixel",

@@ -86,7 +86,7 @@ std::vector<double> parse_budgets(const std::string& list, bool by_time) {
                                    by_time ? "number" : "whole number", least, most));
     }
     if (!budgets.empty() && *value <= budgets.back()) {
-      throw UsageError(fmt::format("{}: budgets must ascend, and {} stands behind {}", option, text,
+      throw UsageError(fmt::format("{}: budgets must ascend, but {} comes after {}", option, text,
                                    budgets.back()));
     }
     budgets.push_back(*value);
@@ -168,8 +168,7 @@ void check_settings(const FrameSettings& settings) {
     if (std::ranges::find(kStudySettings, row.group) != kStudySettings.end()) continue;
     if (row.text(settings) == row.text(none)) continue;
     throw UsageError(
-        "`{}`: a study has no such setting of its frames; what it compares, and how, is "
-        "in its own options",
+        "`{}`: a study has no such setting; the study's own options choose what it compares",
         row.name);
   }
 }
@@ -199,12 +198,13 @@ RenderOptions frame_options(const PlannedMethod& method, uint32_t samples, uint3
 
 StudyPlan plan_study(const StudyOptions& options) {
   if (options.frame.working_space != WorkingSpace::kRec709) {
-    throw UsageError("`working-space`: study measures in rec709; valid with render");
+    throw UsageError("`working-space`: study measures in rec709 only; use it with render");
   }
   check_settings(options.frame);
   if (!options.reference.empty() && (options.reference_spp || !options.cache.empty())) {
     throw UsageError(
-        "`reference-spp`, `cache`: are of a reference that is rendered, and `reference` is given");
+        "`reference-spp`, `cache`: they apply to a rendered reference, but `reference` names a "
+        "picture");
   }
   check_count("seeds", options.seeds, 1, kMostStudySeeds);
   check_count("reference-spp", options.reference_spp, 2, kMaxSamples);
@@ -217,7 +217,7 @@ StudyPlan plan_study(const StudyOptions& options) {
   for (const std::string& text : estimator_texts) estimators.push_back(parse_estimator(text));
   refuse_repeated(estimator_texts, "`estimators`");
   if (options.spp && options.seconds) {
-    throw UsageError("`seconds`: budgets are samples or seconds; give `spp` or `seconds`");
+    throw UsageError("`seconds`: budgets are either samples or seconds; use `spp` or `seconds`");
   }
   plan.by_time = options.seconds.has_value();
   plan.budgets = parse_budgets(

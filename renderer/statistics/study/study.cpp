@@ -59,8 +59,7 @@ std::optional<RgbImage> read_reference(const StudyOptions& options, const LoadLi
   if (options.reference.empty()) return std::nullopt;
   const RenderOptions& frame = options.frame;
   return reference_pixels(read_rgb(options.reference, LoadProgress({}, {}, limits)),
-                          "the frame to be measured against it", crop_of(frame), frame.width,
-                          frame.height);
+                          "the frame to measure", crop_of(frame), frame.width, frame.height);
 }
 
 // Call prepare(), then render() and, if there is a reference, write_results(); on one thread and in
@@ -100,7 +99,7 @@ class Study {
     for (const auto& [id, value] : pace_.samples_per_s) pace = std::max(pace, value);
     const uint32_t samples = results_.reference.samples_per_pixel;
     log_info(fmt::format(
-        "rendering the reference: {} samples per pixel, about {} (`reference-spp` for fewer)",
+        "rendering the reference: {} samples per pixel, about {} (use `reference-spp` for fewer)",
         samples, readable_seconds(double(renderer_.pixels()) * samples / pace)));
   }
 
@@ -254,10 +253,10 @@ class Study {
     const uint32_t wanted = options_.reference_spp.value_or(
         plan_.by_time ? enough : to_samples(kReferenceFactor * most));
     if (double(wanted) < kReferenceFactor * most) {
-      log_warning(fmt::format(
-          "the reference has {:.3g} times the samples of the largest budget; below {} its noise "
-          "shows in FLIP and in percentiles",
-          double(wanted) / most, kReferenceFactor));
+      log_warning(
+          fmt::format("the reference has only {:.3g} times the samples of the largest budget; "
+                      "below {} times, its noise shows in FLIP and percentiles",
+                      double(wanted) / most, kReferenceFactor));
     }
     return wanted;
   }
@@ -466,7 +465,7 @@ StudyOutcome make_study(const StudyOptions& options, const std::string& folder,
   files.write_below(folder, options.folder);
   register_inputs(options.frame, files);
   if (!options.reference.empty()) {
-    files.read(options.reference, "the file of `reference` is in it");
+    files.read(options.reference, "it contains the file of `reference`");
   }
   return tbb::task_arena(options.frame.threads).execute([&] {
     Study study(options, plan, files, options.frame.threads);

@@ -45,7 +45,7 @@ class LibraryCheckpoints : public ::testing::Test {
 };
 
 // A stopped and resumed frame has the bits of one that was never stopped.
-TEST_F(LibraryCheckpoints, AStoppedFrameGoesOn) {
+TEST_F(LibraryCheckpoints, StoppedFrameResumes) {
   for (const char* const driver : {"bucket", "bisection", "adaptive"}) {
     const Settings settings =
         small(driver).set("size", "64x64").set("spp", "64").set("bucket-size", "16");
@@ -73,7 +73,7 @@ TEST_F(LibraryCheckpoints, AStoppedFrameGoesOn) {
 
 // The frame is abandoned, or ended by an exception from its observer, before the file was first
 // saved.
-TEST_F(LibraryCheckpoints, AnAbandonedFrameGoesOn) {
+TEST_F(LibraryCheckpoints, AbandonedFrameResumes) {
   for (const char* const driver : {"bucket", "bisection", "adaptive"}) {
     for (const bool throws : {false, true}) {
       const Settings settings =
@@ -100,7 +100,7 @@ TEST_F(LibraryCheckpoints, AnAbandonedFrameGoesOn) {
 }
 
 // A resumable frame is not complete when its time limit ends it.
-TEST_F(LibraryCheckpoints, AFrameWhoseTimeIsOverIsNotComplete) {
+TEST_F(LibraryCheckpoints, FrameOutOfTimeIsNotComplete) {
   const Settings settings = small("bisection").set("spp", "1000000").set("time-limit", "0.1");
   const Scene scene = box(settings);
   EXPECT_TRUE(render(scene, settings).complete);
@@ -108,7 +108,7 @@ TEST_F(LibraryCheckpoints, AFrameWhoseTimeIsOverIsNotComplete) {
   EXPECT_TRUE(fs::exists(path("frame")));
 }
 
-TEST_F(LibraryCheckpoints, AreOfOneFrameAlone) {
+TEST_F(LibraryCheckpoints, BelongToOneFrame) {
   const Settings settings = small("bisection");
   Scene scene = box(settings);
   RenderFiles files = RenderFiles::at(path("a"));
@@ -155,7 +155,7 @@ TEST_F(LibraryCheckpoints, AFinishedFrameGetsMore) {
   EXPECT_FALSE(fs::exists(files.checkpoint + ".next"));
 }
 
-TEST_F(LibraryCheckpoints, AStudyTakesTheSettingsOfItsFrames) {
+TEST_F(LibraryCheckpoints, StudyUsesTheSettingsOfItsFrames) {
   const std::string scene = EMBERLINE_SCENES "/cornell_box.glb";
   const Settings frame = Settings().set("size", "8x8").set("max-depth", "2");
   StudyRequest request(path("study"));
@@ -215,7 +215,7 @@ TEST_F(LibraryCheckpoints, PartsBecomeTheWhole) {
 }
 
 // A checkpoint belongs to the scene as loaded: replaced files are detected.
-TEST_F(LibraryCheckpoints, TheScenesFilesAreThoseThatWereLoaded) {
+TEST_F(LibraryCheckpoints, UseTheFilesThatWereLoaded) {
   const auto copy = [&](const std::string& name, const std::string& from) {
     fs::copy_file(EMBERLINE_SCENES "/" + from, path(name), fs::copy_options::overwrite_existing);
   };

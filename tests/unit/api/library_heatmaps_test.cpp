@@ -32,7 +32,7 @@ TEST_F(LibraryHeatmaps, ShowTheChannelsOfThePicture) {
   ASSERT_EQ(plain.values.size(), 3u * 16 * 16);
   const auto most = size_t(std::ranges::max_element(values) - values.begin());
   const auto least = size_t(std::ranges::min_element(values) - values.begin());
-  EXPECT_GT(plain.values[3 * most], plain.values[3 * least]) << "bright where many are";
+  EXPECT_GT(plain.values[3 * most], plain.values[3 * least]) << "brighter is more";
   EXPECT_EQ(plain.values[3 * most], plain.values[3 * most + 1]) << "grey";
   EXPECT_GT(heatmap(picture).height, 16) << "with its legend";
   look.range = std::pair(0.0, 1e6);
@@ -40,7 +40,7 @@ TEST_F(LibraryHeatmaps, ShowTheChannelsOfThePicture) {
   EXPECT_LT(narrow.values[3 * most], 4);
 }
 
-TEST_F(LibraryHeatmaps, SayWhatTheyNeed) {
+TEST_F(LibraryHeatmaps, ErrorsNameTheMissingChannel) {
   const Picture picture = frame();
   EXPECT_THROW(heatmap(picture, "heat"), UsageError);
   HeatmapLook look;

@@ -63,7 +63,7 @@ TEST_F(LibraryLayers, LightGroupsAddUpAndFollowEdits) {
   EXPECT_THROW(render(scene, Settings(settings).set("integrator", "normal")), UsageError);
 }
 
-TEST_F(LibraryLayers, MattesShowWhatHasANameThere) {
+TEST_F(LibraryLayers, MattesMatchTheNames) {
   const Settings settings = small().set("cryptomatte", "object,material");
   const Scene scene(scene_file("cornell_box.glb"), settings);
   const std::vector<MatteNames> names = matte_names(scene, settings);

@@ -55,7 +55,7 @@ TEST_F(LibraryPictures, AnExrHoldsEveryChannel) {
   EXPECT_EQ(read_picture(file("a.exr")).samples, 77u);
 }
 
-TEST_F(LibraryPictures, PngShowsWhatThereIs) {
+TEST_F(LibraryPictures, PngShowsDisplayedValues) {
   Picture picture = small();
   for (float& value : picture.values) value = 0.25f;
   write_picture(file("a.png"), picture, 1.0);
@@ -68,7 +68,7 @@ TEST_F(LibraryPictures, PngShowsWhatThereIs) {
   EXPECT_EQ(read.pixel(0, 0)[1], read.pixel(1, 0)[1]);
 }
 
-TEST_F(LibraryPictures, WhatCannotBeWrittenIsRefused) {
+TEST_F(LibraryPictures, RejectsUnwritablePictures) {
   const auto refused = [&](const Picture& picture, const std::string& name) {
     EXPECT_THROW(write_picture(file(name), picture), UsageError);
     EXPECT_FALSE(fs::exists(file(name)));

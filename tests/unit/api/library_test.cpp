@@ -58,7 +58,7 @@ TEST_F(Library, SettingsAreTheCommands) {
   EXPECT_EQ(settings.get("spp"), "13") << "as it was";
 }
 
-TEST_F(Library, RendersWhatIsAskedFor) {
+TEST_F(Library, RendersTheRequestedFrame) {
   const Settings settings = small().set("crop", "4,5,20,24").set("aov", "Z");
   const Scene scene(kScenes + "cornell_box.glb", settings);
   const Picture picture = render(scene, settings);
@@ -76,7 +76,7 @@ TEST_F(Library, RendersWhatIsAskedFor) {
 }
 
 // Light is linear: halving the only lamp halves every pixel, to the bit.
-TEST_F(Library, EditsAreThoseOfTheCommand) {
+TEST_F(Library, EditsMatchTheCommand) {
   const Settings settings = small();
   Scene scene(kScenes + "cornell_box.glb", settings);
   const Picture whole = render(scene, settings);
@@ -156,7 +156,7 @@ TEST_F(Library, IsWatchedAndStopped) {
   EXPECT_THROW(render(scene, settings, {}, {}, [](const Progress&) { throw Mine(); }), Mine);
 }
 
-TEST_F(Library, WhatIsGivenUpBringsNothing) {
+TEST_F(Library, AbandonedRenderReturnsNothing) {
   const Settings settings = small("adaptive").set("spp", "16777216");
   const Scene scene(kScenes + "cornell_box.glb", settings);
   std::stop_source give_up;
@@ -183,7 +183,7 @@ TEST_F(Library, BucketsAreWatchedTileByTile) {
   EXPECT_THROW(render(scene, settings, {}, {}, [](const Progress&) { throw Mine(); }), Mine);
 }
 
-TEST_F(Library, SaysWhatSettingsThereAre) {
+TEST_F(Library, ListsTheSettings) {
   bool driver = false, environment = false;
   for (const Settings::Help& row : Settings::help()) {
     Settings().get(row.name);
@@ -214,7 +214,7 @@ TEST_F(Library, BucketsThatAreWorkedOnCountTowardsTheMemory) {
   EXPECT_THROW(render(scene, settings.set("bucket-size", "1024"), one_thread), InputError);
 }
 
-TEST_F(Library, SaysWhatIsWrong) {
+TEST_F(Library, ErrorsNameTheProblem) {
   EXPECT_THROW(Scene("/no/scene.glb"), InputError);
   Resources little;
   little.memory_bytes = 1000;
@@ -238,7 +238,7 @@ TEST_F(Library, SaysWhatIsWrong) {
 }
 
 // Resources have the same ranges as the command's options.
-TEST_F(Library, SaysWhichResourcesAreNone) {
+TEST_F(Library, RejectsInvalidResources) {
   const std::string file = kScenes + "cornell_box.glb";
   const Scene scene(file);
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
@@ -252,7 +252,7 @@ TEST_F(Library, SaysWhichResourcesAreNone) {
   }
 }
 
-TEST_F(Library, MessagesGoWhereTheyAreWanted) {
+TEST_F(Library, MessagesGoToTheHandler) {
   std::mutex mutex;
   std::string all;
   set_log([&](Message kind, std::string_view text) {

@@ -33,7 +33,7 @@ std::string says(const Set& set) {
   return refusal(options);
 }
 
-TEST(FrameRange, ReadsWhatFarmsWrite) {
+TEST(FrameRange, ReadsFarmNotation) {
   const struct {
     const char* text;
     Frames frames;
@@ -62,7 +62,7 @@ TEST(FrameRange, ReadsWhatFarmsWrite) {
   for (const auto& row : rows) EXPECT_EQ(parse_frames(row.text), row.frames) << row.text;
 }
 
-TEST(FrameRange, RefusesWhatIsNone) {
+TEST(FrameRange, RejectsInvalidRanges) {
   for (const char* text : {"",
                            ",",
                            "1,",
@@ -204,9 +204,8 @@ TEST(FrameRange, EachFrameHasItsOwnNames) {
 
 TEST(FrameRange, AnOutputForAllFramesIsRefused) {
   EXPECT_EQ(says([](RenderOptions& o) { o.outputs = {"shots/a.b.exr"}; }),
-            "-o shots/a.b.exr: every frame of --frames would be written to it; put #### where the "
-            "frame's "
-            "number goes: shots/a.b.####.exr");
+            "-o shots/a.b.exr: every frame of --frames would be written to this file; put #### "
+            "where the frame number goes: shots/a.b.####.exr");
   EXPECT_TRUE(
       says([](RenderOptions& o) { o.reports = {"r.json"}; }).starts_with("--report r.json"));
   EXPECT_TRUE(says([](RenderOptions& o) { o.heatmaps = {"h"}; }).ends_with("goes: h.####"));
@@ -219,10 +218,10 @@ TEST(FrameRange, AnOutputForAllFramesIsRefused) {
               o.frames = {2, 12};
               o.outputs = {"a.#.exr", "a.1#.exr"};
             }),
-            "-o a.#.exr: of frame 12 it is a.12.exr, which is an output already");
+            "-o a.#.exr: for frame 12 this is a.12.exr, which is already an output");
 }
 
-TEST(FrameRange, ATurntableIsARangeOfItsOwn) {
+TEST(FrameRange, TurntableDefinesItsOwnRange) {
   RenderOptions options;
   options.outputs = {"a.##.exr"};
   options.turntable = Turntable{std::nullopt, 3};

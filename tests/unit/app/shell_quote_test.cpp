@@ -50,7 +50,7 @@ TEST(ShellQuote, RandomBytesComeBack) {
   }
 }
 
-TEST(ShellQuote, PlainWordsStayAsTheyAre) {
+TEST(ShellQuote, PlainWordsAreNotQuoted) {
   EXPECT_EQ(shell_quoted("--look-from=1,2,-3"), "--look-from=1,2,-3");
   EXPECT_EQ(shell_quoted("it's a report.json"), "'it'\\''s a report.json'");
   const char* const words[] = {"/bin/emberline", "render", "a b.glb"};

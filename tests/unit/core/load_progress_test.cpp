@@ -136,7 +136,7 @@ TEST_F(LoadProgressTest, IsCalledOffAtEveryReport) {
   }
 }
 
-TEST_F(LoadProgressTest, TheSceneIsTheSameWhoeverLooks) {
+TEST_F(LoadProgressTest, ObserversDoNotChangeTheScene) {
   std::stop_source stop;
   LoadProgress watched([](const std::string&, double) {}, stop.get_token());
   const CameraDescription view = perspective({2, 3, 6}, {2, 1, 0}, 45);

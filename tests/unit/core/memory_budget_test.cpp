@@ -21,12 +21,13 @@ std::string refusal(MemoryBudget& budget, MemoryPart part, uint64_t bytes) {
   return "";
 }
 
-TEST(MemoryBudget, SaysWhoWantedHowMuchOfWhat) {
+TEST(MemoryBudget, RefusalNamesTheOwnerAndTheAmount) {
   MemoryBudget budget(uint64_t(2) << 30);
   budget.reserve(MemoryPart::kFile, uint64_t(1) << 29, "scene.glb");
-  EXPECT_EQ(refusal(budget, MemoryPart::kTextures, uint64_t(47) << 26),
-            "scene.glb#/images/0: needs 2.94 GiB of memory (textures), and 1.5 GiB of the limit of "
-            "2 GiB are left; memory-limit raises it");
+  EXPECT_EQ(
+      refusal(budget, MemoryPart::kTextures, uint64_t(47) << 26),
+      "scene.glb#/images/0: needs 2.94 GiB of memory (textures), but only 1.5 GiB of the limit of "
+      "2 GiB are left; raise memory-limit");
   EXPECT_EQ(budget.reserved(), uint64_t(1) << 29) << "what is refused is not reserved";
   EXPECT_EQ(refusal(budget, MemoryPart::kTextures, uint64_t(3) << 29), "");
   EXPECT_NE(refusal(budget, MemoryPart::kBvh, 1), "");
@@ -41,7 +42,7 @@ TEST(MemoryBudget, CountsThatOverflowAreTooMuch) {
   EXPECT_EQ(bytes_of(3, 7), 21u);
 }
 
-TEST(MemoryBudget, GivesBackWhatWasForAWhile) {
+TEST(MemoryBudget, ReleasesTemporaryMemory) {
   const auto budget = std::make_shared<MemoryBudget>(1000);
   {
     MemoryReservation first(budget, MemoryPart::kFile, 600, "a");
@@ -56,7 +57,7 @@ TEST(MemoryBudget, GivesBackWhatWasForAWhile) {
   EXPECT_EQ(budget->peak(), 1000u);
 }
 
-TEST(MemoryBudget, TheRestHasTheSameLimitAndKnowsWhatItTook) {
+TEST(MemoryBudget, RestSharesTheLimitAndTracksItsUse) {
   MemoryBudget whole(1000);
   whole.reserve(MemoryPart::kGeometry, 300, "a.gltf");
   const std::shared_ptr<MemoryBudget> rest = whole.rest();
@@ -68,7 +69,7 @@ TEST(MemoryBudget, TheRestHasTheSameLimitAndKnowsWhatItTook) {
   EXPECT_EQ(whole.reserved(), 300u);
 }
 
-TEST(MemoryBudget, OfManyThreadsNoneGetsMoreThanThereIs) {
+TEST(MemoryBudget, ThreadsTogetherStayWithinTheLimit) {
   const auto budget = std::make_shared<MemoryBudget>(1000);
   std::atomic<int> granted{0};
   {
@@ -89,7 +90,7 @@ TEST(MemoryBudget, UnlimitedRefusesNothing) {
   EXPECT_EQ(LoadProgress::unwatched().budget(), MemoryBudget::unlimited());
 }
 
-TEST(LoadLimits, ALoadThatTakesLongerEnds) {
+TEST(LoadLimits, LoadEndsAtTheTimeout) {
   LoadLimits limits;
   limits.timeout_s = 0.01;
   limits.scene = "scene.glb";

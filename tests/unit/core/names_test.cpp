@@ -65,7 +65,7 @@ TEST(Names, MessagesCutNamesOfMegabytes) {
   EXPECT_EQ(std::string(UsageError(plain).what()), plain);
 }
 
-TEST(FileSuffix, IsWhatFollowsTheLastDotOfTheNameItself) {
+TEST(FileSuffix, FollowsTheLastDotOfTheFileName) {
   EXPECT_EQ(lower_suffix("shots/A.010.EXR"), ".exr");
   EXPECT_EQ(lower_suffix("a.b/frame"), "");
   EXPECT_EQ(lower_suffix(".exr"), "");

@@ -20,7 +20,7 @@ std::string as_option(std::string_view name) {
   return name == "shadow" ? "" : "--" + std::string(name);
 }
 
-TEST_F(SettingNames, AreBareAsLongAsNobodySpellsThem) {
+TEST_F(SettingNames, AreBareByDefault) {
   EXPECT_EQ(spelled("`spp`: 3 is no power of two, as `filter-radius` needs"),
             "spp: 3 is no power of two, as filter-radius needs");
 }

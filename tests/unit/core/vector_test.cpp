@@ -85,7 +85,7 @@ TEST(NormalizeOr, AnyLengthThatHasADirection) {
   EXPECT_EQ(normalize_or({3e38f, 0, 0}, fallback), Vec3f(1, 0, 0));
 }
 
-TEST(NormalizeOr, FallsBackWhereThereIsNone) {
+TEST(NormalizeOr, FallsBackForZeroVectors) {
   const Vec3f fallback(0, 0, 1);
   constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
   constexpr float kInf = std::numeric_limits<float>::infinity();

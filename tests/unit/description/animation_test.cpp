@@ -111,7 +111,7 @@ TEST(Animation, OneKeyIsHeldByEveryInterpolation) {
   }
 }
 
-TEST(Animation, SlerpIsTheAppendixsAndTakesTheShorterWay) {
+TEST(Animation, SlerpMatchesTheSpecificationAndTakesTheShorterWay) {
   const Quaternion a = turn(0.3, 1, 2, 3);
   for (const double angle : {0.1, 1.0, 2.5, 3.1}) {
     const Quaternion b = turn(0.3 + angle, 1, 2, 3);

@@ -186,7 +186,7 @@ double walk(Vec3d at, Vec3d direction, const Vec3d& sun, size_t band, double alb
 // Multiple scattering, a third to a half of all light, is less uniform than Hillaire's method
 // assumes: the tolerance is 5 % of the total under a high sun and 12 % under a low one. With
 // 600,000 walks the largest differences are 3 and 9 %.
-TEST(ClearSky, ScatteredAgainIsWhatARandomWalkMeets) {
+TEST(ClearSky, MultipleScatteringMatchesARandomWalk) {
   constexpr int kWalks = 30'000;
   for (const double elevation : {50.0, 10.0}) {
     const Picture sky({elevation, 0, 0.3, true, 64}), once({elevation, 0, 0.3, false, 64});
@@ -273,7 +273,7 @@ TEST(ClearSky, HasItsColours) {
   EXPECT_GT(dusk.z, 2 * dusk.y);  // ozone keeps it blue
 }
 
-TEST(ClearSky, StandsWhereItsAnglesSay) {
+TEST(ClearSky, SunIsAtItsAngles) {
   for (const auto& [azimuth, direction] : {std::pair(0.0, Vec3d(0, 0, -1)),
                                            {90.0, Vec3d(1, 0, 0)},
                                            {180.0, Vec3d(0, 0, 1)},

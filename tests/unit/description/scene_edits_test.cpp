@@ -136,7 +136,7 @@ TEST(SceneEdits, MaterialFactorsAreReplaced) {
   EXPECT_EQ(untouched.base_color, Rgb(0.9f, 0.6f, 0.3f));
 }
 
-TEST(SceneEdits, EveryParameterOfAMaterialIsReplacedAlone) {
+TEST(SceneEdits, EachMaterialParameterIsReplacedIndependently) {
   const MaterialDescription own = edited_by({}).materials[kBallMaterial];
   for (const MaterialParameter& edited : material_parameters()) {
     MaterialEdit edit = material_edit(kBallMaterial);
@@ -176,7 +176,7 @@ TEST(SceneEdits, AnisotropyNeedsTangents) {
   EXPECT_FALSE(need_tangents(edits_of(edit)));
 }
 
-TEST(SceneEdits, WhatReflectsEverythingHasNoIndexOfRefraction) {
+TEST(SceneEdits, FullyReflectingMaterialsHaveNoIndexOfRefraction) {
   SceneDescription scene = edited_scene();
   scene.materials[kBallMaterial].ior = 0.0f;
   MaterialEdit edit = material_edit(kBallMaterial);
@@ -186,7 +186,7 @@ TEST(SceneEdits, WhatReflectsEverythingHasNoIndexOfRefraction) {
   EXPECT_EQ(refusal(edits_of(edit)), "");
 }
 
-TEST(SceneEdits, ANameFindsItsOneBearerWhereverItIs) {
+TEST(SceneEdits, UniqueNamesAreFoundAtAnyIndex) {
   MaterialEdit edit = material_edit(0);  // its index before the file was exported again
   edit.target.name = "glass";
   edit.roughness = 0.9f;
@@ -201,7 +201,7 @@ TEST(SceneEdits, ANameFindsItsOneBearerWhereverItIs) {
   EXPECT_EQ(scene.materials[kLampMaterial].roughness, 1.0f);
 }
 
-TEST(SceneEdits, WhatIsNotThereIsRefusedWithTheValidNames) {
+TEST(SceneEdits, UnknownNamesListTheValidOnes) {
   MaterialEdit edit = material_edit(-1);
   edit.target = {"glas", -1, "shot.json#/materials/0"};
   expect_words(refusal(edits_of(edit)), {"shot.json#/materials/0: ", "'glas'", "2 'glass'"});
@@ -233,7 +233,7 @@ TEST(SceneEdits, WhatIsNotThereIsRefusedWithTheValidNames) {
   expect_words(refusal(turned, skyless), {"no environment", "file"});
 }
 
-TEST(SceneEdits, AVariantPutsOnWhatTheMeshesWearInIt) {
+TEST(SceneEdits, VariantAssignsItsMaterials) {
   SceneDescription scene = edited_scene();
   add_variants(scene);
   SceneEdits edits;
@@ -261,7 +261,7 @@ TEST(SceneEdits, ARefusalLeavesTheDescriptionAsItWas) {
   EXPECT_EQ(scene.lights[0].intensity, edited_scene().lights[0].intensity);
 }
 
-TEST(SceneEdits, AreEqualWhereverAFileHoldsThem) {
+TEST(SceneEdits, EqualityIgnoresThePlaceInTheFile) {
   SceneEdits a;
   a.camera.fov_y_degrees = 30.0;
   a.materials.push_back(material_edit(0));
@@ -273,7 +273,7 @@ TEST(SceneEdits, AreEqualWhereverAFileHoldsThem) {
   EXPECT_NE(a, b);
 }
 
-TEST(SceneEdits, AViewReplacesWhatItNames) {
+TEST(SceneEdits, ViewReplacesOnlyItsMembers) {
   SceneDescription scene = edited_scene();
   scene.cameras = {perspective({0, 0, 5}, {0, 0, 0}, 40), orthographic({0, 9, 0}, {0, 0, 0}, 2)};
   scene.cameras[1].name = "plan";

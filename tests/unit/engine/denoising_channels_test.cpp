@@ -63,7 +63,7 @@ TEST(HalfChannels, AreMeansOfEachHalf) {
 
 // If the pixel shows another value, such as an average over rounds, the halves' weighted mean
 // follows it, and their difference stays that of the samples.
-TEST(HalfChannels, FollowWhatThePixelShows) {
+TEST(HalfChannels, FollowThePixel) {
   FilmTile film = film_of(1);
   const DenoiserFeatures seen;
   const SampleShares half = {0.5f};
@@ -78,7 +78,7 @@ TEST(HalfChannels, FollowWhatThePixelShows) {
   EXPECT_EQ(value_of(film, 0, "half2.shared.0.G"), 1.5f);
 }
 
-TEST(HalfChannels, WhatIsSharedStaysFinite) {
+TEST(HalfChannels, SharedValuesStayFinite) {
   FilmTile film = film_of(1);
   const DenoiserFeatures seen;
   const SampleShares shares = {1.0f, 1.0f / 3};
@@ -98,7 +98,7 @@ TEST(HalfChannels, WhatIsSharedStaysFinite) {
 }
 
 // Law 4.
-TEST(HalfChannels, WhatIsSeenIsFinite) {
+TEST(HalfChannels, FeaturesAreFinite) {
   FilmTile film = film_of(1);
   DenoiserFeatures seen;
   seen.nearness = std::numeric_limits<float>::quiet_NaN();
@@ -109,7 +109,7 @@ TEST(HalfChannels, WhatIsSeenIsFinite) {
 }
 
 // Law 3, and the documented memory.
-TEST(HalfChannels, CostWhatTheyAreSaidTo) {
+TEST(HalfChannels, MatchTheirDocumentedCost) {
   FilmTile without((AovSet()));
   without.reset({0, 0, 1000, 1});
   EXPECT_FALSE(without.has(Sums::kHalves));
@@ -195,7 +195,7 @@ class Sharing : public ::testing::Test {
   const std::vector<std::string> summed_names_ = with_shared_sums(names_);
 };
 
-TEST_F(Sharing, APixelIsWhatCountsForIt) {
+TEST_F(Sharing, PixelIsTheSumOfItsWeightedSamples) {
   add_all();
   EXPECT_EQ(summed_names_.size(), names_.size() - 2 * (kSharedValues - 3));
   const std::vector<float> pixels = summed();
@@ -215,7 +215,7 @@ TEST_F(Sharing, APixelIsWhatCountsForIt) {
   }
 }
 
-TEST_F(Sharing, RowsAreThoseOfTheWhole) {
+TEST_F(Sharing, RowsEqualThoseOfTheWhole) {
   add_all();
   const std::vector<float> whole = summed();
   SharedRows rows(kCrop, names_, [&](const Rect& r, std::vector<float>& p) { read_film(r, p); });
@@ -275,7 +275,7 @@ class Seen : public ::testing::Test {
 };
 
 // A mirror 3 below, at 45 degrees, shows the wall beside it, 2 farther away.
-TEST_F(Seen, MirrorsShowWhatIsInThem) {
+TEST_F(Seen, MirrorsHaveTheFeaturesOfTheirReflection) {
   const int mirror = scene_.add_material(metal(Rgb(0.5f, 1.0f, 1.0f), 0.0f));
   const int wall = scene_.add_material(lambert(Rgb(0.8f, 0.4f, 0.2f)));
   scene_.add_quad({-1, -1, 1}, {1, 1, 1}, {1, 1, -1}, {-1, -1, -1}, mirror);
@@ -325,7 +325,7 @@ TEST_F(Seen, AShadowIsNotLit) {
 
 // Laws 2 and 3: equal bits for all drivers, thread counts and crops, and R G B and all other
 // channels as without denoising.
-TEST(DenoisingChannels, DependOnTheSamplesAlone) {
+TEST(DenoisingChannels, DependOnlyOnTheSamples) {
   const std::unique_ptr<Scene> scene = busy_scene();
   RenderSettings s;
   s.width = 37;

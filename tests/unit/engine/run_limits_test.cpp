@@ -34,7 +34,7 @@ TEST_F(CgroupMemoryLimit, IsTheLeastOnTheWayUp) {
   EXPECT_EQ(limit("0::/\n"), 9000u);
 }
 
-TEST_F(CgroupMemoryLimit, OfVersionOneHasAMountOfItsOwn) {
+TEST_F(CgroupMemoryLimit, VersionOneHasItsOwnMount) {
   set("memory/memory.limit_in_bytes", "9223372036854771712");
   set("memory/docker/1a2b/memory.limit_in_bytes", "5000");
   const std::string groups = "12:cpu,cpuacct:/docker/1a2b\n3:memory:/docker/1a2b\n0::/system\n";
@@ -44,7 +44,7 @@ TEST_F(CgroupMemoryLimit, OfVersionOneHasAMountOfItsOwn) {
   EXPECT_EQ(limit("3:memory:/elsewhere\n"), 4000u);
 }
 
-TEST_F(CgroupMemoryLimit, OfNoGroupIsNone) {
+TEST_F(CgroupMemoryLimit, NoGroupMeansNoLimit) {
   EXPECT_EQ(limit(""), std::nullopt);
   EXPECT_EQ(limit("0::/user\n"), std::nullopt);
   EXPECT_EQ(limit("nonsense\n:\n::\n"), std::nullopt);

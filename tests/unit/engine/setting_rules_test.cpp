@@ -180,7 +180,7 @@ TEST(SettingRules, EveryRuleCanBeBrokenAloneAndObeyed) {
 }
 
 // Every exclusion is needed: none follows from another rule.
-TEST(SettingRules, EverythingExcludedIsRefusedByItsRuleAlone) {
+TEST(SettingRules, EachExclusionIsRefusedByItsOwnRule) {
   const std::vector<SettingRule> rules = all_rules();
   for (size_t i = 0; i < rules.size(); ++i) {
     for (const SettingIs& excluded : rules[i].excludes) {
@@ -240,7 +240,7 @@ TEST(SettingRules, NumbersAreCompared) {
             "explain: pixel 10,10 is outside the rendered pixels; valid is 2 to 9 and 3 to 10");
 }
 
-TEST(SettingRules, EveryNameIsThatOfASettingOrAnOption) {
+TEST(SettingRules, EveryNameIsASettingOrAnOption) {
   const auto check = [](std::span<const SettingRule> rules, bool options) {
     for (const SettingRule& rule : rules) {
       ASSERT_FALSE(rule.about.empty());
@@ -330,7 +330,7 @@ TEST(SettingRules, HelpTellsThem) {
             "`working-space`");
 }
 
-TEST(SettingRules, SayWhetherASettingIsAllowedBesideTheOthers) {
+TEST(SettingRules, TellWhetherASettingIsAllowedWithTheOthers) {
   FrameSettings settings;
   const auto allowed = [&](std::string_view driver, std::string_view name) {
     settings.driver = driver;

@@ -73,7 +73,7 @@ TEST(SettingTable, ATextGivesTheSameValue) {
   }
 }
 
-TEST(SettingTable, RefusesNonsenseWithWhatIsValid) {
+TEST(SettingTable, ErrorsListTheValidValues) {
   const auto message = [](std::string_view name, std::string_view text) -> std::string {
     FrameSettings settings;
     try {
@@ -119,7 +119,7 @@ TEST(SettingTable, AFileGivesTheSameSettings) {
   EXPECT_EQ(settings_json(FrameSettings(), path), "{}\n");
 }
 
-TEST(SettingTable, GroupsAndFilesCanBeAskedFor) {
+TEST(SettingTable, GroupsAndFilesCanBeQueried) {
   const FrameSettings settings = all_others();
   EXPECT_EQ(setting_texts(settings, {SettingGroup::kSeed}), (SettingTexts{{"seed", "4294967295"}}));
   EXPECT_EQ(setting_texts(settings, {SettingGroup::kLoading}, false),

@@ -28,7 +28,7 @@ void limit_threads(rlim_t more) {
   ASSERT_EQ(::setuid(200000 + uid_t(::getpid())), 0);
 }
 
-TEST(WorkerThreads, AsManyAsAskedFor) {
+TEST(WorkerThreads, StartsTheRequestedNumber) {
   EXPECT_EQ(WorkerThreads(3).count(), 3);
   EXPECT_EQ(WorkerThreads(0).count(), usable_processors());
 }

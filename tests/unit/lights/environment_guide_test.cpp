@@ -138,7 +138,7 @@ TEST(SkyRegions, BoxesWithoutSize) {
   EXPECT_NE(flat.find_or_add(Vec3f(0.5f, 0, 0.5f), Vec3f(0, 1, 0)), SkyRegions::kNone);
 }
 
-TEST(SkyRegions, AreNotMoreThanTheirNumbersHold) {
+TEST(SkyRegions, AreLimitedInNumber) {
   SkyRegions regions(Vec3f(0.0f), Vec3f(32.0f));
   int last = SkyRegions::kNone;
   for (int i = 0; i < 32 * 32 * 32; ++i) {
@@ -171,7 +171,7 @@ TEST(EnvironmentGuide, SamplesHaveTheDensityThatTheyState) {
   }
 }
 
-TEST(EnvironmentGuide, ASampleIsWhatALookInItsDirectionFinds) {
+TEST(EnvironmentGuide, SampleMatchesALookupInItsDirection) {
   for (const auto& [name, light] : lights()) {
     EnvironmentGuide guide(*light);
     guide.set_regions(one_region(through_a_window));
@@ -298,7 +298,7 @@ TEST(EnvironmentGuide, NothingThatShinesIsLeftOut) {
 }
 
 // The fewer points a region's visibility comes from, the more samples ignore it.
-TEST(EnvironmentGuide, DoubtsWhatFewPointsSaw) {
+TEST(EnvironmentGuide, TrustsFewPointsLess) {
   const EnvironmentLight light(Rgb(1.0f));
   const auto closed = [&](uint32_t places) {
     EnvironmentGuide guide(light);

@@ -325,7 +325,7 @@ TEST(EnvironmentLight, SampleAndLookupAgree) {
   }
 }
 
-TEST(EnvironmentLight, PlainDensityIsPositiveWhereverThereIsLight) {
+TEST(EnvironmentLight, PlainDensityIsPositiveWhereTheSkyShines) {
   Map map = random_map(512, 256, 30);
   map.at(100, 60) *= 1e9f;  // no other texel of its row may get pdf 0
   const EnvironmentLight light(image_of(map), 1.0f, 0.0f, kPlain);

@@ -135,7 +135,7 @@ TEST(LightBvh, ProbabilitiesAreTheLengthsOfTheirIntervals) {
   }
 }
 
-TEST(LightBvh, WhatContributesIsPicked) {
+TEST(LightBvh, EveryContributingLightCanBePicked) {
   int contributing = 0, refused = 0;
   for (float scale : {1e-6f, 1.0f, 1e6f})
     for (int count : {3, 40, 400}) {

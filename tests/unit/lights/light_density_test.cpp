@@ -75,7 +75,7 @@ TEST(LightSampler, SampleAndHitAgreeToTheBit) {
 }
 
 // Kinds of light are chosen with the stated probabilities, which factors change.
-TEST(LightSampler, KindsArePickedAsTold) {
+TEST(LightSampler, KindsArePickedWithTheirProbability) {
   const MixedScene scene = mixed_scene(30, 1.0f);
   const LightSampler lights = make(scene.triangles, scene.points, scene.sky);
   for (const KindFactors& factors : {KindFactors{}, KindFactors{0.25f, 1, 0.05f},
@@ -304,7 +304,7 @@ TEST(LightSampler, NothingIsEverNotANumber) {
   }
 }
 
-TEST(LightSampler, SaysWhatItIs) {
+TEST(LightSampler, DescribesItself) {
   Triangles quad;
   add_quad(quad, {0, 1, 0}, {1, 1, 0}, {1, 1, 1}, {0, 1, 1});
   EXPECT_EQ(make(quad).describe(), "power (2 emitters)");

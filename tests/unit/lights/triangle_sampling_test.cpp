@@ -169,7 +169,7 @@ TEST(TriangleSampling, SampleAndHitAgreeAboutTheDensity) {
 }
 
 // The result does not depend on the rest of the batch, nor on its padding to whole vectors.
-TEST(TriangleSampling, ABatchHasTheBitsOfEachAlone) {
+TEST(TriangleSampling, BatchHasTheBitsOfSingleSamples) {
   for (int count = 1; count <= kRayBatch; ++count) {
     for (uint64_t draw = 0; draw < 50; ++draw) {
       TestRandom random(13, draw);

@@ -43,7 +43,7 @@ TEST(RefinementOutput, BordersAreTheLeaves) {
   EXPECT_GT(drawn, 500);
 }
 
-TEST(RefinementOutput, JsonSaysWhatTheTreeIs) {
+TEST(RefinementOutput, JsonDescribesTheTree) {
   RefinementTree tree({4, 2, 65, 50}, {.seed = 9, .exposure = 2});
   refine(tree, test_picture, 300);
   const auto json = nlohmann::json::parse(refinement_json(tree, 10));

@@ -60,7 +60,7 @@ void expect_text(const ReadMarkup& read, const std::string& text) {
   EXPECT_NE(read.text.find(text), std::string::npos) << "not on the page: " << text;
 }
 
-TEST(ReportPageSuffix, DecidesWhatIsWritten) {
+TEST(ReportPageSuffix, DecidesTheFormat) {
   for (const char* path : {"a.html", "a.HTM", "b/c.html"}) EXPECT_TRUE(is_page(path)) << path;
   for (const char* path : {"a.json", "html", "a.html.json", "/dev/stdout", "a.html/b"}) {
     EXPECT_FALSE(is_page(path)) << path;

@@ -62,7 +62,7 @@ TEST(Denoise, NoiseOfFeaturesDoesNotLeak) {
   EXPECT_GT(halves.gain(), 0.5 * without);
 }
 
-TEST(Denoise, LeavesAPictureWithoutNoiseAlone) {
+TEST(Denoise, KeepsANoiselessPicture) {
   SyntheticHalves halves(kWidth, kHeight, 4.0f);
   halves.set_colour(checker, constant(0.0f));
   const DenoisedPicture out = denoise(halves.input());
@@ -361,7 +361,7 @@ TEST(Denoise, AnOutlierNeitherSmearsNorVanishes) {
 
 // Reflections of lamps in water: spreading the rare light of a neighbourhood must not brighten the
 // dark pixels next to it.
-TEST(Denoise, DarkPixelsBesideRareLightStayDark) {
+TEST(Denoise, DarkPixelsNextToRareLightStayDark) {
   SyntheticHalves halves(kWidth, kHeight, 16.0f);
   halves.set_colour(constant(0.0005f), constant(0.0002f));
   const auto lit = [](size_t i) { return i % kWidth % 16 < 3; };

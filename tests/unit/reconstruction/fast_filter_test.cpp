@@ -70,7 +70,7 @@ double squared_error(const Frame& frame, const std::vector<float>& rgba, float t
   return sum / double(frame.albedo.size());
 }
 
-TEST(FastFilter, LeavesAConstantPictureAlone) {
+TEST(FastFilter, KeepsAConstantPicture) {
   for (const float variance : {-1.0f, 0.0f, 1.0f}) {
     Frame frame(70, 33);
     for (float& v : frame.variance) v = variance;
@@ -79,7 +79,7 @@ TEST(FastFilter, LeavesAConstantPictureAlone) {
   }
 }
 
-TEST(FastFilter, LeavesAPictureWithoutNoiseAlone) {
+TEST(FastFilter, KeepsANoiselessPicture) {
   Frame frame(70, 33);
   for (size_t i = 0; i < frame.albedo.size(); ++i) {
     frame.set(i, float((i * 7919) % 97) / 97.0f);
@@ -194,7 +194,7 @@ TEST(FastFilter, ConvergesToTheRawPicture) {
   EXPECT_LT(last, 1e-3);
 }
 
-TEST(FastFilter, WhatIsNotFiniteDoesNotSpread) {
+TEST(FastFilter, NonFiniteValuesDoNotSpread) {
   Frame frame(64, 40);
   frame.add_noise(0.05f);
   const float infinity = std::numeric_limits<float>::infinity();

@@ -55,7 +55,7 @@ TEST(OwenSobol, PascalAgreesWithDirectionNumbers) {
 
 // A permutation of bit-reversed numbers is an Owen scramble if the flip of bit b depends only on
 // the bits below b.
-TEST(OwenSobol, PermuteFlipsABitByTheBitsBelowItAlone) {
+TEST(OwenSobol, PermuteFlipsEachBitByLowerBitsOnly) {
   for (uint32_t i = 0; i < 20000; ++i) {
     const uint32_t x = random_word(2 * i), seed = random_word(2 * i + 1);
     const uint32_t bit = 1u << (i % 32);

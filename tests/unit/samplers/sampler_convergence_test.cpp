@@ -157,7 +157,7 @@ INSTANTIATE_TEST_SUITE_P(Table, EverySamplersError,
                          testing::ValuesIn(test::names_of(sampler_table())),
                          [](const auto& test) { return test.param; });
 
-TEST_P(EverySamplersError, OfCoupledPairsIsThatOfRandomNumbersOrLess) {
+TEST_P(EverySamplersError, IsAtMostThatOfRandomNumbersForCoupledPairs) {
   const double mean = square(gauss_pair(4.0));
   const double variance = square(gauss_pair(8.0)) - mean * mean;
   const struct {

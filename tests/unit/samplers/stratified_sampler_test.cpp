@@ -63,7 +63,7 @@ TEST(StratifiedSampler, EachCellHoldsOneSample) {
 }
 
 // The same for each stream and its share of the samples.
-TEST(StratifiedSampler, EachStreamHasCellsOfItsOwn) {
+TEST(StratifiedSampler, EachStreamHasItsOwnCells) {
   for (const uint32_t count : {16u, 48u, 64u, 200u, 27u}) {
     const auto sampler = jitter(count, StreamCount::kTwo);
     const uint32_t length[] = {stream_length(StreamCount::kTwo, 0, count),
@@ -105,7 +105,7 @@ TEST(StratifiedSampler, PrimesAreUnbiased) {
 
 // Dippe & Wold 1985: with cells 1/s wide the noise at frequency f is 1 - sinc^2(fx/s) sinc^2(fy/s)
 // of that of independent points, almost zero at low frequencies.
-TEST(StratifiedSampler, SpectrumIsThatOfJitter) {
+TEST(StratifiedSampler, SpectrumMatchesJitter) {
   constexpr uint32_t kPixels = 1000;
   const auto sampler = jitter(64);
   const auto frequencies = frequency_ring(1, 7.5);
@@ -123,7 +123,7 @@ TEST(StratifiedSampler, SpectrumIsThatOfJitter) {
   }
 }
 
-TEST(StratifiedSampler, OrdersAreThoseOfJitter) {
+TEST(StratifiedSampler, OrdersMatchJitter) {
   const Integrand integrands[] = {
       {"smooth", smooth, (std::numbers::e - 1.0) / 3.0, 2.0},
       {"axis edge", axis_edge, kThird, 1.5},

@@ -105,7 +105,7 @@ TEST(EmptyPixels, NoRayOfThemMeetsASurface) {
 }
 
 // A camera among triangles of all sizes, many across its plane: the answer is right or unknown.
-TEST(EmptyPixels, TrianglesBesideAndBehindTheCamera) {
+TEST(EmptyPixels, TrianglesNextToAndBehindTheCamera) {
   std::mt19937 random(3);
   const auto number = [&] { return float(random()) * 0x1p-31f - 1.0f; };
   int told = 0;
@@ -175,7 +175,7 @@ TEST(EmptyPixels, AFilterWiderThanTheFrame) {
   }
 }
 
-TEST(EmptyPixels, AreNotLookedForWhereOneProjectionDoesNotShowAll) {
+TEST(EmptyPixels, AreSearchedOnlyIfOneProjectionShowsEverything) {
   View view(1);
   view.camera = orthographic(Vec3d(0.2, 0.4, 4), Vec3d(0, 0.5, 0), 2);
   const Traced flat(view);
@@ -187,7 +187,7 @@ TEST(EmptyPixels, AreNotLookedForWhereOneProjectionDoesNotShowAll) {
   EXPECT_FALSE(blurred.empty(0.5f));
 }
 
-TEST(EmptyPixels, AreNotWorthAMapInsideOfABox) {
+TEST(EmptyPixels, AreAbsentInsideABox) {
   SceneBuilderForTests builder;
   const int material = builder.add_material(lambert(Rgb(0.5f)));
   builder.place(builder.add_mesh(builder.sphere(5, 12, material, true)));

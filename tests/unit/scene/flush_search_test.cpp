@@ -113,7 +113,7 @@ Affine placed(float scale, const Vec3f& at) {
 }
 
 // Triangles in few tilted planes of a space with sizes from a millimetre to ten kilometres.
-TEST(FlushSearch, FindsWhatALookAtEveryPairFinds) {
+TEST(FlushSearch, MatchesASearchOfAllPairs) {
   for (uint32_t seed = 0; seed < 20; ++seed) {
     std::mt19937 random(seed);
     const auto unit = [&] { return std::uniform_real_distribution<float>(-1, 1)(random); };
@@ -195,7 +195,7 @@ TEST(FlushSearch, ALongTriangleAcrossThemIsFoundByAll) {
   EXPECT_LT(processor_seconds(world), 3.0);
 }
 
-TEST(FlushSearch, StackedTrianglesAreNotPairedEachWithEach) {
+TEST(FlushSearch, StackedTrianglesAreNotAllPaired) {
   World world;
   std::vector<Vec3f> stack;
   for (int i = 0; i < 100000; ++i) stack.insert(stack.end(), {{0, 0, 0}, {0, 0, 1}, {1, 0, 0}});

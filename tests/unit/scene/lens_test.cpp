@@ -64,7 +64,7 @@ TEST(Lens, RaysOfAPointOfTheFilmMeetInFocus) {
 }
 
 // Farther from the origin than the lens is wide, so that rounding moves the points of the lens.
-TEST(Lens, WhatIsInFocusIsSharpFarAway) {
+TEST(Lens, PointsInFocusAreSharpFarAway) {
   const Vec3d from(1e4, 0, 0), at(1e4 + 5, 0, 0);
   const CameraDescription view = perspective(from, at, 40);
   const Camera pinhole(view, kWidth, kHeight, Vec3d(0.0), 1.0);
@@ -111,13 +111,13 @@ TEST(Lens, ARayDoesNotDependOnItsNeighbours) {
   }
 }
 
-TEST(Lens, ItsRadiusIsThatOfTheFNumber) {
+TEST(Lens, RadiusMatchesTheFNumber) {
   // 50 mm over 24 mm: 26.99 degrees; f/2 is 25 mm wide.
   EXPECT_NEAR(lens_radius(2.0, 2 * std::atan(12.0 / 50.0)), 0.0125, 1e-12);
   EXPECT_NEAR(lens_radius(16.0, kPiD / 2), 0.012 / 32, 1e-12);
 }
 
-TEST(Lens, IsNotWithoutAFocusNorOnAnOrthographicCamera) {
+TEST(Lens, NeedsAFocusAndAPerspectiveCamera) {
   const CameraDescription view = perspective({1, 2, 5}, {0, 0, 0}, 40);
   EXPECT_THROW(Camera(with_lens(view, 0.1, 0.0), 4, 4, Vec3d(0.0), 1.0), InputError);
   const Camera flat(with_lens(orthographic({1, 2, 5}, {0, 0, 0}, 1), 0.1, 3), 4, 4, Vec3d(0.0), 1);
@@ -204,7 +204,7 @@ TEST(Lens, CirclesOfConfusionHaveTheirSize) {
   }
 }
 
-TEST(Lens, WhatIsInFocusIsAsSharpAsThroughAPinhole) {
+TEST(Lens, PointsInFocusAreAsSharpAsThroughAPinhole) {
   const CameraDescription view = perspective(Vec3d(0.0), Vec3d(0, 0, -1), 40);
   const auto scene = lamp_ahead(4.0f, 1.0);
   for (const SamplerEntry& sampler : sampler_table()) {
@@ -219,7 +219,7 @@ TEST(Lens, WhatIsInFocusIsAsSharpAsThroughAPinhole) {
   }
 }
 
-TEST(Lens, OfRadiusZeroIsThePinholeToTheBit) {
+TEST(Lens, RadiusZeroHasThePinholesBits) {
   const CameraDescription view = perspective({0, 0.3, 1}, {0, 0, -4}, 40);
   const auto scene = lamp_ahead(4.0f, 1.0);
   const RenderSettings s = lamp_settings("sobol");

@@ -57,7 +57,7 @@ SceneBuilderForTests under(std::shared_ptr<const Image> sky) {
 
 // Every texel has its own colour and is seen through its centre. The filter is a hundredth of a
 // pixel wide and mixes in a hundredth of the next texel.
-TEST(Panorama, OfASkyIsTheSky) {
+TEST(Panorama, PanoramaOfASkyEqualsTheSky) {
   constexpr int kWidth = 32, kHeight = 16;
   std::vector<float> rgb;
   for (int y = 0; y < kHeight; ++y) {
@@ -119,7 +119,7 @@ Rgb speck(SceneBuilderForTests b, const Vec3d& normal, int depth) {
 
 // 1 %: noise of the map and of two pictures of 256 pixels, and texels that are partly lamp at its
 // edges. A rotated or mirrored map is off by tens of per cent.
-TEST(Panorama, OfARoomLightsLikeTheRoom) {
+TEST(Panorama, PanoramaOfARoomLightsLikeTheRoom) {
   constexpr int kDepth = 4;
   RenderSettings s = settings_of(128, 256);
   s.max_depth = kDepth - 1;

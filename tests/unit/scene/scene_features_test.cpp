@@ -36,7 +36,7 @@ MaterialDescription everything() {
   return m;
 }
 
-TEST(SceneFeatures, OfWhatIsPlacedAlone) {
+TEST(SceneFeatures, ListOnlyPlacedObjects) {
   SceneBuilderForTests b;
   b.description.images = {pixel(4, std::byte{0x10})};
   b.set_environment(Rgb(1.0f));
@@ -98,7 +98,7 @@ TEST(SceneFeatures, AreTheSameWithoutTheBvh) {
 }
 
 // Texture coordinates that no material uses are dropped, unless they are to be displayed.
-TEST(SceneFeatures, UnreadCoordinatesAreNotKept) {
+TEST(SceneFeatures, UnusedTextureCoordinatesAreDropped) {
   SceneBuilderForTests b;
   b.set_environment(Rgb(1.0f));
   MeshDescription mesh = SceneBuilderForTests::sphere(1, 16, b.add_material(lambert(Rgb(0.5f))));

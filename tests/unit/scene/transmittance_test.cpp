@@ -39,7 +39,7 @@ float transmittance(const Scene& scene) {
   return scene.transmittance(ends.before, ends.behind, 0, {});
 }
 
-TEST(Transmittance, IsTheProductOfWhatEachPaneLetsThrough) {
+TEST(Transmittance, IsTheProductOverAllPanes) {
   EXPECT_EQ(transmittance(*panes({})), 1.0f);
   EXPECT_EQ(transmittance(*panes({0.0f})), 1.0f);
   EXPECT_NEAR(transmittance(*panes({0.25f})), 0.75f, 1e-7);

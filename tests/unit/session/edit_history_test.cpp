@@ -27,7 +27,7 @@ TEST(EditHistory, UndoesAndRedoesStepByStep) {
   EXPECT_EQ(history.redo(), rotated(3));
 }
 
-TEST(EditHistory, ANewStepForgetsWhatWasUndone) {
+TEST(EditHistory, NewStepDiscardsUndoneSteps) {
   EditHistory history;
   history.record(rotated(1));
   history.record(rotated(2));
@@ -68,7 +68,7 @@ TEST(EditHistory, AnUndoEndsTheDrag) {
   EXPECT_EQ(history.undo(), rotated(1));
 }
 
-TEST(EditHistory, NothingChangedIsNoStep) {
+TEST(EditHistory, UnchangedEditsAddNoStep) {
   EditHistory history(rotated(7));
   history.record(rotated(7));
   EXPECT_FALSE(history.can_undo());

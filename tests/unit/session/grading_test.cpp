@@ -102,7 +102,7 @@ TEST(Grading, AgreesAlongTheWholeScale) {
   EXPECT_EQ(bytes, expected(settings, rgba));
 }
 
-TEST(Grading, RefusesWhatTheTransformRefuses) {
+TEST(Grading, RejectsInvalidTransforms) {
   DisplaySettings settings;
   settings.view = "Film noir";
   EXPECT_THROW(Grading{settings}, UsageError);

@@ -122,7 +122,7 @@ TEST_F(RenderSessionTest, RendersEveryDriverIntegratorAndSampler) {
   }
 }
 
-TEST_F(RenderSessionTest, SaysWhatMakesNoSenseAndGoesOnWhenItIsMended) {
+TEST_F(RenderSessionTest, ReportsErrorsAndContinuesWhenTheyAreFixed) {
   SessionOwner owner(settings("bisection", 4));
   owner.open(scene("cornell_box"));
   ASSERT_TRUE(finishes(owner));
@@ -264,7 +264,7 @@ TEST_F(RenderSessionTest, AnUnknownViewIsAProblemAndTheOneBeforeStays) {
   EXPECT_EQ(owner.session.problem(), "");
 }
 
-TEST_F(RenderSessionTest, OverlaysStandInThePicturesPlace) {
+TEST_F(RenderSessionTest, OverlaysReplaceThePicture) {
   SessionOwner owner(settings("adaptive", 16));
   owner.open(scene("cornell_box"));
   ASSERT_TRUE(finishes(owner));
@@ -304,7 +304,7 @@ TEST_F(RenderSessionTest, AnOverlayWhoseChannelIsThereNeedsNoSample) {
   EXPECT_EQ(owner.session.edit(), edit + 1);
 }
 
-TEST_F(RenderSessionTest, InspectsWhatTheFilmHolds) {
+TEST_F(RenderSessionTest, InspectsTheFilm) {
   SessionOwner owner(settings("adaptive", 16));
   owner.open(scene("spheres"));
   ASSERT_TRUE(finishes(owner));
@@ -377,7 +377,7 @@ TEST_F(RenderSessionTest, ExplainsThePickedPixel) {
 }
 
 // The explanation during a frame of a pixel that was picked during it.
-TEST_F(RenderSessionTest, ExplainsAPixelThatIsNotDone) {
+TEST_F(RenderSessionTest, ExplainsAnUnfinishedPixel) {
   ViewSettings slow = settings("adaptive");
   slow.render.width = 120;
   slow.render.height = 80;
@@ -391,15 +391,15 @@ TEST_F(RenderSessionTest, ExplainsAPixelThatIsNotDone) {
     });
   };
   session.pick(Vec2i(60, 40));
-  ASSERT_TRUE(says("so far: ")) << session.picked()->explanation;
+  ASSERT_TRUE(says("unfinished: ")) << session.picked()->explanation;
   ASSERT_TRUE(says("by the end of round ")) << session.picked()->explanation;
   EXPECT_EQ(session.picked()->explanation.find("ended by"), std::string::npos);
   session.pick(Vec2i(10, 70));
-  ASSERT_TRUE(says("rounds since it was asked for, in round ")) << session.picked()->explanation;
+  ASSERT_TRUE(says("rounds since round ")) << session.picked()->explanation;
   EXPECT_TRUE(session.picked()->explanation.starts_with("pixel 10,70: "));
 }
 
-TEST_F(RenderSessionTest, APausedFrameStandsStillAndGoesOn) {
+TEST_F(RenderSessionTest, PausedFrameWaitsAndContinues) {
   ViewSettings view = settings("bisection", 64);
   view.paused = true;
   SessionOwner owner(view);

@@ -48,7 +48,7 @@ TEST_F(SessionComparisonTest, FollowsTheDisplayWithTheLightItWasKeptWith) {
   EXPECT_EQ(session.compared(), nullptr);
 }
 
-TEST_F(SessionComparisonTest, ANewerOneTakesThePlaceOfTheOneBefore) {
+TEST_F(SessionComparisonTest, NewerComparisonReplacesTheOlder) {
   SessionOwner owner(settings("bisection", 4));
   RenderSession& session = owner.session;
   owner.open(scene("cornell_box"));
@@ -66,7 +66,7 @@ TEST_F(SessionComparisonTest, ANewerOneTakesThePlaceOfTheOneBefore) {
 }
 
 // Colours of a heatmap are not graded.
-TEST_F(SessionComparisonTest, AnOverlayStaysAsItIs) {
+TEST_F(SessionComparisonTest, OverlayIsNotGraded) {
   ViewSettings view = settings("bisection", 4);
   view.overlay = ViewOverlay::kSamples;
   SessionOwner owner(view);

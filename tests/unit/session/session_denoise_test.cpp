@@ -71,7 +71,7 @@ TEST_F(SessionDenoiseTest, FromTheFirstPictureOn) {
   EXPECT_NE(first->denoised, first->rgba);
 }
 
-TEST_F(SessionDenoiseTest, IsASwitchThatRendersNothingAnew) {
+TEST_F(SessionDenoiseTest, SwitchingRendersNothingAgain) {
   SessionOwner owner(denoised("bisection", 4));
   RenderSession& session = owner.session;
   owner.open(scene("cornell_box"));
@@ -99,7 +99,7 @@ TEST_F(SessionDenoiseTest, IsASwitchThatRendersNothingAnew) {
 }
 
 // Only a new frame has the missing channels.
-TEST_F(SessionDenoiseTest, SwitchedOnLaterBringsAFrameWithFeatures) {
+TEST_F(SessionDenoiseTest, SwitchingOnLaterRendersWithFeatures) {
   SessionOwner owner(settings("bisection", 4));
   RenderSession& session = owner.session;
   owner.open(scene("cornell_box"));

@@ -110,7 +110,7 @@ TEST_F(SessionFilesTest, SavesHeatmapsAndTheirValues) {
   EXPECT_THROW(owner.session.save_heatmap(path("tree.png"), ViewOverlay::kTree), UsageError);
 }
 
-TEST_F(SessionFilesTest, SaysWhatCannotBeWritten) {
+TEST_F(SessionFilesTest, ReportsUnwritableFiles) {
   SessionOwner owner(settings("bisection", 1));
   EXPECT_THROW(owner.session.save(path("early.exr")).get(), RenderError);
   owner.open(scene("cornell_box"));
@@ -121,7 +121,7 @@ TEST_F(SessionFilesTest, SaysWhatCannotBeWritten) {
 }
 
 // Files are written even if the caller does not wait for them.
-TEST_F(SessionFilesTest, WritesWhatNobodyWaitsFor) {
+TEST_F(SessionFilesTest, WritesFilesEvenIfTheCallerDoesNotWait) {
   {
     SessionOwner owner(settings("live"));
     owner.open(scene("cornell_box"));

@@ -44,7 +44,7 @@ class SessionOverlayTest : public SessionFixture {
 
 constexpr size_t kPixels = 48 * 32;
 
-TEST_F(SessionOverlayTest, TellsWhichPixelsHaveEndedWhileOthersGoOn) {
+TEST_F(SessionOverlayTest, ShowsFinishedPixelsWhileOthersContinue) {
   ViewSettings view = settings("live");
   view.render.noise_threshold = 0.003f;
   view.render.max_spp = 512;
@@ -63,7 +63,7 @@ TEST_F(SessionOverlayTest, TellsWhichPixelsHaveEndedWhileOthersGoOn) {
     EXPECT_EQ(
         going_on + count(reasons, PixelStop::kThreshold) + count(reasons, PixelStop::kMaximum),
         kPixels);
-    EXPECT_EQ(picture->overlay_legend.find("going on") != std::string::npos, going_on > 0)
+    EXPECT_EQ(picture->overlay_legend.find("unfinished") != std::string::npos, going_on > 0)
         << picture->overlay_legend;
     if (!picture->complete) {
       EXPECT_EQ(going_on, kPixels) << "bisection ends no pixel of `live`";
@@ -99,7 +99,7 @@ TEST_F(SessionOverlayTest, StopReasonsNeedNoNewFrame) {
   EXPECT_EQ(look(owner, 7, 9)->stop, PixelStop::kBudget);
 }
 
-TEST_F(SessionOverlayTest, APausedFrameIsToldAsItStands) {
+TEST_F(SessionOverlayTest, PausedFrameShowsItsCurrentState) {
   ViewSettings view = settings("bisection", 64);
   view.paused = true;
   view.overlay = ViewOverlay::kStop;
@@ -120,7 +120,7 @@ TEST_F(SessionOverlayTest, APausedFrameIsToldAsItStands) {
 
 // Bisection reports a finished pixel as finished although the pass continues. With one thread and
 // this many samples the last pass of the frame has two slices.
-TEST_F(SessionOverlayTest, BisectionAndBucketsTellWhatIsDone) {
+TEST_F(SessionOverlayTest, BisectionAndBucketsShowFinishedPixels) {
   for (const char* driver : {"bisection", "bucket"}) {
     ViewSettings view = settings(driver, 1024);
     view.render.threads = 1;
@@ -144,7 +144,7 @@ TEST_F(SessionOverlayTest, BisectionAndBucketsTellWhatIsDone) {
   }
 }
 
-TEST_F(SessionOverlayTest, ATimeLimitIsTheReasonOfWhatItCutShort) {
+TEST_F(SessionOverlayTest, TimeLimitIsTheReasonForStoppedPixels) {
   for (const char* driver : {"live", "bisection"}) {
     ViewSettings view = settings(driver);
     view.render.time_limit_s = 0.3;

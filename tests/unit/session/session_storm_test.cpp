@@ -127,7 +127,7 @@ TEST_F(SessionStormTest, ASceneThatFailsLeavesTheOldOne) {
   EXPECT_EQ(owner.session.scene(), before);
 }
 
-TEST_F(SessionStormTest, ASecondSceneTakesTheFirstOnesPlace) {
+TEST_F(SessionStormTest, SecondSceneReplacesTheFirst) {
   SessionOwner owner(settings("live", 4));
   owner.open(scene("cornell_box"));
   owner.session.set_edits(some_edits());

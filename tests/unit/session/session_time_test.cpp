@@ -135,7 +135,7 @@ TEST_F(SessionTimeTest, WithLightGroupsToo) {
   expect_same_bits(without, rendered(options(1.3)), "posed");
 }
 
-TEST_F(SessionTimeTest, WhatCannotBeLeavesAllAsItWas) {
+TEST_F(SessionTimeTest, RefusedTimesChangeNothing) {
   SessionOwner owner(settings("bisection", 4));
   owner.open(file_);
   owner.session.set_edits(at(0.4));

@@ -240,7 +240,7 @@ TEST(ViewCamera, KeepsTheAngleInItsRange) {
   EXPECT_EQ(with_perspective(view, 10.0).fov_y, kMostFov);
 }
 
-TEST_P(ViewCameraTest, AChangeOfKindKeepsWhatIsOrbited) {
+TEST_P(ViewCameraTest, ChangingTheProjectionKeepsTheOrbitCentre) {
   for (const double scale : {1.0, 1e-6, 1e6}) {
     for (const bool mirrored : {false, true}) {
       const Kind kind{"perspective", false, mirrored};

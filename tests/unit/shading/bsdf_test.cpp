@@ -46,7 +46,7 @@ TEST(SpecularAlbedo, TablesMeetQuadrature) {
   }
 }
 
-TEST(SpecularAlbedo, AveragesAreThoseOfTheTable) {
+TEST(SpecularAlbedo, AveragesMatchTheTable) {
   for (float roughness = 0.032f; roughness <= 1.0f; roughness += 0.0137f) {
     const SpecularAlbedo table(roughness);
     double loss = 0, schlick = 0;

@@ -67,7 +67,7 @@ Rgb furnace(const SurfaceBsdf& bsdf, int n = 1 << 14) {
 
 const std::vector<float> kCosines = {1, .7f, .3f, .1f, .02f};
 
-TEST(LayeredBsdf, OfNothingIsThePlainModel) {
+TEST(LayeredBsdf, WithoutLayersIsThePlainModel) {
   for (uint64_t i = 0; i < 2000; ++i) {
     TestRandom random(1, i);
     Material m = white("", random.next(), random.next());
@@ -338,7 +338,7 @@ TEST(LayeredBsdf, SmoothGlassIsSampledWithItsWeight) {
   EXPECT_NEAR(passed(half) / all, .5 * .25, 1e-3);
 }
 
-TEST(LayeredBsdf, AFilmOfNoThicknessIsNone) {
+TEST(LayeredBsdf, FilmOfZeroThicknessHasNoEffect) {
   for (const float metallic : {0.0f, 1.0f}) {
     Material m = white("", metallic, .4f);
     m.base.base_color = Rgb(.9f, .5f, .2f);
@@ -351,7 +351,7 @@ TEST(LayeredBsdf, AFilmOfNoThicknessIsNone) {
 }
 
 // A mirror's colour at normal incidence follows the extension: min(1, F0 x colour) x weight.
-TEST(LayeredBsdf, ReflectionTakesTheColourOfSpecular) {
+TEST(LayeredBsdf, ReflectionUsesTheSpecularColour) {
   BsdfParameters p{.base_color = Rgb(0), .roughness = 0, .specular = .5f};
   p.specular_color = Rgb(2, 1, 40);
   const SurfaceBsdf bsdf(p, kUp);

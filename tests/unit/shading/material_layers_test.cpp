@@ -41,7 +41,7 @@ MaterialDescription layered() {
   return d;
 }
 
-TEST(MaterialLayers, FactorsWhereThereIsNoTexture) {
+TEST(MaterialLayers, UsesFactorsWithoutATexture) {
   MaterialDescription d = layered();
   d.anisotropy_rotation = kPi / 2;
   const MaterialLayers layers = layers_of(d, {});
@@ -146,7 +146,7 @@ TEST(MaterialLayers, DirectionsAreTurnedCounterClockwise) {
   EXPECT_NEAR(p.anisotropy_direction.y, 1, 1e-6);
 }
 
-TEST(MaterialLayers, WhatHasNoEffectIsNotKept) {
+TEST(MaterialLayers, LayersWithoutEffectAreDropped) {
   MaterialDescription d;
   for (TextureRef* slot :
        {&d.anisotropy_texture, &d.iridescence_texture, &d.iridescence_thickness_texture,

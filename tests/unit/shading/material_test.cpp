@@ -76,7 +76,7 @@ TEST(Material, FactorsTimesTexturesTimesVertexColour) {
 
 // Slots with their own UV parametrisation or a shared one: each gets the same texel as its texture
 // alone. Normals are filtered.
-TEST(Material, EachSlotTakesTheTexelOfItsParametrisation) {
+TEST(Material, EachSlotUsesItsOwnTextureCoordinates) {
   const auto noise = [](int size, int channels) {
     std::vector<uint8_t> bytes(size_t(size * size * channels));
     for (size_t i = 0; i < bytes.size(); ++i) bytes[i] = uint8_t(i * 2654435761u >> 13);
@@ -186,7 +186,7 @@ TEST(Material, CoverageFollowsTheAlphaMode) {
   EXPECT_NEAR(sum / 1000, .5 * .3, 2e-3);
 }
 
-TEST(Material, UnlitShowsItsColourAndIsNoLight) {
+TEST(Material, UnlitShowsItsColourButEmitsNoLight) {
   SceneDescription scene;
   MaterialDescription d;
   d.base_color = Rgb(.2f, .4f, .8f);
@@ -203,7 +203,7 @@ TEST(Material, UnlitShowsItsColourAndIsNoLight) {
   EXPECT_EQ(p.emission, d.base_color);
 }
 
-TEST(Material, TransmissionIsReadOnlyWhereThereIsAny) {
+TEST(Material, TransmissionTextureIsReadOnlyIfNeeded) {
   SceneDescription scene;
   scene.images = {byte_image(1, 1, 3, {51, 0, 0})};
   MaterialDescription glass;
@@ -248,7 +248,7 @@ TEST(Material, DirectionsInTangentSpaceNeedTangents) {
   EXPECT_FALSE(set[3].needs_tangents() || set[3].reads_attributes(false));
 }
 
-TEST(Material, GlossinessIsWhatIsNotRoughness) {
+TEST(Material, GlossinessIsOneMinusRoughness) {
   SceneDescription scene;
   scene.images = {byte_image(1, 1, 4, {188, 255, 0, 51})};
   MaterialDescription glossy;
@@ -270,7 +270,7 @@ TEST(Material, GlossinessIsWhatIsNotRoughness) {
   EXPECT_EQ(p.bsdf.roughness, 1);
 }
 
-TEST(Material, DispersionIsOfWhatBends) {
+TEST(Material, DispersionNeedsRefraction) {
   SceneDescription scene;
   MaterialDescription gem;
   gem.metallic = 0;

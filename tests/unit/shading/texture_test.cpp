@@ -259,7 +259,7 @@ std::shared_ptr<Image> in_tiles(const Image& image) {
   return tiled;
 }
 
-TEST(TiledTexels, EachHasOnePlaceAndNoneIsLeftOut) {
+TEST(TiledTexels, EachTexelHasOnePlace) {
   EXPECT_EQ(tiled_index(40, 35, 33, 34), size_t(32 * 40 + 3 * 32 + 2 * 8 + 1));
   for (const auto& [width, height] :
        {std::pair{1, 1}, {1, 70}, {70, 1}, {32, 32}, {33, 31}, {40, 35}, {64, 96}, {127, 65}}) {

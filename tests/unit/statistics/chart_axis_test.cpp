@@ -73,7 +73,7 @@ TEST(ChartAxis, LogPlacesFactorsEvenly) {
   EXPECT_LT(range.place(10000), 1.0);
 }
 
-TEST(ChartAxis, WhatCannotBeDrawn) {
+TEST(ChartAxis, RejectsInvalidRanges) {
   for (const AxisScale scale : {AxisScale::kLinear, AxisScale::kLog}) {
     EXPECT_FALSE(AxisRange::drawable(scale, kNan));
     EXPECT_FALSE(AxisRange::drawable(scale, kInfinity));

@@ -149,7 +149,7 @@ TEST(ErrorMetrics, HugeAndTinyValues) {
   EXPECT_DOUBLE_EQ(metrics.max_absolute, 2 * double(largest));
 }
 
-TEST(ErrorMetrics, ExposureChangesOnlyWhatIsSeen) {
+TEST(ErrorMetrics, ExposureChangesOnlyDisplayMetrics) {
   const RgbImage image = noise(24, 24, 5, 0, 0.2f), reference = noise(24, 24, 6, 0, 0.2f);
   RgbImage image4 = image, reference4 = reference;
   for (float& value : image4.rgb) value *= 4;

@@ -14,7 +14,7 @@
 namespace emberline::test {
 namespace {
 
-TEST(HeatmapQuantity, EveryOneIsMadeOfChannelsThatItsAovBrings) {
+TEST(HeatmapQuantity, EachUsesChannelsOfItsAov) {
   for (const HeatmapQuantity& quantity : heatmap_quantity_table()) {
     EXPECT_EQ(&find_heatmap_quantity(quantity.name), &quantity);
     AovSet aovs;

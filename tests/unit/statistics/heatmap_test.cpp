@@ -168,7 +168,7 @@ TEST(Heatmap, AFewPixelsThatAreNotZeroAreNamed) {
   EXPECT_EQ(picture.colour(12345 % 200, 12345 / 200), (Rgb8{255, 255, 255}));
 }
 
-TEST(Heatmap, SecondsAreToldInAReadableUnit) {
+TEST(Heatmap, SecondsHaveAReadableUnit) {
   HeatmapSettings settings = titled("time per pixel");
   settings.unit = "s";
   Plane plane = ramp(300, 1);
@@ -233,7 +233,7 @@ TEST(CategoryMap, SharesNeverRoundToNoneOrAll) {
 }
 
 // Distinguishable by lightness alone (grey print), and by colour for any colour vision.
-TEST(CategoryMap, ReasonsCanBeToldApart) {
+TEST(CategoryMap, ReasonsAreDistinguishable) {
   const std::span<const Category> all = stop_categories();
   for (size_t i = 0; i < all.size(); ++i) {
     EXPECT_EQ(all[i].value, float(i));

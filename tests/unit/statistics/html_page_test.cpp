@@ -13,7 +13,7 @@ std::span<const unsigned char> bytes_of(std::string_view text) {
 }
 
 // RFC 4648, section 10.
-TEST(Base64, TestVectorsOfTheStandard) {
+TEST(Base64, StandardTestVectors) {
   EXPECT_EQ(base64(bytes_of("")), "");
   EXPECT_EQ(base64(bytes_of("f")), "Zg==");
   EXPECT_EQ(base64(bytes_of("fo")), "Zm8=");
@@ -34,13 +34,13 @@ TEST(Base64, EveryLetter) {
             "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/");
 }
 
-TEST(EscapeHtml, WhatMeansSomethingInMarkup) {
+TEST(EscapeHtml, EscapesMarkup) {
   EXPECT_EQ(escape_html("a<b>&\"c'.glb"), "a&lt;b&gt;&amp;&quot;c&#39;.glb");
   EXPECT_EQ(escape_html("&amp;"), "&amp;amp;");
   EXPECT_EQ(escape_html("two\nlines\tand a tab"), "two\nlines\tand a tab");
 }
 
-TEST(EscapeHtml, KeepsUtf8AndReplacesWhatIsNone) {
+TEST(EscapeHtml, KeepsUtf8AndReplacesInvalidBytes) {
   for (const std::string_view kept :
        {"Küche", "場面.glb", "🔥", "\xc2\xa0", "\xed\x9f\xbf", "\xee\x80\x80", "\xf4\x8f\xbf\xbf"}) {
     EXPECT_EQ(escape_html(kept), kept);
@@ -92,7 +92,7 @@ TEST(HtmlPage, TextStaysTextEverywhere) {
 }
 
 // Nothing is fetched: only data URIs, no scripts, no external style sheets.
-TEST(HtmlPage, StandsAlone) {
+TEST(HtmlPage, NeedsNoOtherFiles) {
   HtmlPage page("t");
   page.figures(
       std::vector<PageFigure>{{picture_markup(bytes_of("x"), "image/png", 7, 5, "", true), ""}});

@@ -28,7 +28,7 @@ int pixels_apart(char a, char b) {
   return apart;
 }
 
-TEST(PixelText, EveryCharacterHasInkAndAShapeOfItsOwn) {
+TEST(PixelText, EveryCharacterHasAUniqueShape) {
   EXPECT_EQ(ink_of(' '), 0);
   for (char a = '!'; a <= '~'; ++a) {
     EXPECT_GE(ink_of(a), 3) << a;
@@ -59,7 +59,7 @@ TEST(PixelText, BeyondAsciiIsAQuestionMark) {
   for (const char c : {'\n', '\x7f', '\xc3', '\0'}) EXPECT_EQ(pixels_apart(c, '?'), 0);
 }
 
-TEST(PixelText, WidthIsWhatIsDrawn) {
+TEST(PixelText, WidthMatchesTheDrawnText) {
   EXPECT_EQ(text_width("", 3), 0);
   EXPECT_EQ(text_width("H", 1), 5);
   EXPECT_EQ(text_width("HH", 1), 11);
@@ -84,7 +84,7 @@ TEST(PixelText, WidthIsWhatIsDrawn) {
   }
 }
 
-TEST(PixelText, WhatIsOutsideThePictureIsCutOff) {
+TEST(PixelText, TextIsClippedToThePicture) {
   for (const int x : {-1000, -7, -1, 15, 1000}) {
     for (const int y : {-1000, -4, 12, 1000}) {
       BytePicture picture(16, 16, kPaper);

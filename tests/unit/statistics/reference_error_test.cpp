@@ -70,7 +70,7 @@ TEST(ReferenceError, TheTruthHasHardlyAnyErrorOnTheDisplay) {
   EXPECT_NEAR(error.rel_mse, 0, 0.5 * reference.noise_rel_mse);
 }
 
-TEST(ReferenceError, ItsOwnNoiseIsThatOfTheMean) {
+TEST(ReferenceError, NoiseIsThatOfTheMean) {
   const ReferencePicture halves(picture(1, 0.3), picture(2, 0.3));
   StudyReference reference;
   halves.describe(&reference);

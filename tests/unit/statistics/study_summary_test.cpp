@@ -74,7 +74,7 @@ TEST(StudyMean, HasStudentsInterval) {
   EXPECT_NEAR(e.value - *e.low, *e.high - e.value, 1e-12);
 }
 
-TEST(StudyMean, OfErrorsIsGeometricAndOneValueHasNoInterval) {
+TEST(StudyMean, IsGeometricAndOneValueHasNoInterval) {
   const Estimate e = *geometric_mean_estimate(std::vector<double>{1, 4, 0, -3});
   EXPECT_DOUBLE_EQ(e.value, 2);
   EXPECT_EQ(e.runs, 2u);
@@ -165,7 +165,7 @@ TEST(StudySummary, ReadsABentCurvePieceByPiece) {
 }
 
 // Budgets so close that the same picture counts for both.
-TEST(StudySummary, OfCheckpointsAtOnePositionTheLastCounts) {
+TEST(StudySummary, LastCheckpointAtAPositionWins) {
   StudyResults r = study_of({{3, 1, 1e-3}, {1, 1, 1e-3}}, 1);
   r.runs[0].checkpoints[1] = r.runs[0].checkpoints[0];
   r.runs[0].checkpoints[1].budget = 2;
@@ -226,7 +226,7 @@ TEST(StudySummary, FailedAndMissingRunsAreLeftOutAndCounted) {
   EXPECT_FALSE(equal_error_speedup(r, 1, StudyMetric::kMse, StudyAxis::kCpu, 0));
 }
 
-TEST(StudySummary, NothingAtAllIsNoAnswer) {
+TEST(StudySummary, EmptyStudyHasNoResults) {
   const StudyResults r = study_of({{}}, 0);
   EXPECT_TRUE(study_curve(r, 0, StudyMetric::kMse).empty());
   EXPECT_FALSE(error_slope(r, 0, StudyMetric::kMse, StudyAxis::kCpu));

@@ -70,7 +70,7 @@ TEST(LineChart, LogarithmicPlaces) {
   }
 }
 
-TEST(LineChart, WhatCannotBeDrawnInterruptsTheLine) {
+TEST(LineChart, InvalidPointsInterruptTheLine) {
   const auto read = well_formed(line_chart(
       chart_of({{1, 1}, {2, 2}, {3, kNan}, {4, 4}, {5, 5}, {kInfinity, 1}, {1e300, 1}})));
   EXPECT_EQ(read.count("polyline"), 2u);
@@ -129,7 +129,7 @@ TEST(LineChart, LabelsStayInThePicture) {
   }
 }
 
-TEST(LineChart, SeriesAreToldApart) {
+TEST(LineChart, SeriesAreDistinguishable) {
   LineChart chart = chart_of({});
   chart.series.clear();
   for (int s = 0; s < 40; ++s) {

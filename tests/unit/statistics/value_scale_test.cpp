@@ -24,7 +24,7 @@ std::string labels(const ValueScale& scale, int most, double factor = 1) {
   return text;
 }
 
-TEST(PlaneStatistics, OfWhatIsFinite) {
+TEST(PlaneStatistics, IgnoreNonFiniteValues) {
   const PlaneStatistics s = plane_statistics(row({3, kNan, 0, -1, kInf, -kInf, 6}));
   EXPECT_EQ(s.values, 4u);
   EXPECT_EQ(s.no_value, 3u);
@@ -56,13 +56,13 @@ TEST(AutomaticRange, LeavesOutTheGreatestTwoPercent) {
   EXPECT_EQ(automatic_range(row({1, 2, 3}), false).most, 3);
 }
 
-TEST(AutomaticRange, OfAFewPixelsThatAreNotZero) {
+TEST(AutomaticRange, FewNonzeroPixels) {
   std::vector<float> values(10000, 0.0f);
   values[77] = 3;
   EXPECT_EQ(automatic_range(row(values), false).most, 3);
 }
 
-TEST(AutomaticRange, OfNegativeValues) {
+TEST(AutomaticRange, NegativeValues) {
   const ValueRange mixed = automatic_range(row({-4, 0, 2}), false);
   EXPECT_EQ(mixed.least, -4);
   EXPECT_EQ(mixed.most, 2);
@@ -80,7 +80,7 @@ TEST(AutomaticRange, AConstantIsInTheMiddle) {
   EXPECT_DOUBLE_EQ(ValueScale(automatic_range(row({-3, -3}), false), false).position(-3), 0.5);
 }
 
-TEST(AutomaticRange, LogarithmicIsAboveZeroWhateverThereIs) {
+TEST(AutomaticRange, LogarithmicIsAlwaysAboveZero) {
   const ValueRange range = automatic_range(row({0, -1, 0.5f, 8, kNan}), true);
   EXPECT_EQ(range.least, 0.5);
   EXPECT_EQ(range.most, 8);
@@ -122,7 +122,7 @@ TEST(ValueScale, TicksAreRoundNumbers) {
   EXPECT_EQ(labels(ValueScale({0, 4e7}, false), 3), "0 2e+07 4e+07 ");
 }
 
-TEST(ValueScale, LogarithmicTicksAreDecadesAndWhatIsBetweenIfTheyAreFew) {
+TEST(ValueScale, LogarithmicTicksAreDecadesWithStepsBetweenFewOfThem) {
   EXPECT_EQ(labels(ValueScale({1, 1000}, true), 5), "1 10 100 1000 ");
   EXPECT_EQ(labels(ValueScale({0.5, 20}, true), 8), "0.5 1 2 5 10 20 ");
   EXPECT_EQ(labels(ValueScale({1e-9, 1}, true), 4), "1e-09 1e-06 0.001 1 ");

@@ -69,7 +69,7 @@ TEST_F(WindowStateTest, OneWrongMemberLeavesTheOthers) {
   EXPECT_FALSE(state.inspector);
 }
 
-TEST_F(WindowStateTest, NamesThatAreNoUtf8AreWritten) {
+TEST_F(WindowStateTest, InvalidUtf8NamesAreWritten) {
   WindowState state;
   state.recent_scenes = {"/a/\xff.glb"};
   write_window_state(path("view.json"), state);

@@ -227,7 +227,7 @@ TEST(ShareSamples, AFactorOfAllRatesChangesNothing) {
 }
 
 // A pixel with a NaN rate gets its minimum, and the others get the rest.
-TEST(ShareSamples, RatesThatAreNoNumbers) {
+TEST(ShareSamples, NonFiniteRates) {
   for (const auto share : {&share_samples, &share_steps}) {
     for (const float rate : {std::nanf(""), -std::nanf("")}) {
       const std::vector<float> rates = {1.0f, rate, 3.0f, rate};
@@ -274,7 +274,7 @@ TEST(RoundCount, KeepsTheExpectation) {
   }
 }
 
-TEST(RoundCount, NobodyLosesSamples) {
+TEST(RoundCount, NoPixelLosesSamples) {
   for (const float wanted : {-1.0f, 0.0f, 5.0f, 12.0f, std::numeric_limits<float>::quiet_NaN()}) {
     for (const float u : {0.0f, 0.5f, 0.999f}) EXPECT_EQ(round_count(12, wanted, 8, u), 12u);
   }
@@ -334,7 +334,7 @@ TEST(ShareSteps, NoOtherStepsAreWorthMore) {
 }
 
 // Rates that a damaged state may contain: the search ends, and every pixel is within its bounds.
-TEST(ShareSteps, RatesThatAreNoNumbers) {
+TEST(ShareSteps, NonFiniteRates) {
   constexpr float kInf = std::numeric_limits<float>::infinity();
   for (const float rate : {kInf, std::numeric_limits<float>::max(), std::nanf("")}) {
     const std::vector<float> rates = {1.0f, rate, 3.0f};

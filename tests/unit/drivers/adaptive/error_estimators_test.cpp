@@ -130,7 +130,7 @@ TEST_P(EveryEstimator, ThreadsDoNotMatter) {
   EXPECT_EQ(many, estimate(pixels));
 }
 
-TEST_P(EveryEstimator, ReplacesWhatTheMapHeld) {
+TEST_P(EveryEstimator, ReplacesOldValuesOfTheMap) {
   const PixelStatistics pixels = drawn_pixels(
       40, 30, 16, 4, [](TestRandom& random) { return 0.2 + 0.1 * random.next_double(); });
   const EstimatorSettings settings = {.threshold = 0.01f};
@@ -186,7 +186,7 @@ TEST_P(HistoricalEstimator, ConstantsAreFinished) {
 }
 
 // A non-finite or huge value does not spread: two pixels away nothing changes.
-TEST_P(HistoricalEstimator, ABadPixelStaysAlone) {
+TEST_P(HistoricalEstimator, BadPixelDoesNotAffectOthers) {
   for (const float bad : {kNaN, kInfinity, -kInfinity}) {
     PixelStatistics pixels = constant_pixels(9, 9, 0.5f, 16.0f);
     constexpr size_t kCentre = 4 * 9 + 4;
@@ -329,7 +329,7 @@ TEST(ContrastEstimator, ByHand) {
   EXPECT_NEAR(errors(estimator, pixels)[7], 0.02f * 0.25f / 0.6f, 1e-7f);
 }
 
-TEST(ContrastEstimator, SeesWhatADisplayShows) {
+TEST(ContrastEstimator, UsesDisplayValues) {
   const Estimator estimator = estimate_contrast;
   PixelStatistics pixels = constant_pixels(5, 1, 3.0f, 8.0f);
   pixels.mean[1][2] = 9.0f;  // white next to white
@@ -466,7 +466,7 @@ TEST(DammertzEstimator, AgreesWithTheRuleInPlainLoops) {
 }
 
 // A pixel without an estimate, or with NaN, does not count for its block.
-TEST(DammertzEstimator, BlocksAreJudgedByWhatIsKnown) {
+TEST(DammertzEstimator, BlocksIgnoreUnknownPixels) {
   PixelStatistics pixels = grey_pixels(4, 4, 0.01f);
   pixels.second_count[5] = 16.0f;  // none in the first pixel
   pixels.stream_difference[0][6] = kNaN;

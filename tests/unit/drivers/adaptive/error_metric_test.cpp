@@ -23,7 +23,7 @@ void for_each_brightness(const Body& body) {
   }
 }
 
-TEST(DisplayValue, IsTheStandardsCurve) {
+TEST(DisplayValue, MatchesTheStandardCurve) {
   double worst = 0;
   for_each_brightness([&](float x) {
     worst = std::max(worst, std::abs(double(display_value(x)) - test::srgb(double(x))));
@@ -40,7 +40,7 @@ TEST(DisplayValue, NeverFalls) {
   EXPECT_EQ(before, 1.0f);
 }
 
-TEST(DisplayValue, ClipsWhatADisplayCannotShow) {
+TEST(DisplayValue, ClipsToTheDisplayRange) {
   EXPECT_EQ(display_value(-1.0f), 0.0f);
   EXPECT_EQ(display_value(-INFINITY), 0.0f);
   EXPECT_EQ(display_value(0.0f), 0.0f);

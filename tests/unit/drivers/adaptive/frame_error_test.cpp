@@ -38,7 +38,7 @@ TEST(FrameError, WithoutASecondStreamAsIfIndependent) {
 
 // A pixel's noise is weighted at that pixel's own value: clipped noise is invisible, whatever its
 // neighbours show.
-TEST(FrameError, NoiseOfALampIsNotThatOfTheDarknessBesideIt) {
+TEST(FrameError, LampNoiseDoesNotSpreadToDarkNeighbours) {
   PixelStatistics pixels = constant_pixels(64, 64, 0.0f, 64.0f);
   for (size_t i = 0; i < pixels.size(); i += 2) {
     for (size_t c = 0; c < 3; ++c) {
@@ -95,7 +95,7 @@ TEST(FrameError, TellsOfLampsThatFewPixelsHaveMet) {
 
 // Log-normal samples of mean .2: with sigma 2.5 the deviation is 23 times the mean, with .5 they
 // are almost normal.
-TEST(FrameError, OfLogNormalSamplesIsTheError) {
+TEST(FrameError, LogNormalSamplesGiveTheTrueError) {
   for (const double sigma : {0.5, 1.5, 2.5}) {
     for (const uint32_t n : {16u, 64u, 256u}) {
       const PixelStatistics pixels = drawn_pixels(96, 96, n, n, [&](TestRandom& random) {
@@ -110,7 +110,7 @@ TEST(FrameError, OfLogNormalSamplesIsTheError) {
 }
 
 // Sharp edges of lamps that every other sample of a pixel hits: their neighbours miss nothing.
-TEST(FrameError, ThinksNothingMissedBesideALampInFocus) {
+TEST(FrameError, AddsNothingNextToALampInFocus) {
   PixelStatistics pixels = constant_pixels(64, 64, 0.05f, 32.0f);
   for (size_t i = 0; i < pixels.size(); i += 9) {
     for (size_t c = 0; c < 3; ++c) {
@@ -124,7 +124,7 @@ TEST(FrameError, ThinksNothingMissedBesideALampInFocus) {
   EXPECT_LT(map.missed, 1e-3 * double(pixels.size()));
 }
 
-TEST(FrameError, OfNothingAndOfNothingFiniteIsFinite) {
+TEST(FrameError, EmptyAndNonFiniteFramesGiveFiniteErrors) {
   EXPECT_EQ(frame_error({}), 0.0);
   PixelStatistics pixels = constant_pixels(8, 8, 0.5f, 16.0f);
   EXPECT_EQ(frame_error(pixels), 0.0);

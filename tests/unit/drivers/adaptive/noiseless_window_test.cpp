@@ -18,7 +18,7 @@ double samples_without_noise(const Sample& rest, int size, const AdaptiveSetting
   return frame.mean_count();
 }
 
-TEST(NoiselessWindow, NoNoiseIsNoAnswerUntilThereAreSamplesEnough) {
+TEST(NoiselessWindow, ZeroNoiseNeedsEnoughSamples) {
   for (const char* estimator : {"two-stream", "nested"}) {
     SCOPED_TRACE(estimator);
     AdaptiveSettings s;
@@ -41,7 +41,7 @@ TEST(NoiselessWindow, NoNoiseIsNoAnswerUntilThereAreSamplesEnough) {
 
 // One path in 4000 finds the light: a quarter of the 16 x 16 windows see none in the pilot. False
 // alarms: a crop misses it in 2^17 samples with probability e^-32.
-TEST(NoiselessWindow, LightThatFewPathsFindIsNotLeftOut) {
+TEST(NoiselessWindow, RareLightIsIncluded) {
   AdaptiveSettings s;
   s.threshold = 0.05f;
   for (const char* estimator : {"two-stream", "nested"}) {

@@ -128,7 +128,7 @@ TEST(PixelStatistics, EveryPixelOfAnySize) {
   }
 }
 
-TEST(PixelStatistics, GatheringReplacesWhatWasThere) {
+TEST(PixelStatistics, GatheringReplacesOldValues) {
   FilmTile film = film_of({0, 0, 2, 2});
   PixelStatistics pixels;
   pixels.resize(100, 3);

@@ -57,7 +57,7 @@ TEST(RefinementTree, VariancesOfTwoLeaves) {
 
 // v_ext compared with the leaves across the middle of each edge, looked up directly: inside, at
 // borders and corners, and one pixel away from them.
-TEST(RefinementTree, ExternalVarianceIsThatOfTheNeighbours) {
+TEST(RefinementTree, ExternalVarianceComesFromTheNeighbours) {
   std::set<size_t> neighbours_seen;
   for (const Rect& crop : {Rect{10, 20, 110, 97}, Rect{0, 0, 7, 7}, Rect{0, 0, 3, 5},
                            Rect{-2, -3, 4, 1}, Rect{0, 0, 1, 9}}) {

@@ -230,7 +230,7 @@ TEST(RefinementTree, PixelsAreListedInTheOrderOfTheTree) {
   EXPECT_LT(sum / double(pixels.size() - 1), 25);
 }
 
-TEST(RefinementTree, TheLimitTakesTheBest) {
+TEST(RefinementTree, LimitSelectsTheBest) {
   RefinementTree tree({0, 0, 256, 256}, {.seed = 8});
   refine(tree, test_picture, 1500);
   const std::vector<RefinementNode> best = tree.most_urgent(20);

@@ -71,12 +71,12 @@ TEST(RoundAverages, KnowTheirVarianceWhereTheLastRoundEndsEarly) {
 }
 
 // A round of two samples is far less stratified than one of 24, but has the same weight.
-TEST(RoundAverages, KnowTheirVarianceHoweverWellRoundsAreStratified) {
+TEST(RoundAverages, VarianceIsRightForStratifiedRounds) {
   expect_right(std::vector<Round>{{8, 1}, {24, 1}, {2, 2}, {40, 4}}, true);
   expect_right(std::vector<Round>{{8, 1}, {24, 1}, {40, 2}, {2, 4}}, true);
 }
 
-TEST(RoundAverages, OfOneRoundKnowWhatItsSpreadOrItsTwoStreamsSay) {
+TEST(RoundAverages, OneRoundUsesItsSpreadOrItsTwoStreams) {
   const std::vector<Round> one = {{16, 1}};
   for (const int streams : {1, 2}) {
     const Variances v = variances(one, false, streams);

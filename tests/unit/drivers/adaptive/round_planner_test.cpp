@@ -231,7 +231,7 @@ TEST(RoundPlanner, AThresholdIsMetAndNotMuchMore) {
 
 // Before the end the planner knows which pixels continue and which do not, apart from the uniform
 // share; at the end it knows for all of them.
-TEST(RoundPlanner, TellsWhichPixelsHaveEndedWhileOthersGoOn) {
+TEST(RoundPlanner, ReportsFinishedPixelsWhileOthersContinue) {
   SyntheticFrame frame(48, 32, 10, [](int x, int, TestRandom& random) {
     return noisy(random, 0.4f, 0.01f * float(x));
   });
@@ -260,7 +260,7 @@ TEST(RoundPlanner, TellsWhichPixelsHaveEndedWhileOthersGoOn) {
   }
 }
 
-TEST(RoundPlanner, WhatNeverMeetsTheThresholdEndsAtItsMost) {
+TEST(RoundPlanner, NoisyPixelsEndAtMaxSpp) {
   SyntheticFrame frame(32, 32, 10, [](int x, int, TestRandom& random) {
     return x < 16 ? noisy(random, 0.4f, 0.3f) : Sample{0.4f, 1};
   });
@@ -329,7 +329,7 @@ TEST(RoundPlanner, GainsAreTheVarianceThatGoes) {
   EXPECT_NEAR(mean, 0.01 * (1.0 / 100 - 1.0 / 400), 0.1 * 0.01 * (1.0 / 100 - 1.0 / 400));
 }
 
-TEST(RoundPlanner, UnbiasedLeavesNobodyOut) {
+TEST(RoundPlanner, UnbiasedSamplesEveryPixel) {
   SyntheticFrame frame(64, 64, 14, [](int x, int y, TestRandom& random) {
     return x == 5 && y == 5 ? noisy(random, 2.0f, 1.0f) : Sample{0.1f, 2};
   });
@@ -428,7 +428,7 @@ TEST(RoundPlanner, BatchesGoToTheLargerErrors) {
   }
 }
 
-TEST(RoundPlanner, RecordsWhatWasThoughtOfAPixel) {
+TEST(RoundPlanner, RecordsThePlansForAPixel) {
   SyntheticFrame frame = even_noise(16, 16, 18);
   RoundPlanner planner(of_budget(64), 16, 16, 5);
   planner.record(37);

@@ -56,7 +56,7 @@ TEST(SampleHalves, TheSecondLooksSamplesAreTheSecondHalf) {
   EXPECT_FLOAT_EQ(pixel.difference(), -5.0f);  // 2 and 7
 }
 
-TEST(SampleHalves, BetweenTwoStepsTheLastDifferenceStands) {
+TEST(SampleHalves, KeepsTheLastDifferenceBetweenSteps) {
   Pixel pixel(SampleParts::kPowersOfTwo);
   pixel.add(16, 1);
   pixel.add(16, 3);
@@ -69,7 +69,7 @@ TEST(SampleHalves, BetweenTwoStepsTheLastDifferenceStands) {
   EXPECT_NEAR(pixel.variance(), 60.0 * 60 * 32 * 16 / 48, 1);
 }
 
-TEST(SampleHalves, BelowAStratifiedBlockThereIsNoPart) {
+TEST(SampleHalves, HasNoPartBelowAStratifiedBlock) {
   Pixel pixel(SampleParts::kPowersOfTwo);
   for (int i = 0; i < 3; ++i) pixel.add(4, i);
   EXPECT_EQ(pixel.second(), 0.0f) << "8, and 4 more";

@@ -240,7 +240,7 @@ TEST_F(DisplayTest, OcioConfigsAreRegularFilesOfSomeSize) {
 }
 
 // OpenColorIO 2.1 does not terminate on any of these.
-TEST_F(DisplayTest, OcioConfigsLeadNowhereForEver) {
+TEST_F(DisplayTest, CyclicOcioConfigsAreRefused) {
   const auto with = [&](const std::string& transform) {
     use_config(R"(ocio_profile_version: 2
 search_path: "."
@@ -273,9 +273,9 @@ colorspaces:
         ", &a" + std::to_string(i) + " !<GroupTransform> {children: [" + last + "," + last + "]}";
   }
   const std::vector<std::pair<std::string, std::string>> wrong = {
-      {"!<ColorSpaceTransform> {src: out, dst: lin}", "\"out\" leads back to itself"},
-      {"!<ColorSpaceTransform> {src: lin, dst: other}", "leads back to itself"},
-      {"!<DisplayViewTransform> {src: lin, display: sRGB, view: V}", "leads back to itself"},
+      {"!<ColorSpaceTransform> {src: out, dst: lin}", "\"out\" refers back to itself"},
+      {"!<ColorSpaceTransform> {src: lin, dst: other}", "refers back to itself"},
+      {"!<DisplayViewTransform> {src: lin, display: sRGB, view: V}", "refers back to itself"},
       {"!<FileTransform> {src: pipe.cube}", "not a regular file"},
       {"!<FileTransform> {src: /dev/zero}", "not a regular file"},
       {"!<FileTransform> {src: huge.cube}", "too large"},
@@ -298,7 +298,7 @@ colorspaces:
 }
 
 // Words between stars are not aliases; an alias has an anchor of its name.
-TEST_F(DisplayTest, WordsBetweenStarsAreNoAliases) {
+TEST_F(DisplayTest, StarredWordsAreNotAliases) {
   std::string comments, bullets, commented;
   for (int i = 0; i < 40; ++i) {
     comments += "# the *linear* space, *not* the [*display*] one, {*see* the R&D &notes\n";
@@ -336,7 +336,7 @@ TEST_F(DisplayTest, WordsBetweenStarsAreNoAliases) {
   std::string wide;
   for (const char c : config("      text\n", seventeen)) wide += std::string{c, '\0'};
   use_config("\xff\xfe" + wide);
-  expect_error<InputError>([] { DisplayTransform({}); }, "no text in UTF-8");
+  expect_error<InputError>([] { DisplayTransform({}); }, "not UTF-8 text");
 }
 
 TEST_F(DisplayTest, NamesOfTheBuiltInConfigStartWithTheDefaults) {
@@ -358,7 +358,7 @@ TEST_F(DisplayTest, EveryNameThatIsListedCanBeUsed) {
   }
 }
 
-TEST_F(DisplayTest, NamesOfAConfigThatIsNotThereAreAnInputError) {
+TEST_F(DisplayTest, MissingConfigIsAnInputError) {
   setenv("OCIO", path("missing.ocio").c_str(), 1);
   EXPECT_THROW(display_names(), InputError);
 }

@@ -139,7 +139,7 @@ TEST_F(ExrWriterTest, TilesThatHardlyCompressReadBack) {
   }
 }
 
-TEST_F(ExrWriterTest, HeaderSaysWhatTheFrameIs) {
+TEST_F(ExrWriterTest, HeaderDescribesTheFrame) {
   const ExrHeader header = cropped_header();
   ExrWriter writer(path("a.exr"), header);
   writer.finish();
@@ -395,7 +395,7 @@ TEST_F(ExrWriterTest, SaysWhereAndWhen) {
   EXPECT_FALSE(code.dropFrame());
 }
 
-TEST_F(ExrWriterTest, HasNoTimeCodeForWhatOneCannotSay) {
+TEST_F(ExrWriterTest, HasNoTimeCodeOutsideItsRange) {
   EXPECT_EQ(smpte_time_code(24 * 3600 * 24 - 1, 24), 0x23595923u);
   EXPECT_EQ(smpte_time_code(24 * 3600 * 24, 24), std::nullopt);
   EXPECT_EQ(smpte_time_code(-1, 24), std::nullopt);

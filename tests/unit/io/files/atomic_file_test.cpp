@@ -41,7 +41,7 @@ TEST_F(AtomicFileTest, KeepsLinksAndPermissions) {
   EXPECT_EQ(fs::status(path("real")).permissions(), fs::perms::owner_read | fs::perms::owner_write);
 }
 
-TEST_F(AtomicFileTest, MakesWhatALinkLeadsTo) {
+TEST_F(AtomicFileTest, CreatesTheTargetOfALink) {
   fs::create_directory(path("scratch"));
   fs::create_symlink("scratch/out", path("link"));
   fs::create_symlink("link", path("chain"));
@@ -53,7 +53,7 @@ TEST_F(AtomicFileTest, MakesWhatALinkLeadsTo) {
   EXPECT_TRUE(fs::is_symlink(path("loop")));
 }
 
-TEST_F(AtomicFileTest, LeftoversAndLongNamesAreNoObstacle) {
+TEST_F(AtomicFileTest, ToleratesLeftoversAndLongNames) {
   {
     std::ofstream(path("a.emberline.part-" + std::to_string(getpid())))
         << "left by a killed process";
@@ -161,7 +161,7 @@ TEST_F(AtomicFileTest, GrowingFilesCanBeFollowed) {
 
 TEST_F(AtomicFileTest, GrowingFilesWaitForNoReader) {
   ASSERT_EQ(::mkfifo(path("pipe").c_str(), 0600), 0);
-  expect_error<RenderError>([&] { GrowingFile unread(path("pipe")); }, "that nobody reads");
+  expect_error<RenderError>([&] { GrowingFile unread(path("pipe")); }, "without a reader");
   const int reader = ::open(path("pipe").c_str(), O_RDONLY | O_NONBLOCK);
   GrowingFile log(path("pipe"));
   log.append("one\n");

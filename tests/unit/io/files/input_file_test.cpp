@@ -39,7 +39,7 @@ TEST(InputFile, ReadsAllAndRanges) {
 }
 
 // A pipe would wait for a writer, and /dev/zero would never end.
-TEST(InputFile, RefusesWhatIsNoRegularFile) {
+TEST(InputFile, RefusesNonRegularFiles) {
   const TempFolder folder;
   ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);
   EXPECT_NE(message_of(folder / "pipe", "a#/b").find("a#/b: is a pipe"), std::string::npos);
@@ -59,7 +59,7 @@ TEST(InputFile, NoticesThatTheFileBecameShorter) {
   EXPECT_THROW(file.read_all(), InputError);
 }
 
-TEST(InputFile, IdentityIsThatOfTheFileAndNotOfItsName) {
+TEST(InputFile, IdentityBelongsToTheFileNotItsName) {
   const TempFolder folder;
   write_text(folder / "a", "a");
   write_text(folder / "b", "a");
@@ -72,7 +72,7 @@ TEST(InputFile, IdentityIsThatOfTheFileAndNotOfItsName) {
   EXPECT_FALSE(file_identity(folder / "none"));
 }
 
-TEST(InputFile, StateIsThatOfItsOpening) {
+TEST(InputFile, StateIsFromTheTimeOfOpening) {
   const TempFolder folder;
   write_text(folder / "a", "a");
   const NamedFile then = InputFile(folder / "a").named("it");

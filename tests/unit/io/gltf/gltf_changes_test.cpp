@@ -153,7 +153,7 @@ TEST_F(GltfChangesTest, ProductsOfStraightLinesAndSplines) {
   expect_stills(0.4, 0.6, 1.5e-3f);
 }
 
-TEST_F(GltfChangesTest, ARangeThatIsNoneIsInfinite) {
+TEST_F(GltfChangesTest, InvalidRangeIsInfinite) {
   AnimationBuilder(gltf_).point(std::string(kLight) + "/range", {0, 0.5f}, "SCALAR", {-1, 4},
                                 "STEP");
   EXPECT_EQ(load_at(gltf_, 0.25).lights.at(0).range, std::numeric_limits<float>::infinity());
@@ -163,7 +163,7 @@ TEST_F(GltfChangesTest, ARangeThatIsNoneIsInfinite) {
   EXPECT_FLOAT_EQ(light.range * light.range_share->at(0.75f), 4.0f);
 }
 
-TEST_F(GltfChangesTest, WhatDoesNotChangeHasNoCurve) {
+TEST_F(GltfChangesTest, ConstantValuesHaveNoCurve) {
   AnimationBuilder(gltf_)
       .point(std::string(kLight) + "/intensity", {0, 0.3f, 0.6f, 2}, "SCALAR", {5, 5, 5, 0})
       .point("/materials/0/emissiveFactor", {0, 1}, "VEC3", {0, 0, 0, 0, 0, 0});
@@ -193,8 +193,7 @@ TEST_F(GltfChangesTest, OthersAreHeldAndSaid) {
   const SceneDescription open = load_open(gltf_, 0.25, 0.5);
   EXPECT_EQ(open.materials[0].roughness, 0.25f);
   EXPECT_EQ(open.coverage.approximated,
-            std::vector<std::string>{"animated values of materials (held while the shutter is "
-                                     "open)"});
+            std::vector<std::string>{"animated material values (held while the shutter is open)"});
   EXPECT_TRUE(load_open(gltf_, 2, 3).coverage.approximated.empty());
   EXPECT_TRUE(load_at(gltf_, 0.5).coverage.approximated.empty());
 }
@@ -223,7 +222,7 @@ TEST_F(GltfChangesTest, ChildrenAreSeenWhileTheirParentsAre) {
   EXPECT_TRUE(load_open(gltf_, 0.3, 0.4).lights.empty());
 }
 
-TEST_F(GltfChangesTest, AnAnimationMayHideAllThereIs) {
+TEST_F(GltfChangesTest, AnimationMayHideEverything) {
   hide(0, {0, 1}, {0, 1});
   const SceneDescription empty = load_at(gltf_, 0.5);
   EXPECT_TRUE(empty.instances.empty());
@@ -239,7 +238,7 @@ TEST_F(GltfChangesTest, AnAnimationMayHideAllThereIs) {
   EXPECT_TRUE(load_at(gltf_, 0.5).instances.empty());
 }
 
-TEST_F(GltfChangesTest, AValueThatIsNoneIsRefusedWhereItIsNeeded) {
+TEST_F(GltfChangesTest, InvalidValueIsRefusedIfNeeded) {
   AnimationBuilder(gltf_).point("/cameras/0/perspective/yfov", {0, 0.5f, 1}, "SCALAR",
                                 {0.5f, -1, 0.5f});
   EXPECT_TRUE(load_open(gltf_, 0, 1).cameras.at(0).fault);
@@ -296,7 +295,7 @@ TEST_F(GltfChangesTest, VisibilityThatIsSwitchedAHundredThousandTimes) {
   EXPECT_EQ(scene.instances.at(0).shown->changes.size(), kKeys - 1);
 }
 
-TEST_F(GltfChangesTest, SharedKeyFramesAreHeldAgainstTheFile) {
+TEST_F(GltfChangesTest, SharedKeyFramesAreLimitedByTheFileSize) {
   // 2000 lights with 20,000 key frames each.
   constexpr size_t kKeys = 20'000;
   std::vector<float> values;

@@ -103,7 +103,7 @@ TEST(GltfScene, ANodeListedTogetherWithItsDescendantIsDrawnOnce) {
   EXPECT_EQ(scene.instances[0].to_world[3][0], 1.0);
 }
 
-TEST(GltfScene, WhatIsScaledToALineOrAPointIsDroppedAndCounted) {
+TEST(GltfScene, ObjectsScaledToALineOrAPointAreDroppedAndCounted) {
   GltfBuilder gltf;
   const int mesh = gltf.add_triangle();
   const json singular[] = {
@@ -155,7 +155,7 @@ TEST(GltfScene, CamerasAndLampsKeepTheirDirectionsWithoutAScale) {
 }
 
 // A scale of 0 on one axis: flat to within a millionth, with the normals of the plane.
-TEST(GltfScene, WhatIsScaledToAPlaneIsFlat) {
+TEST(GltfScene, ObjectsScaledToAPlaneAreFlat) {
   GltfBuilder gltf;
   const int positions =
       gltf.add_accessor<float>("VEC3", {0, 0, 5, 1, 0, 6, 0, 1, 7, 1, 1, 5, 0, 1, 7, 1, 0, 6});

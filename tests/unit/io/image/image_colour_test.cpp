@@ -104,26 +104,29 @@ TEST_F(ImageColour, TheOnlyLayerWithRgbIsUsed) {
   EXPECT_EQ(sky({{"", {"R", "G", "B", "a.R", "a.G", "a.B"}, {1, 2, 3, 7, 8, 9}}}), kSky);
 }
 
-TEST_F(ImageColour, ChannelsThatAreNoColourAreListed) {
-  EXPECT_EQ(refusal({"Z"}), "place: no channels R, G and B, or Y alone; it has Z");
+TEST_F(ImageColour, NonColourChannelsAreListed) {
+  EXPECT_EQ(refusal({"Z"}),
+            "place: it has neither channels R, G and B nor a single channel Y; its channels are Z");
   EXPECT_EQ(refusal({"N.X", "N.Y", "N.Z", "Z"}),
-            "place: no channels R, G and B, or Y alone; it has N.X, N.Y, N.Z, Z");
+            "place: it has neither channels R, G and B nor a single channel Y; its channels are "
+            "N.X, N.Y, N.Z, Z");
   EXPECT_NE(refusal({"X", "Y", "Z"}), "no error");  // coordinates
   EXPECT_NE(refusal({"R", "G"}), "no error");
   EXPECT_NE(refusal({"a.R", "b.G", "c.B"}), "no error");
   const std::string many = refusal(Names(4000, "depth.Z"));
   EXPECT_LT(many.size(), 300u);
   EXPECT_NE(many.find("and 3988 more"), std::string::npos) << many;
-  EXPECT_EQ(refused_sky({{"", {"Z"}, {50}}}),
-            path_ + ": no channels R, G and B, or Y alone; it has Z");
+  EXPECT_EQ(
+      refused_sky({{"", {"Z"}, {50}}}),
+      path_ + ": it has neither channels R, G and B nor a single channel Y; its channels are Z");
 }
 
 TEST_F(ImageColour, SeveralLayersAreListed) {
   EXPECT_EQ(refusal({"Z", "day.R", "day.G", "day.B", "night.R", "night.G", "night.B"}),
-            "place: 2 layers have R, G and B, but the picture is one of them: day, night");
+            "place: 2 layers have R, G and B; save one of them as a separate file: day, night");
 }
 
-TEST_F(ImageColour, GreyIsYAlone) {
+TEST_F(ImageColour, GreyIsASingleY) {
   EXPECT_EQ(sky({{"", {"Y"}, {2}}}), (std::vector<float>{2, 2, 2}));
   EXPECT_EQ(sky({{"", {"A", "Y", "Z"}, {7, 2, 50}}}), (std::vector<float>{2, 2, 2}));
   EXPECT_EQ(sky({{"", {"R"}, {2}}}), (std::vector<float>{2, 2, 2}));
@@ -139,24 +142,24 @@ TEST_F(ImageColour, PartsAreSearchedToo) {
   EXPECT_EQ(
       refused_sky({{"day", {"R", "G", "B"}, {1, 2, 3}}, {"night", {"R", "G", "B"}, {4, 5, 6}}}),
       path_ +
-          ": 2 layers have R, G and B, but the picture is one of them: R, G, B of part "
-          "day, R, G, B of part night");
+          ": 2 layers have R, G and B; save one of them as a separate file: R, G, B of part day, "
+          "R, G, B of part night");
   const PartOfFile narrow = {"sky", {"R", "G", "B"}, {1, 2, 3}, 1, 1};
-  EXPECT_NE(
-      refused_sky({{"depth", {"Z"}, {50}}, narrow}).find("part sky: the part has other pixels"),
-      std::string::npos);
+  EXPECT_NE(refused_sky({{"depth", {"Z"}, {50}}, narrow})
+                .find("part sky: the part differs from the first in size"),
+            std::string::npos);
   EXPECT_NE(refused_sky({{"depth", {"Z"}, {50}}, {"more", {"Z", "N.X"}, {1, 2}}})
                 .find("it has Z, Z of part more, N.X of part more"),
             std::string::npos);
 }
 
-TEST_F(ImageColour, CubesAreNoPanoramas) {
+TEST_F(ImageColour, CubeMapsAreRefused) {
   const std::string cube = "CubeFace Environment";
   for (const std::vector<PartOfFile>& parts :
        {std::vector<PartOfFile>{{"", {"R", "G", "B"}, {1, 2, 3}, 2, 0, cube}},
         std::vector<PartOfFile>{{"depth", {"Z"}, {50}},
                                 {"sky", {"R", "G", "B"}, {1, 2, 3}, 2, 0, cube}}}) {
-    EXPECT_NE(refused_sky(parts).find("this is a cube map"), std::string::npos);
+    EXPECT_NE(refused_sky(parts).find("found a cube map"), std::string::npos);
   }
   EXPECT_EQ(sky({{"", {"R", "G", "B"}, {1, 2, 3}, 2, 0, "LatLong Environment"}}), kSky);
 }
@@ -186,7 +189,7 @@ TEST_F(ImageColour, TexturesTakeTheSameChannels) {
   EXPECT_THROW(texel({"Z"}, {50}), InputError);
 }
 
-TEST(FindColour, CryptomatteIsNoColour) {
+TEST(FindColour, CryptomatteIsNotAColour) {
   using Channels = std::vector<std::string>;
   const Channels matte = {"CryptoObject00.R", "CryptoObject00.G", "CryptoObject00.B",
                           "CryptoObject00.A"};
@@ -226,7 +229,7 @@ TEST_F(ImageColour, DenoiseReadsOnePicture) {
   DenoiseOptions options;
   options.image = path_;
   options.outputs = {folder_ / "b.exr"};
-  EXPECT_NE(message_of([&] { run_denoise(options); }).find("its part right has"),
+  EXPECT_NE(message_of([&] { run_denoise(options); }).find("its part right differs"),
             std::string::npos);
 }
 

@@ -31,7 +31,7 @@ std::byte channel_at(const Image& image, size_t i, int channel) {
   return image.texels[i * size_t(image.channels) + size_t(channel)];
 }
 
-TEST(Ktx2, PixelsAreThoseOfTheReferenceDecoder) {
+TEST(Ktx2, PixelsMatchTheReferenceDecoder) {
   for (const std::string name : test::kKtx2Files) {
     const auto image = decode_ktx2(test::ktx2_file(name));
     const auto reference = decode_image(test::ktx2_reference(name), name).image;
@@ -50,7 +50,7 @@ TEST(Ktx2, PixelsAreThoseOfTheReferenceDecoder) {
 }
 
 // Alpha if the descriptor has it; a single red channel is grey here, and a second component green.
-TEST(Ktx2, ChannelsAreThoseThatTheDescriptorNames) {
+TEST(Ktx2, ChannelsMatchTheDescriptor) {
   const Ktx2Bytes uastc = test::ktx2_file("uastc_gradient"), etc1s = test::ktx2_file("etc1s_alpha");
   const auto uastc_rgba = decode_ktx2(uastc), etc1s_rgba = decode_ktx2(etc1s);
   ASSERT_EQ(uastc_rgba->channels, 4);
@@ -112,7 +112,7 @@ TEST(Ktx2, TheTransferFunctionIsPassedOn) {
   EXPECT_EQ(decode_image(test::ktx2_reference("etc1s_odd"), "place").transfer, "");
 }
 
-TEST(Ktx2, WhatIsNotReadIsNamed) {
+TEST(Ktx2, UnsupportedFeaturesAreNamed) {
   const Ktx2Bytes plain = test::ktx2_file("uastc_nozstd");
   const size_t descriptor = test::descriptor_of(plain), texts = test::word_at(plain, 56) + 4;
   const auto expect = [&](size_t offset, std::string_view written, const char* said) {
@@ -135,7 +135,7 @@ TEST(Ktx2, WhatIsNotReadIsNamed) {
   expect(descriptor + 12, "\x07", "blocks that are not of 4 x 4 pixels");
   expect(test::channel_of(plain, 0), "\x02", "the channels 2");
   expect(texts, std::string_view("KTXswizzle\0rrra\0", 16), "swizzled channels");
-  expect(texts, std::string_view("KTXorientation\0ru\0", 18), "not from the top left");
+  expect(texts, std::string_view("KTXorientation\0ru\0", 18), "other than from the top left");
   Ktx2Bytes harmless = plain;
   const std::string_view given("KTXorientation\0rd\0", 18);
   std::copy(given.begin(), given.end(), harmless.begin() + std::ptrdiff_t(texts));
@@ -143,7 +143,7 @@ TEST(Ktx2, WhatIsNotReadIsNamed) {
 
   Ktx2Bytes video = test::ktx2_file("etc1s_odd");
   video[test::word_at(video, 64) + 20] = 2;
-  EXPECT_NE(ktx2_message(video).find("frames of a video"), std::string::npos);
+  EXPECT_NE(ktx2_message(video).find("video frames"), std::string::npos);
 }
 
 // "Mode Index": 19 is reserved; "ETC2M cannot be zero"; patterns beyond their table.

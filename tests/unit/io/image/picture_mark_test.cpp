@@ -26,7 +26,7 @@ class PictureMark : public ::testing::Test {
   test::TempFolder folder_;
 };
 
-TEST_F(PictureMark, SaysWhatWasWritten) {
+TEST_F(PictureMark, ReadsTheWrittenMark) {
   for (const char* name : {"a.png", "a.jpg"}) {
     EXPECT_FALSE(is_marked_incomplete(picture(name, true))) << name;
     EXPECT_TRUE(is_marked_incomplete(picture(name, false))) << name;

@@ -140,7 +140,7 @@ TEST_F(WholePicture, EveryCutOfAPngAJpegAndAGifIsFound) {
   expect_cuts_found("a.gif");
 }
 
-TEST_F(WholePicture, OtherFilesAreNone) {
+TEST_F(WholePicture, OtherFilesAreNotWholePictures) {
   EXPECT_THROW(is_whole_picture(path("none.exr")), InputError);
   const std::string_view begins[] = {"",       "no picture",   "\x76\x2f\x31\x01",
                                      "GIF89a", "\xff\xd8\xff", "\x89PNG\r\n\x1a\n"};

@@ -134,7 +134,7 @@ TEST_F(EditsFile, FloatsAreWrittenShortAndComeBackToTheBit) {
   EXPECT_NE(text.find("\"roughness\": 0.1,"), std::string::npos);
 }
 
-TEST_F(EditsFile, AnEnvironmentIsLookedForBesideIt) {
+TEST_F(EditsFile, EnvironmentPathIsRelativeToTheFile) {
   std::vector<float> texels(8 * 4 * 3, 0.5f);
   texels[0] = std::nanf("");
   test::write_floats(path("sky.exr"), 8, 4, 3, texels);
@@ -153,7 +153,7 @@ TEST_F(EditsFile, AnEnvironmentIsLookedForBesideIt) {
   EXPECT_TRUE(read_edits(path("sub/shot.json")).environment.image);
 }
 
-TEST_F(EditsFile, SaysWhatIsWrongAndWhere) {
+TEST_F(EditsFile, ErrorsNameThePlace) {
   struct Wrong {
     const char* members;  // after the version
     std::vector<std::string> says;

@@ -27,7 +27,7 @@ std::string refusal(const std::string& text) {
   return "accepted";
 }
 
-TEST(JsonInput, GivesWhatTheParserGives) {
+TEST(JsonInput, MatchesThePlainParser) {
   for (
       const char* text :
       {"0", "-0.0", "\"\"", "null", "[]", "{}", " [1, -2, 3.5e-7, true, false, null, \"x\"] ",
@@ -39,7 +39,7 @@ TEST(JsonInput, GivesWhatTheParserGives) {
   EXPECT_EQ(parse_json(deep, "f.json"), nlohmann::json::parse(deep));
 }
 
-TEST(JsonInput, SaysWhatIsWrongAndWhere) {
+TEST(JsonInput, ErrorsNameThePlace) {
   const std::pair<std::string, std::string> cases[] = {
       {"", "f.json: not valid JSON near byte "},
       {"{", "f.json: not valid JSON near byte "},
@@ -54,9 +54,9 @@ TEST(JsonInput, SaysWhatIsWrongAndWhere) {
       {"{\"a\": [0, 1e400]}", "f.json#/a/1: a number is too large to be finite"},
       {"-1e400", "f.json: a number is too large to be finite"},
       {"{\"a\": [0, NaN]}", "f.json#/a/1: not valid JSON near byte "},
-      {"{\"a\": 1, \"b\": 2, \"a\": 3}", "f.json#/a: the member stands twice in one object"},
+      {"{\"a\": 1, \"b\": 2, \"a\": 3}", "f.json#/a: the member appears twice in one object"},
       {"[{\"x/y\": {\"~\": [], \"~\": 1}}]",
-       "f.json#/0/x~1y/~0: the member stands twice in one object"},
+       "f.json#/0/x~1y/~0: the member appears twice in one object"},
       {std::string(257, '['), "JSON nested deeper than 256 levels"},
   };
   for (const auto& [text, expected] : cases) {
@@ -76,22 +76,22 @@ TEST(JsonInput, DepthIsRefusedBeforeItCostsAnything) {
 }
 
 // A duplicate member of the scene, as an appending writer may leave it.
-TEST(JsonInput, OfAMemberThatMayStandTwiceTheLastCounts) {
+TEST(JsonInput, LastOfDuplicateMembersWins) {
   const char* text = R"({"a": {"old": [1, 2]}, "b": 1, "a": {"new": 3}, "b": 2, "b": [3]})";
   EXPECT_EQ(parse_json(text, "twice.json", DuplicateMembers::kWarnedOf),
             nlohmann::json::parse(text));
   EXPECT_EQ(warnings_so_far().back(),
-            "twice.json#/a: the member stands twice in one object; the last counts, as it does for "
+            "twice.json#/a: the member appears twice in one object; the last one is used, also for "
             "2 more");
 }
 
 // Takes seconds at most for several megabytes of members, the last of which is the duplicate.
-TEST(JsonInput, ManyMembersAreNotComparedOneByOne) {
+TEST(JsonInput, ManyMembersAreFast) {
   std::string text = "{";
   for (int i = 0; i < 300000; ++i) text.append("\"").append(std::to_string(i)).append("\":0,");
   text += "\"7\":0}";
   const std::clock_t begin = std::clock();
-  EXPECT_NE(refusal(text).find("f.json#/7: the member stands twice"), std::string::npos);
+  EXPECT_NE(refusal(text).find("f.json#/7: the member appears twice"), std::string::npos);
   EXPECT_LT(double(std::clock() - begin) / CLOCKS_PER_SEC, 5.0);
 }
 
@@ -110,7 +110,7 @@ TEST(JsonInput, ReadsRegularFilesOnly) {
 }
 
 // Texts that expand as much as possible: the reservation covers the memory that they may need.
-TEST(JsonInput, CountsWhatADocumentTakes) {
+TEST(JsonInput, CountsTheDocumentsMemory) {
   for (const char* element : {"0,", "[],", "{},", "{\"\":0},", "\"0123456789abcdef\","}) {
     std::string text = "{\"extras\":[";
     for (int i = 0; i <= 1 << 19; ++i) text += element;  // the array has just doubled
@@ -136,7 +136,7 @@ TEST(JsonInput, CountsWhatADocumentTakes) {
   }
 }
 
-TEST(JsonReader, NamesThePlaceAndWhatWasExpected) {
+TEST(JsonReader, ErrorsNameThePlaceAndTheExpectedValue) {
   const std::string file = "f.json";
   const nlohmann::json json = nlohmann::json::parse(
       R"({"number": 2.5, "whole": 7, "text": "t", "flag": true, "list": [1, "x"], "a/b": {}})");

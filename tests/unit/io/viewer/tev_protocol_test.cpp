@@ -82,7 +82,7 @@ TEST(TevUrl, HostsAndPorts) {
   EXPECT_EQ(parse_tev_url("tev://[fe80::1%eth0]"), (TevAddress{"fe80::1%eth0", 14158}));
 }
 
-TEST(TevUrl, ReadsWhatItWrites) {
+TEST(TevUrl, RoundTrips) {
   for (const char* url : {"tev://localhost:14158", "tev://[::1]:9", "tev://10.0.0.1:700"}) {
     EXPECT_EQ(parse_tev_url(url).url(), url);
   }
@@ -131,7 +131,7 @@ TEST(TevUrl, MalformedOnesNameTheValidForm) {
   }
 }
 
-TEST(TevUrl, DisplaysOfOpenColorIOAreNone) {
+TEST(TevUrl, OpenColorIODisplaysAreNotUrls) {
   for (const char* name : {"", "sRGB", "te", "tev", "Rec.2020", "ACES tev:"}) {
     EXPECT_FALSE(is_tev_url(name)) << name;
   }

@@ -102,7 +102,7 @@ TEST(TevStream, TheNewestPixelsWin) {
   EXPECT_LE(stream.most_bytes(), uint64_t(crop.area()) * 16);
 }
 
-TEST(TevStream, KeepsOnlyWhatIsNotSent) {
+TEST(TevStream, KeepsOnlyUnsentData) {
   TevServer server;
   TevStream stream(parse_tev_url(server.url()), {"image", 64, 6400});
   ASSERT_TRUE(wait_for_connection(server));
@@ -117,7 +117,7 @@ TEST(TevStream, KeepsOnlyWhatIsNotSent) {
 }
 
 // A blocking call would wait until the test times out.
-TEST(TevStream, NobodyWaitsForAViewerThatDoesNotRead) {
+TEST(TevStream, SlowViewerBlocksNothing) {
   TevServer server({.reads = false});
   TevStream stream(parse_tev_url(server.url()), {"silent", 2048, 2048});
   ASSERT_TRUE(wait_for_connection(server));
@@ -130,7 +130,7 @@ TEST(TevStream, NobodyWaitsForAViewerThatDoesNotRead) {
   EXPECT_LE(stream.most_bytes(), uint64_t(crop.area()) * 16);
   stream.finish({.stalled_s = 0.2, .whole_s = 1000});
   EXPECT_FALSE(stream.open());
-  EXPECT_TRUE(warned_of(server.url() + ": it takes no more"));
+  EXPECT_TRUE(warned_of(server.url() + ": it stopped reading"));
 }
 
 TEST(TevStream, PatienceEndsWithASlowReaderToo) {

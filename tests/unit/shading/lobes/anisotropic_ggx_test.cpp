@@ -196,7 +196,7 @@ TEST(AnisotropicAlbedo, MeetsQuadrature) {
               largest_b);
 }
 
-TEST(AnisotropicAlbedo, AveragesAreThoseOfTheTable) {
+TEST(AnisotropicAlbedo, AveragesMatchTheTable) {
   for (uint64_t i = 0; i < 40; ++i) {
     TestRandom random(68, i);
     const float ay = std::max(kMirrorAlpha, square(random.next()));

@@ -119,7 +119,7 @@ TEST(SheenLobe, AlbedoMeetsQuadrature) {
   std::printf("largest error of an albedo: %.2e\n", largest);
 }
 
-TEST(SheenLobe, ReturnsAtMostWhatItGets) {
+TEST(SheenLobe, ReflectsAtMostTheIncomingLight) {
   for (float roughness = 0; roughness <= 1; roughness += .02f)
     for (float x = 0; x <= 8; x += .1f) {
       const float mu = std::pow(10.0f, -x);

@@ -122,7 +122,7 @@ TEST(ThinFilm, WithoutAFilmIsTheBase) {
 // A film with the base's own index has only one face. The model's upper face is exact Fresnel and
 // the whole is Schlick, so the lower face reflects their difference, and the error is about as
 // large.
-TEST(ThinFilm, OfTheBasesIndexIsNearlyTheBase) {
+TEST(ThinFilm, FilmWithTheBasesIndexIsNearlyTheBase) {
   for (const double ior : {1.33, 1.5, 1.8, 2.4}) {
     double steep = 0, grazing = 0;
     for (double mu = .005; mu < 1; mu += .01)

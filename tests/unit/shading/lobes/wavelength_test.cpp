@@ -10,7 +10,7 @@ namespace emberline {
 namespace {
 
 // The fit compared with the standard's table at 20 nm (CIE 15:2018, table 1).
-TEST(Wavelength, MatchingFunctionsAreTheStandards) {
+TEST(Wavelength, MatchingFunctionsMatchTheStandard) {
   const double table[][4] = {
       {400, .01431, .000396, .06785}, {420, .13438, .0040, .6456},   {440, .34828, .0230, 1.74706},
       {460, .2908, .0600, 1.6692},    {480, .09564, .13902, .81295}, {500, .0049, .3230, .2720},

@@ -73,7 +73,7 @@ TEST(StudyFiles, ARunComesBackAsItWas) {
   EXPECT_EQ(back->non_finite_samples, 3u);
 }
 
-TEST(StudyFiles, DamagedRunsAndThoseOfOthersAreRefusedByPlace) {
+TEST(StudyFiles, DamagedAndForeignRunsAreRefusedWithTheirPlace) {
   const std::string text = run_json(awkward_run(), "the key");
   std::string message;
   EXPECT_FALSE(read_back(text, "another key", &message));
@@ -130,7 +130,7 @@ TEST(StudyFiles, CsvHasARowForEachCheckpointAndFailure) {
   EXPECT_EQ(size_t(std::count(failed.begin(), failed.end(), ',')), columns + 1);
 }
 
-TEST(StudyFiles, JsonIsValidWhateverIsMissing) {
+TEST(StudyFiles, JsonIsValidIfValuesAreMissing) {
   StudyResults results = small_study();
   nlohmann::json json = nlohmann::json::parse(study_json(results));
   EXPECT_TRUE(json["neyman_limits"].is_null());
@@ -142,7 +142,7 @@ TEST(StudyFiles, JsonIsValidWhateverIsMissing) {
   EXPECT_TRUE(nlohmann::json::accept(study_json({})));
 }
 
-TEST(StudyFiles, TheTableSaysWhatFailed) {
+TEST(StudyFiles, TableListsFailures) {
   const std::string table = study_table(small_study());
   EXPECT_NE(table.find("c: 1 run failed: it said"), std::string::npos) << table;
 }

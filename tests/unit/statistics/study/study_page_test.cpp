@@ -111,7 +111,7 @@ TEST_F(StudyPage, OneSeedHasNoIntervals) {
   EXPECT_EQ(read.count("polygon"), 0u);
   EXPECT_EQ(read.count("polyline"), 22u);
   EXPECT_EQ(of_class(read, "good") + of_class(read, "bad"), 0u);
-  expect_text(read, "one seed, so without intervals");
+  expect_text(read, "one seed, so no intervals");
 }
 
 TEST_F(StudyPage, EmptyAndWithoutABaseline) {
@@ -154,7 +154,7 @@ TEST_F(StudyPage, SomeFailedAndSomeNotMade) {
   EXPECT_EQ(read.count("svg"), 11u);
 }
 
-TEST_F(StudyPage, ErrorsOfZeroAndBelowAreNotDrawn) {
+TEST_F(StudyPage, NonPositiveErrorsAreNotDrawn) {
   StudyResults r = study(2);
   for (StudyRun& run : r.runs) {
     run.checkpoints[1].error = error_of(0);
@@ -165,7 +165,7 @@ TEST_F(StudyPage, ErrorsOfZeroAndBelowAreNotDrawn) {
   page(r);
 }
 
-TEST_F(StudyPage, PicturesThatAreThereAndThoseThatAreNot) {
+TEST_F(StudyPage, ShowsExistingPicturesOnly) {
   StudyResults r = study(2);
   r.reference.png = "pictures/reference.png";
   r.methods[0].pictures = {"pictures/slow.exr", "pictures/slow.png", "pictures/slow_flip.png"};

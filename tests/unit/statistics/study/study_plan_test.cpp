@@ -47,7 +47,7 @@ TEST(StudyPlan, CountsAndPartsAreCheckedForEveryClient) {
   EXPECT_THROW(plan_study(options), UsageError);
 }
 
-TEST(StudyPlan, EveryCombinationOnceWithAShortNameAndAnIdOfItsOwn) {
+TEST(StudyPlan, EveryCombinationOnceWithAShortNameAndAUniqueId) {
   StudyOptions options;
   options.estimators = "two-stream,two-stream/mse/unbiased,kajiya";
   StudyPlan plan = plan_study(options);
@@ -89,7 +89,7 @@ TEST(StudyPlan, FramesThatCannotBeLookedAtOnTheirWayAreSeparate) {
 }
 
 // Each method appears again with denoising, but the allocation for denoised pictures only once.
-TEST(StudyPlan, DenoisedMethodsStandBesideTheRaw) {
+TEST(StudyPlan, DenoisedMethodsFollowTheRawOnes) {
   StudyOptions options;
   options.drivers = "bucket,adaptive";
   options.estimators = "nested,nested/denoised";
@@ -131,7 +131,7 @@ TEST(StudyPlan, SamplersThatTakePowersOfTwoGetThem) {
   EXPECT_THROW(plan_study(options), UsageError) << "the only method is impossible at 6 samples";
 }
 
-TEST(StudyPlan, TheReferenceHasASamplerThatIsNotStudied) {
+TEST(StudyPlan, ReferenceUsesASamplerThatIsNotStudied) {
   StudyOptions options;
   EXPECT_EQ(plan_study(options).reference_sampler, "independent");
   options.samplers = "independent,stratified";
@@ -153,7 +153,7 @@ TEST(StudyPlan, OrdersArePermutationsWithoutFavourites) {
   EXPECT_TRUE(study_order(0, 1).empty());
 }
 
-TEST(RenderClock, LeavesOutWhatOnlookersTake) {
+TEST(RenderClock, ExcludesTheTimeOfObservers) {
   const Stopwatch whole;
   RenderClock clock;
   clock.exclude_time([] {

@@ -29,7 +29,7 @@ TEST(EditLatency, CountsToTheFirstPictureThatIsFilled) {
   EXPECT_NEAR(*latency.newest_s(), 0.02, 1e-12);
 }
 
-TEST(EditLatency, APictureOfAnEarlierEditIsNone) {
+TEST(EditLatency, PicturesOfEarlierEditsDoNotCount) {
   EditLatency latency;
   latency.asked(5, "orbit", 10.0);
   latency.shown(picture_of(4, true, true), 10.01);

@@ -39,7 +39,7 @@ TEST(Input, EveryActionIsListedOnce) {
   EXPECT_EQ(listed.size(), size_t(Action::kMessages) + 1);
 }
 
-TEST(Input, ModifiersAreNamedAsTheyAre) {
+TEST(Input, ModifiersHaveTheirRealNames) {
   for (const Shortcut& entry : shortcut_table()) {
     if (!entry.listed) continue;
     EXPECT_EQ(entry.keys.find("Ctrl+") != std::string_view::npos,

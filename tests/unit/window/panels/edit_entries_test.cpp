@@ -78,7 +78,7 @@ TEST(EditEntries, ANameAloneMeansTheOnlyOneThatHasIt) {
   EXPECT_EQ(light_edit(edits, description, EditedLight::kPunctual, 1).intensity, 1.0f);
 }
 
-TEST(EditEntries, EqualNamesAreToldApartByTheIndex) {
+TEST(EditEntries, EqualNamesAreDistinguishedByTheIndex) {
   const SceneDescription description = scene();
   SceneEdits edits;
   MaterialEdit edit = material_edit(edits, description, 2);
@@ -88,7 +88,7 @@ TEST(EditEntries, EqualNamesAreToldApartByTheIndex) {
   EXPECT_EQ(material_edit(edits, description, 2).roughness, 0.3f);
 }
 
-TEST(EditEntries, WhatChangesNothingIsLeftOut) {
+TEST(EditEntries, EntriesWithoutEffectAreOmitted) {
   const SceneDescription description = scene();
   SceneEdits edits;
   LightEdit light = light_edit(edits, description, EditedLight::kMaterial, 1);

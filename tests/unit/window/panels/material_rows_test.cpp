@@ -33,7 +33,7 @@ TEST(MaterialRows, EveryParameterHasOneWithinItsRange) {
     EXPECT_EQ(shown.count(p.name), 1u) << p.name;
 }
 
-TEST(MaterialRows, WhatTheMaterialHasComesFirst) {
+TEST(MaterialRows, UsedParametersComeFirst) {
   MaterialDescription own;
   EXPECT_EQ(names(own), (std::vector<std::string>{"", "Clear coat", "Sheen", "Iridescence",
                                                   "Diffuse transmission", "Reflection"}));
@@ -52,7 +52,7 @@ TEST(MaterialRows, WhatTheMaterialHasComesFirst) {
   EXPECT_FALSE(groups[1]->edited(edit));
 }
 
-TEST(MaterialRows, AnisotropyIsOfferedWhereThereAreTangents) {
+TEST(MaterialRows, AnisotropyIsOfferedIfThereAreTangents) {
   const auto offers = [](const std::vector<std::string>& groups) {
     return std::ranges::find(groups, "Anisotropy") != groups.end();
   };

@@ -15,7 +15,7 @@ std::vector<AnimationDescription> animations() {
   return list;
 }
 
-TEST(TimeLine, FindsWhatAnEditMeans) {
+TEST(TimeLine, ResolvesAnEdit) {
   const auto list = animations();
   EXPECT_TRUE(is_at_rest({}));
   EXPECT_EQ(animation_index({}, list), -1);
@@ -65,7 +65,7 @@ TEST(TimeLine, PlaysTheFrameThatIsDue) {
 }
 
 // An animation of zero duration causes no division and does not end.
-TEST(TimeLine, PlaysWhatTakesNoTime) {
+TEST(TimeLine, PlaysAnimationsOfZeroDuration) {
   Playback playback;
   playback.start(0.0, 0.0);
   EXPECT_EQ(playback.time_at(5.0, 24, 0.0), 0.0);

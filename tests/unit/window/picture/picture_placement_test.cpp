@@ -47,7 +47,7 @@ TEST(PicturePlacement, ZoomingWithoutACursorKeepsTheMiddleOfTheArea) {
   EXPECT_LE((p.to_screen(before) - middle).length(), 1.0f);
 }
 
-TEST(PicturePlacement, NoPixelBesideASmallPicture) {
+TEST(PicturePlacement, NoPixelOutsideASmallPicture) {
   PicturePlacement p = placed({0, 0, 100, 100}, 100, 50);
   EXPECT_FALSE(p.pixel_at(Vec2f(50, 10)));
   EXPECT_TRUE(p.pixel_at(Vec2f(50, 30)));
@@ -55,7 +55,7 @@ TEST(PicturePlacement, NoPixelBesideASmallPicture) {
 }
 
 // The picture starts at a whole screen pixel, which limits the precision.
-TEST(PicturePlacement, ZoomingKeepsWhatIsUnderTheCursor) {
+TEST(PicturePlacement, ZoomingKeepsThePointUnderTheCursor) {
   PicturePlacement p = placed({0, 0, 800, 600}, 1280, 720);
   const Vec2f cursor(300, 200);
   const Vec2f before = p.to_picture(cursor);

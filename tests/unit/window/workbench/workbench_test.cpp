@@ -78,7 +78,7 @@ TEST_F(WorkbenchTest, ChangesOfOneGestureAreOneStepOfUndo) {
   EXPECT_EQ(bench.session.edits(), first);
 }
 
-TEST_F(WorkbenchTest, ARefusedEditChangesNothingAndIsNoStepOfUndo) {
+TEST_F(WorkbenchTest, RefusedEditChangesNothingAndAddsNoUndoStep) {
   Workbench bench(
       options(box()), state_, [] {}, [](const std::string&) {});
   ASSERT_TRUE(wait_for_picture(bench));

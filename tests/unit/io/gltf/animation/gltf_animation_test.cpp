@@ -117,7 +117,8 @@ TEST_F(GltfAnimationTest, WithoutATimeTheSceneIsAtRest) {
   AnimationBuilder(gltf_).move(1, "translation", {0, 1}, "VEC3", {5, 5, 5, 6, 6, 6});
   const SceneDescription scene = load(gltf_);
   EXPECT_EQ(scene.instances[0].to_world, before.instances[0].to_world);
-  EXPECT_EQ(scene.coverage.ignored, std::vector<std::string>{"animations (at rest)"});
+  EXPECT_EQ(scene.coverage.ignored,
+            std::vector<std::string>{"animations (not played; choose one with animation)"});
   // An animation without a time is evaluated at its start.
   const test::TempFolder folder;
   const std::string path = gltf_.write_glb(folder / "a.glb");
@@ -136,7 +137,7 @@ TEST_F(GltfAnimationTest, IsChosenByNameOrIndexOrAll) {
   expect_at(corner("2"), Vec3d(1, 2, 0));
   expect_at(corner("big"), Vec3d(11, 7, 7));
   expect_at(corner("all"), Vec3d(4, 2, 0));  // if two move the same property, the later one
-  EXPECT_EQ(count_with(said([&] { corner(""); }), "posed by the first animation"), 1u);
+  EXPECT_EQ(count_with(said([&] { corner(""); }), "the first animation is used"), 1u);
   for (const char* wrong : {"down", "3", "-1", "All"}) {
     try {
       corner(wrong);
@@ -154,14 +155,14 @@ TEST_F(GltfAnimationTest, IsChosenByNameOrIndexOrAll) {
 }
 
 TEST_F(GltfAnimationTest, AFileWithoutAnimationsStaysAtRest) {
-  EXPECT_EQ(count_with(said([&] { load_at(gltf_, 1); }), "there is no animation"), 1u);
+  EXPECT_EQ(count_with(said([&] { load_at(gltf_, 1); }), "the file has no animation"), 1u);
   EXPECT_THROW(load_at(gltf_, 1, "all"), UsageError);
 }
 
-TEST_F(GltfAnimationTest, ATimeOutsideIsSaidOnce) {
+TEST_F(GltfAnimationTest, TimeOutsideTheAnimationIsReportedOnce) {
   AnimationBuilder(gltf_).move(1, "translation", {1, 2}, "VEC3", {1, 0, 0, 2, 0, 0});
   const auto lines = [&](double time) {
-    return count_with(said([&] { load_at(gltf_, time); }), "lies outside of the animation");
+    return count_with(said([&] { load_at(gltf_, time); }), "is outside the animation");
   };
   EXPECT_EQ(lines(-0.1), 1u);
   EXPECT_EQ(lines(0), 0u);
@@ -330,7 +331,7 @@ TEST_F(GltfAnimationTest, PointersReachNodes) {
 }
 
 // The specification does not allow rotations on a node with a matrix; its translation is animated.
-TEST_F(GltfAnimationTest, OfAMatrixTheTranslationMoves) {
+TEST_F(GltfAnimationTest, TranslationOfAMatrixNodeMoves) {
   node(1).erase("translation");
   node(1)["matrix"] = {2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 1, 1, 1, 1};
   AnimationBuilder(gltf_)
@@ -341,7 +342,7 @@ TEST_F(GltfAnimationTest, OfAMatrixTheTranslationMoves) {
   EXPECT_THROW(load_at(gltf_, 0, "turn"), InputError);
 }
 
-TEST_F(GltfAnimationTest, PointersThatLeadNowhereAreSaidAndCounted) {
+TEST_F(GltfAnimationTest, UnknownPointersAreReportedAndCounted) {
   gltf_.push("materials", json::object());
   AnimationBuilder animation(gltf_);
   animation.move(1, "translation", {0}, "VEC3", {1, 2, 3});
@@ -384,7 +385,7 @@ TEST_F(GltfAnimationTest, ChannelsWithoutANodeAreLeftOut) {
   expect_at(vertex(load_at(gltf_, 0), 0, 1), Vec3d(2, 2, 3));
 }
 
-TEST_F(GltfAnimationTest, InvisibleNodesHideWhatIsBelow) {
+TEST_F(GltfAnimationTest, InvisibleNodesHideTheirChildren) {
   gltf_.root["cameras"] = {
       {{"type", "perspective"}, {"perspective", {{"yfov", 0.5}, {"znear", 0.1}}}}};
   gltf_.root["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}}};
@@ -412,7 +413,7 @@ TEST_F(GltfAnimationTest, InvisibleNodesHideWhatIsBelow) {
   // If everything is invisible, only the environment is left.
   node(2)["extensions"]["KHR_node_visibility"]["visible"] = false;
   EXPECT_EQ(count_with(said([&] { EXPECT_TRUE(load(gltf_).instances.empty()); }),
-                       "there is nothing to see (2 invisible nodes)"),
+                       "nothing is visible (2 invisible nodes)"),
             1u);
 }
 

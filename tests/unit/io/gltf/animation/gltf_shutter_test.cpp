@@ -149,13 +149,13 @@ TEST_F(GltfShutterTest, ABladeThatTurnsThriceHasItsTurns) {
   expect_later(0, .9);
 }
 
-TEST_F(GltfShutterTest, StraightMotionTakesTwoSteps) {
+TEST_F(GltfShutterTest, StraightMotionNeedsTwoSteps) {
   AnimationBuilder(gltf_).move(1, "translation", {0, 2}, "VEC3", {0, 0, 0, 8, 4, 0});
   const SceneDescription scene = expect_stills(0.5, 1.5, 1e-6);
   EXPECT_EQ(scene.instances[0].motion.size(), 1u);
 }
 
-TEST_F(GltfShutterTest, WhatIsAtRestHasNoMotion) {
+TEST_F(GltfShutterTest, StaticObjectsHaveNoMotion) {
   gltf_.add_mesh_node(mesh_);
   AnimationBuilder(gltf_).move(1, "translation", {0, 1}, "VEC3", {0, 0, 0, 8, 4, 0});
   const SceneDescription scene = load_open(gltf_, 0, 1);
@@ -176,7 +176,7 @@ TEST_F(GltfShutterTest, KeysWithinTheShutterCount) {
   expect_stills(0, 0.3, 1e-6);
 }
 
-TEST_F(GltfShutterTest, AnOrbitIsRoundForWhatIsSmall) {
+TEST_F(GltfShutterTest, SmallObjectsOrbitInACircle) {
   node(0)["translation"] = {30, 0, 0};
   spin(gltf_, 1, 0.1, 1);
   expect_stills(0, 1, 3e-3);
@@ -198,7 +198,7 @@ TEST_F(GltfShutterTest, AMeshThatDoesNotSayItsSizeIsFollowed) {
   expect_stills(0, 1, 5e-3);
 }
 
-TEST_F(GltfShutterTest, WhatVanishesIsSmall) {
+TEST_F(GltfShutterTest, ObjectsGrowFromNothing) {
   AnimationBuilder(gltf_).move(1, "scale", {0, 1}, "VEC3", {0, 0, 0, 1, 1, 1});
   const SceneDescription scene = load_open(gltf_, 0, 1);
   ASSERT_EQ(scene.instances.size(), 1u);
@@ -209,7 +209,7 @@ TEST_F(GltfShutterTest, WhatVanishesIsSmall) {
 }
 
 // To a 64th of the shutter, in both directions.
-TEST_F(GltfShutterTest, WhatIsScaledToNothingAtOnceGoesAtThatTime) {
+TEST_F(GltfShutterTest, ObjectsScaledToNothingDisappearAtThatTime) {
   for (const bool comes : {false, true}) {
     GltfBuilder gltf = gltf_;
     AnimationBuilder(gltf).move(
@@ -224,7 +224,7 @@ TEST_F(GltfShutterTest, WhatIsScaledToNothingAtOnceGoesAtThatTime) {
   }
 }
 
-TEST_F(GltfShutterTest, WhatTurnsInsideOutIsFollowed) {
+TEST_F(GltfShutterTest, ObjectsTurningInsideOutAreFollowed) {
   AnimationBuilder(gltf_).move(1, "scale", {0, 1}, "VEC3", {1, 1, 1, -1, 1, 1});
   const SceneDescription open = load_open(gltf_, 0, 1);
   for (const double time : {.1, .3, .47, .53, .6, .9}) {
@@ -310,7 +310,7 @@ TEST_F(GltfShutterTest, WeightsThatAreAnimatedAreANodesOwn) {
 }
 
 // A vertex that leaves float's range in the next frame: the triangle exists now and is kept.
-TEST_F(GltfShutterTest, WhatIsNowhereLaterStays) {
+TEST_F(GltfShutterTest, TrianglesThatOverflowLaterAreKept) {
   gltf_.primitive(mesh_)["targets"] = {
       {{"POSITION", gltf_.add_accessor<float>("VEC3", {0, 0, 3e38f, 0, 0, 0, 0, 0, 0})}}};
   AnimationBuilder(gltf_).move(0, "weights", {0, 1}, "SCALAR", {0, 9});
@@ -331,7 +331,7 @@ TEST_F(GltfShutterTest, InstancesOfAMovingNodeMove) {
 }
 
 // Flat faces with a normal map: every step has its own tangents, on the first step's vertices.
-TEST_F(GltfShutterTest, TangentsAreThoseOfTheStep) {
+TEST_F(GltfShutterTest, TangentsMatchTheStep) {
   gltf_.primitive(mesh_)["targets"] = {
       {{"POSITION", gltf_.add_accessor<float>("VEC3", {0, 0, 0, -1, 1, 0, -1, -1, 0})}}};
   gltf_.primitive(mesh_)["attributes"]["TEXCOORD_0"] =

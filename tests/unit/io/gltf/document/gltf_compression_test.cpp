@@ -65,7 +65,7 @@ TEST(GltfDraco, BrokenStreamsAreErrors) {
   EXPECT_NE(message_of(version).find("2.9"), std::string::npos) << message_of(version);
   GltfBuilder fewer = good;
   fewer.root["accessors"][3]["count"] = 3;
-  EXPECT_NE(message_of(fewer).find("announces 2 faces"), std::string::npos) << message_of(fewer);
+  EXPECT_NE(message_of(fewer).find("declares 2 faces"), std::string::npos) << message_of(fewer);
   GltfBuilder attribute = good;
   attribute.primitive()["extensions"]["KHR_draco_mesh_compression"]["attributes"]["TEXCOORD_0"] = 7;
   EXPECT_NE(message_of(attribute).find("attributes/TEXCOORD_0"), std::string::npos);
@@ -84,7 +84,7 @@ TEST(GltfDraco, AbsurdCountsAreRefusedBeforeDecoding) {
   gltf.bin.insert(gltf.bin.begin() + 11, huge.begin(), huge.end());
   gltf.root["bufferViews"][0]["byteLength"] = gltf.bin.size();
   gltf.root["accessors"][3]["count"] = 4294967295u;
-  EXPECT_NE(message_of(gltf).find("announces 4294967295 faces"), std::string::npos)
+  EXPECT_NE(message_of(gltf).find("declares 4294967295 faces"), std::string::npos)
       << message_of(gltf);
 }
 
@@ -279,7 +279,7 @@ TEST(MeshoptV1, IsReadInAFile) {
   EXPECT_NEAR(mesh.colors.at(2).z, 0.75f, 0.01f);
   EXPECT_NEAR(mesh.colors.at(2).w, 0.5f, 0.01f);
   gltf.root["bufferViews"][size_t(p)]["extensions"]["KHR_meshopt_compression"]["count"] = 1u << 20;
-  EXPECT_NE(message_of(gltf).find("1048576 elements cannot be in 37"), std::string::npos)
+  EXPECT_NE(message_of(gltf).find("1048576 elements do not fit into 37"), std::string::npos)
       << message_of(gltf);
 }
 
@@ -293,7 +293,7 @@ TEST(GltfMeshopt, BrokenStreamsAreErrors) {
     EXPECT_NE(message.find(expected), std::string::npos) << message;
   };
   broken("count", 4, "byteStride is 48");
-  broken("count", 4000000000u, "cannot be in");
+  broken("count", 4000000000u, "do not fit into");
   broken("byteLength", 10, "corrupt");
   broken("byteLength", 1000000, "outside the buffer");
   broken("byteStride", 6, "not allowed for ATTRIBUTES");

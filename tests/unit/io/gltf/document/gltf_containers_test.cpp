@@ -136,7 +136,7 @@ TEST(GltfContainers, ImagesFromFilesViewsAndDataUris) {
   }
 }
 
-TEST(GltfContainers, ImagesHaveNamesAsTheyStand) {
+TEST(GltfContainers, ImagesKeepTheirLiteralNames) {
   const TempFolder folder;
   GltfBuilder gltf;
   gltf.add_triangle();

@@ -125,7 +125,7 @@ TEST(GltfGeometry, VertexColoursOfThreeAndFourComponents) {
 }
 
 // Each vertex counts once, and only if a triangle uses it.
-TEST(GltfGeometry, AttributesThatAreNotFiniteAreCounted) {
+TEST(GltfGeometry, NonFiniteAttributesAreCounted) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float inf = std::numeric_limits<float>::infinity();
   std::vector<std::string> said;
@@ -201,7 +201,7 @@ TEST(GltfGeometry, SparseAccessorsReplaceElements) {
   EXPECT_NE(message_of(gltf).find("sparse index"), std::string::npos) << message_of(gltf);
 }
 
-TEST(GltfGeometry, SparseAccessorsMayStandOnZeros) {
+TEST(GltfGeometry, SparseAccessorsMayStartFromZeros) {
   GltfBuilder gltf;
   const int indices = gltf.add_view(std::vector<uint8_t>{1, 2});
   const int values = gltf.add_view(std::vector<float>{1, 0, 0, 0, 1, 0});

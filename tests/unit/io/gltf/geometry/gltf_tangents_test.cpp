@@ -145,7 +145,7 @@ TEST(GltfTangents, AlwaysUnitAndPerpendicularOnASphere) {
   }
 }
 
-TEST(GltfTangents, WithoutUvAreaThereIsStillAFrame) {
+TEST(GltfTangents, ZeroUvAreaStillGivesAFrame) {
   MeshDescription mesh = square(std::vector<Vec2f>(4, Vec2f(0.25f)));
   generate_tangents(mesh, texture());
   for (const Vec4f& t : mesh.tangents) {

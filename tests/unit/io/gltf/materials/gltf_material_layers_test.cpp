@@ -227,7 +227,7 @@ TEST_F(GltfMaterialLayers, ANumberThatCannotBeIsAnErrorOrTheDefault) {
   EXPECT_NE(said_.find("KHR_materials_ior/ior: expected a number"), std::string::npos) << said_;
 }
 
-TEST_F(GltfMaterialLayers, ATextureThatIsNotThereIsAnErrorOrNone) {
+TEST_F(GltfMaterialLayers, MissingTextureIsRefusedOrReplaced) {
   test::add_texture(gltf_, test::small_png());
   const auto expect_refused = [&](const json& value, const std::string& pointer,
                                   const char* extension = "KHR_texture_transform") {
@@ -285,7 +285,7 @@ TEST_F(GltfMaterialLayers, ADistanceThatCannotBeIsAnErrorOrInfinite) {
 }
 
 // Direction slots default to straight up, or along the tangent; the others to white.
-TEST_F(GltfMaterialLayers, WhatDoesNotDecodeHasNoDirection) {
+TEST_F(GltfMaterialLayers, BrokenAnisotropyTextureHasNoDirection) {
   test::add_texture(gltf_, {'n', 'o', 't', ' ', 'a', 'n', ' ', 'i', 'm', 'a', 'g', 'e'});
   const SceneDescription scene =
       load({{"extensions",
@@ -337,7 +337,7 @@ TEST_F(GltfMaterialLayers, SpecularGlossinessIsADielectricThatReflectsItsColour)
 
 // "any client implementation that supports the extension should always render the asset using the
 // specular-glossiness material properties".
-TEST_F(GltfMaterialLayers, SpecularGlossinessTakesThePlaceOfMetallicRoughness) {
+TEST_F(GltfMaterialLayers, SpecularGlossinessReplacesMetallicRoughness) {
   test::add_texture(gltf_, test::small_png());
   json value = with("KHR_materials_pbrSpecularGlossiness",
                     {{"diffuseFactor", {0.5, 0.5, 0.5, 1}}, {"glossinessFactor", 0.5}});

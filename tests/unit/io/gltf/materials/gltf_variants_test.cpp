@@ -59,7 +59,7 @@ TEST(GltfVariants, AreReadPerMesh) {
   EXPECT_TRUE(scene.meshes[1].variant_materials.empty());
 }
 
-TEST(GltfVariants, OnlyNamesAreReadWhereNobodyChooses) {
+TEST(GltfVariants, OnlyNamesAreReadIfNoneIsChosen) {
   GltfBuilder gltf = varied();
   add_texture(gltf, {'n', 'o', 'n', 'e'});
   gltf.root["materials"][1]["emissiveTexture"]["index"] = 0;
@@ -74,7 +74,7 @@ TEST(GltfVariants, OnlyNamesAreReadWhereNobodyChooses) {
 }
 
 // Images, texture coordinates and tangents of every material that the mesh may have.
-TEST(GltfVariants, WhatAnyOfThemNeedsIsThere) {
+TEST(GltfVariants, LoadsDataThatAnyVariantNeeds) {
   GltfBuilder gltf = varied();
   const int uv = gltf.add_accessor<float>("VEC2", {0, 0, 1, 0, 0, 1});
   const int normals = gltf.add_accessor<float>("VEC3", {0, 0, 1, 0, 0, 1, 0, 0, 1});
@@ -97,7 +97,7 @@ TEST(GltfVariants, WhatAnyOfThemNeedsIsThere) {
 }
 
 // A mesh has only one set of tangents.
-TEST(GltfVariants, NormalMapsThatLieOtherwiseAreNamed) {
+TEST(GltfVariants, NormalMapsWithOtherCoordinatesAreNamed) {
   GltfBuilder gltf = varied();
   gltf.primitive()["attributes"]["TEXCOORD_0"] =
       gltf.add_accessor<float>("VEC2", {0, 0, 1, 0, 0, 1});
