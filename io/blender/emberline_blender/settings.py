@@ -99,7 +99,7 @@ class EmberlineSettings(bpy.types.PropertyGroup):
         default=False,
     )
     use_maps: BoolProperty(
-        name="Record More Maps",
+        name="Record Maps",
         description="Record the error, the time and the stop reason of each pixel for the heatmaps below",
         default=False,
     )
