@@ -17,7 +17,7 @@ namespace {
 std::string last_glfw_error = "no display";
 
 RenderError no_window() {
-  return RenderError("no window can be opened: " + last_glfw_error +
+  return RenderError("cannot open a window: " + last_glfw_error +
                      "; `emberline render` needs no display");
 }
 

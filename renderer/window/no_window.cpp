@@ -6,7 +6,7 @@ namespace emberline {
 
 int run_view(const ViewOptions& /*options*/) {
   throw RenderError(
-      "this emberline was built without GLFW or Dear ImGui, which the window needs; install "
+      "this emberline was built without a window, because GLFW or Dear ImGui was missing; install "
       "libglfw3-dev and libimgui-dev and build again, or use `emberline render`");
 }
 

@@ -18,6 +18,7 @@
 #include "renderer/window/input/picture_input.h"
 #include "renderer/window/panels/panels.h"
 #include "renderer/window/panels/theme.h"
+#include "renderer/window/panels/widgets.h"
 #include "renderer/window/picture/drawn_journal.h"
 #include "renderer/window/picture/measurement.h"
 #include "renderer/window/picture/view.h"
@@ -183,6 +184,7 @@ class Window {
     if (frames_owed_ > 0 || input_.flying()) until = drawn_s_ + kInputPause_s;
     if (news_) until = std::min(until, drawn_s_ + kPicturePause_s);
     until = std::min(until, bench_.player.next_frame_s());
+    until = std::min(until, widgets::next_tooltip_s());
     if (measurement_) until = std::min(until, measurement_->next_s());
     return std::max(until - now, 1e-4);
   }
@@ -191,7 +193,7 @@ class Window {
     if (urgent_) return true;
     if (frames_owed_ > 0 || input_.flying()) return now >= drawn_s_ + kInputPause_s;
     if (news_) return now >= drawn_s_ + kPicturePause_s;
-    return now >= drawn_s_ + kStatusPause_s;
+    return now >= std::min(drawn_s_ + kStatusPause_s, widgets::next_tooltip_s());
   }
 
   void draw(double now) {
@@ -250,7 +252,7 @@ class Window {
     std::string path;
     try {
       if (!screenshot_.finish(&path)) return;
-      bench_.messages.note("picture of the window saved: " + path);
+      bench_.messages.note("Screenshot saved: " + path);
     } catch (const EmberlineError& error) {
       if (path == options_.screenshot) throw;
       bench_.messages.error(error.what());
@@ -342,10 +344,10 @@ class Window {
 
 int run_view(const ViewOptions& options) {
   if (options.render.working_space != WorkingSpace::kRec709) {
-    throw UsageError("`working-space`: the window works in rec709; valid with render");
+    throw UsageError("`working-space`: the window supports only rec709; use `emberline render`");
   }
   if (options.render.panorama) {
-    throw UsageError("`panorama`: the window looks one way; valid with render");
+    throw UsageError("`panorama`: the window does not show panoramas; use `emberline render`");
   }
   FileRegister files;
   if (!options.measure.empty()) files.write("`measure`", options.measure);

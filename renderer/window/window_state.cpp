@@ -63,7 +63,7 @@ WindowState read_window_state(const std::string& path) {
     json = read_json(path);
     JsonReader(json, path).members();
   } catch (const InputError& error) {
-    log_warning(std::string(error.what()) + "; the window opens as if it were the first time");
+    log_warning(std::string(error.what()) + "; the window opens with its default size and panels");
     return state;
   }
   read_number(json, "width", state.width, kLeastSide, kMostSide);
@@ -105,8 +105,8 @@ bool may_be_written(const std::string& path) {
 void write_window_state(const std::string& path, const WindowState& state) {
   if (path.empty()) return;
   if (!may_be_written(path)) {
-    log_warning("the window's size and panels are forgotten: " + path +
-                " is no file of this window");
+    log_warning("the window's size and panels are not remembered: " + path +
+                " was not written by this window; move it away");
     return;
   }
   const Json json = {{"width", state.width},
@@ -123,7 +123,7 @@ void write_window_state(const std::string& path, const WindowState& state) {
     constexpr auto kReplace = Json::error_handler_t::replace;  // names need not be UTF-8
     write_file_atomically(path, json.dump(2, ' ', false, kReplace) + "\n");
   } catch (const RenderError& error) {
-    log_warning(std::string("the window's size and panels are forgotten: ") + error.what());
+    log_warning(std::string("the window's size and panels are not remembered: ") + error.what());
   }
 }
 

@@ -23,14 +23,14 @@ ROOT = HERE.parents[1]
 VIEWPORT = ("viewport_shows", "viewport_changes", "viewport_borders", "viewport_large", "viewport_ends", "viewport_animation")
 FROM_OUTSIDE = ("cancel", "killed", "two_at_once")
 CASES = (
-    "compare", "light_units", "refusals", "no_pixels", "missing_library", "border", "unusual_paths", "layers", "animation", "nothing_to_see", "environments",
+    "labels_and_tooltips", "compare", "light_units", "refusals", "no_pixels", "missing_library", "border", "unusual_paths", "layers", "animation", "nothing_to_see", "environments",
     "filters", "images_as_marked", "tiles_and_sequences", "holdouts", "motion_closed_form", "motion_compare", "shows_and_tells",
     "as_installed", *FROM_OUTSIDE, *VIEWPORT,
 )  # fmt: skip
 SAYS = {
-    "nothing_to_see": "Warning: Emberline: there is neither a mesh nor a light",
+    "nothing_to_see": "Warning: Emberline: the scene has no mesh and no light",
     "missing_library": "Warning: Emberline: library.blend: the file",
-    "tiles_and_sequences": "Warning: Emberline: Plane: look: its image 'tiles.1001.png' has 2 tiles",
+    "tiles_and_sequences": "Warning: Emberline: Plane: look: the image 'tiles.1001.png' has 2 tiles",
 }  # in the log, which is complete once Blender has ended
 NEEDS = "import numpy, _cycles, io_scene_gltf2; print('has all')"
 

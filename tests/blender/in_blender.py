@@ -46,6 +46,51 @@ def render(name="frame.exr"):
     return scenes.render("EMBERLINE", file(name))
 
 
+def own_types(base):
+    """The add-on's own subclasses of a Blender type."""
+    for kind in base.__subclasses__():
+        if kind.__module__.startswith("emberline_blender"):
+            yield kind
+        yield from own_types(kind)
+
+
+def is_title(text):
+    small = {"a", "and", "for", "from", "in", "of", "on", "or", "the", "to", "with"}
+    words = text.split()
+    return bool(words) and all(not word[0].islower() or (i and word in small) for i, word in enumerate(words))
+
+
+def is_tooltip(text):
+    return bool(text) and not text[0].islower() and not text.endswith(".")
+
+
+def labels_and_tooltips():
+    """Every property, choice and operator has a tooltip; labels are in title case, as in Blender."""
+    seen = 0
+    inherited = {"rna_type", "name", "bl_idname"}
+    for kind in (*own_types(bpy.types.PropertyGroup), *own_types(bpy.types.AddonPreferences), *own_types(bpy.types.Operator)):
+        rna = kind.bl_rna
+        if issubclass(kind, bpy.types.Operator):
+            check(is_tooltip(kind.bl_description), f"{kind.__name__} has the tooltip '{kind.bl_description}'")
+            check(is_title(kind.bl_label), f"{kind.__name__} has the label '{kind.bl_label}'")
+            space, name = kind.bl_idname.split(".")
+            rna = getattr(getattr(bpy.ops, space), name).get_rna_type()
+        for prop in rna.properties:
+            if prop.identifier in inherited or prop.identifier.startswith("bl_"):
+                continue
+            seen += 1
+            what = f"{kind.__name__}.{prop.identifier}"
+            check(is_title(prop.name), f"{what} has the label '{prop.name}'")
+            check(is_tooltip(prop.description), f"{what} has the tooltip '{prop.description}'")
+            for item in getattr(prop, "enum_items", ()):
+                check(is_title(item.name) and is_tooltip(item.description), f"{what}: '{item.name}' has '{item.description}'")
+    check(seen >= 19, f"only {seen} properties were found")
+    panels = list(own_types(bpy.types.Panel))
+    check(len(panels) > 5 and all(is_title(panel.bl_label) for panel in panels if hasattr(panel, "bl_label")), "a panel's label")
+    for owner in (bpy.types.Scene, bpy.types.ViewLayer):
+        check(is_tooltip(owner.bl_rna.properties["emberline"].description), f"{owner.__name__}.emberline has no tooltip")
+
+
 def compare():
     """Renders each scene (F12) and compares it with Cycles."""
     for name in scenes.SCENES:
@@ -119,12 +164,12 @@ def refusals():
     expect("stereo is not supported")
     scene.render.use_multiview = False
     scene.camera.data.type = "PANO"
-    expect("neither perspective nor orthographic")
+    expect("its type must be Perspective or Orthographic")
     scenes.build("materials")
     ball = next(o for o in scene.objects if o.type == "MESH" and o.active_material.name.startswith("plastic"))
     ball.data.vertices[0].co.x = float("nan")
     ball.data.update()
-    expect("has vertices whose place is not a number")
+    expect("has vertices with coordinates that are not numbers")
     scenes.build("materials")
     use(script("crash", "kill -SEGV $$\n"))
     expect("crashed (signal 11)")

@@ -145,7 +145,7 @@ class Window:
         """The window's contents, saved by its own key: (width, height, rows of RGB)."""
         since = self.mark()
         self.key("F12")
-        text = self.wait_for("message", lambda e: "picture of the window saved" in e["text"], since)["text"]
+        text = self.wait_for("message", lambda e: "Screenshot saved" in e["text"], since)["text"]
         return read_png(self.folder / text.split(": ", 1)[1])
 
     # ---- exit

@@ -121,7 +121,7 @@ class WindowTest(unittest.TestCase):
         self.assertNotIn("rounds", first["text"])
         since = window.mark()
         window.key("F5")
-        window.wait_for("explanation", lambda e: "so far" in e["text"], since)
+        window.wait_for("explanation", lambda e: "ended by" not in e["text"], since)
         window.wait_for("explanation", lambda e: "ended by --spp" in e["text"] and "rounds\n" in e["text"], since)
         # The explanation stays with its pixel until another is clicked.
         since = window.mark()
@@ -390,7 +390,7 @@ class WindowTest(unittest.TestCase):
     def expect_saved_edits_to_render_alike(self, window, box):
         since = window.mark()
         window.key("ctrl+s")
-        window.wait_for("message", lambda e: "edits saved" in e["text"], since)
+        window.wait_for("message", lambda e: "Edits saved" in e["text"], since)
         edits = box.with_suffix(".edits.json")
         self.assertTrue(edits.exists())
         exr = window.folder / "edited.exr"
@@ -412,8 +412,8 @@ class WindowTest(unittest.TestCase):
         mine.write_text("last week's")
         since = window.mark()
         window.key("ctrl+s")
-        told = window.wait_for("message", lambda e: "edits saved" in e["text"], since)
-        self.assertEqual(told["text"], f"edits saved: {box.with_name('box-2.edits.json')}")
+        told = window.wait_for("message", lambda e: "Edits saved" in e["text"], since)
+        self.assertEqual(told["text"], f"Edits saved: {box.with_name('box-2.edits.json')}")
         self.assertEqual(mine.read_text(), "last week's")
         picture = box.with_name("frame.png")
         picture.write_text("last week's")
@@ -422,7 +422,7 @@ class WindowTest(unittest.TestCase):
         time.sleep(1)
         self.assertEqual(picture.read_text(), "last week's")
         window.key("Return")  # confirms the dialog's question
-        window.wait_for("message", lambda e: "picture saved" in e["text"], since)
+        window.wait_for("message", lambda e: "Picture saved" in e["text"], since)
         self.assertEqual(screens.read_png(picture)[0], SIZE[0])
         # A scene's input must not be overwritten under any name.
         other = box.with_name("other.png")
@@ -627,7 +627,7 @@ class WindowTest(unittest.TestCase):
             self.assertEqual(run.returncode, 1)
             self.assertEqual(run.stdout, "")
             self.assertEqual(len(run.stderr.splitlines()), 1, run.stderr)
-            self.assertIn("no window can be opened", run.stderr)
+            self.assertIn("cannot open a window", run.stderr)
 
     def test_a_bad_scene_leaves_the_old_one_and_says_why(self):
         window = self.finished()

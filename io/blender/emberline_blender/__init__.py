@@ -6,7 +6,7 @@ bl_info = {
     "version": (1, 0, 0),
     "blender": (3, 4, 0),
     "location": "Render Properties > Render Engine",
-    "description": "Renders with the path tracer Emberline",
+    "description": "Render with the Emberline path tracer",
     "category": "Render",
 }
 

@@ -42,7 +42,7 @@ def read(path):
     try:
         return _read(data)
     except (ValueError, IndexError, KeyError, struct.error) as error:
-        raise BadFile(f"{path}: not an EXR that this add-on reads: {error}") from error
+        raise BadFile(f"{path}: the add-on cannot read this EXR file: {error}") from error
 
 
 def _read(data):

@@ -14,15 +14,16 @@ IMAGE = "Emberline Samples"
 class EMBERLINE_OT_heatmap(bpy.types.Operator):
     bl_idname = "emberline.heatmap"
     bl_label = "Where Did the Samples Go?"
-    bl_description = "Shows which pixels of the last frame took how many samples, as an image"
+    bl_description = "Show a heatmap of the last frame as an image"
 
     of: EnumProperty(
         name="Show",
+        description="Quantity that the heatmap shows",
         items=(
-            ("samples", "Samples", "Samples per pixel"),
-            ("error", "Error", "Estimated RMS error of the pixel as displayed"),
+            ("samples", "Samples", "Number of samples of each pixel"),
+            ("error", "Error", "Estimated RMS error of each pixel in the displayed picture"),
             ("time", "Time", "Time spent on each pixel"),
-            ("stop", "Reasons", "Why each pixel got no more samples"),
+            ("stop", "Reasons", "Why each pixel stopped"),
         ),
         default="samples",
     )
@@ -44,7 +45,7 @@ class EMBERLINE_OT_heatmap(bpy.types.Operator):
                 arguments, stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace", env=command.environment()
             )
             if run.returncode:
-                said = (run.stderr.strip() or run.stdout.strip() or "no reason given").splitlines()
+                said = (run.stderr.strip() or run.stdout.strip() or "the heatmap failed without a message").splitlines()
                 self.report({"ERROR"}, f"Emberline: {said[-1]}")
                 return {"CANCELLED"}
             self._show(context, picture)
@@ -64,7 +65,7 @@ class EMBERLINE_OT_heatmap(bpy.types.Operator):
                     area.spaces.active.image = image
                     return
         if not bpy.app.background:
-            self.report({"INFO"}, f"The image '{IMAGE}' is there for an Image Editor")
+            self.report({"INFO"}, f"Open the image '{IMAGE}' in an Image Editor")
 
 
 register, unregister = bpy.utils.register_classes_factory((EMBERLINE_OT_heatmap,))

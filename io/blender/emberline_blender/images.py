@@ -136,11 +136,11 @@ def faults(image):
     """Differences from Blender for an image that exists."""
     said = []
     if image.source == "TILED" and len(image.tiles) > 1:
-        said.append(f"its image '{image.name}' has {len(image.tiles)} tiles (UDIM): the first one is shown everywhere")
+        said.append(f"the image '{image.name}' has {len(image.tiles)} tiles (UDIM); only the first one is used")
     if image.source == "MOVIE":
-        said.append(f"of its movie '{image.name}' one frame is shown")
+        said.append(f"only one frame of the movie '{image.name}' is used")
     if space(image) is None:
-        said.append(f"the colour space of its image '{image.name}', {image.colorspace_settings.name}, is taken for sRGB")
+        said.append(f"the colour space {image.colorspace_settings.name} of the image '{image.name}' is not supported; sRGB is used")
     return said
 
 

@@ -27,19 +27,19 @@ def of_material(material):
     surface = materials.surface_node(material)
     said = []
     if surface and surface.type not in _SURFACES:
-        said.append(f"its surface is the node '{surface.name}' ({surface.bl_label}), not a Principled BSDF")
+        said.append(f"the surface node '{surface.name}' ({surface.bl_label}) is not supported; use a Principled BSDF")
     for node in materials.used_nodes(material.node_tree):
         if node.type == "OUTPUT_MATERIAL":
             for what in ("Volume", "Displacement"):
                 if node.inputs[what].is_linked:
-                    said.append(f"its {what.lower()} is ignored")
+                    said.append(f"the {what.lower()} is ignored")
         elif node.type not in _READ and node is not surface:
             said.append(f"the node '{node.name}' ({node.bl_label}) is ignored")
         elif node.type == "TEX_IMAGE" and node.image:
             image = node.image
-            said += [f"its image '{image.name}' is missing"] if images.is_missing(node, bpy.context.scene.frame_current) else images.faults(image)
+            said += [f"the image '{image.name}' is missing"] if images.is_missing(node, bpy.context.scene.frame_current) else images.faults(image)
             if image.is_float:
-                said.append(f"its image '{image.name}' has 8 bits, and nothing above 1")
+                said.append(f"the image '{image.name}' is reduced to 8 bits; values above 1 are clipped")
         elif node.type == "BSDF_PRINCIPLED":
             for what in ("Subsurface", "Subsurface Weight", "Anisotropic", "Diffuse Roughness"):
                 entry = node.inputs.get(what)
@@ -53,15 +53,15 @@ def of_light(data):
     if data.use_nodes and data.node_tree:
         emission = lights.emission_node(data)
         if not emission or any(emission.inputs[i].is_linked for i in ("Color", "Strength")):
-            said.append("its nodes are ignored, but for an Emission node's own colour and strength")
+            said.append("the nodes are ignored, except for the colour and strength of an Emission node")
     if data.type == "SPOT" and data.shadow_soft_size > 0:
-        said.append("a spot light has no radius: its shadows are sharp")
+        said.append("the radius of a spot light is ignored; its shadows are sharp")
     if not versions.casts_shadows(data):
-        said.append("it casts shadows")
+        said.append("the light casts shadows, although they are turned off")
     if data.type == "AREA" and data.spread < 3.1:
-        said.append("its spread is ignored: it shines to a half space")
+        said.append("the spread is ignored; the light shines over a hemisphere")
     if data.type == "SPOT" and data.spot_size > 3.14:
-        said.append("its cone ends at a half space")
+        said.append("the cone is limited to 180 degrees")
     return said
 
 
@@ -70,55 +70,55 @@ def of_world(data):
         return []
     background, said = world.background_node(data), []
     if not background:
-        return ["is not a Background node: the world is black"]
+        return ["the surface is not a Background node; the world is black"]
     if background.inputs["Strength"].is_linked:
-        said.append("the nodes of its strength are ignored")
+        said.append("the nodes that set the strength are ignored")
     environment = world.environment_node(data)
     if background.inputs["Color"].is_linked and not environment:
-        said.append("the nodes of its colour are ignored, but for an Environment Texture")
+        said.append("the nodes that set the colour are ignored, except for an Environment Texture")
     if environment:
         if not environment.image.size[0] and not world.file_as_is(environment.image):
-            said.append(f"its image '{environment.image.name}' is missing: the world is black")
+            said.append(f"the image '{environment.image.name}' is missing; the world is black")
         if environment.image.source not in ("FILE", "GENERATED"):
-            said.append("of its environment's images one is shown")
+            said.append("only one frame of the environment image is used")
         elif environment.image.size[0]:
             said += images.faults(environment.image)
         if environment.projection != "EQUIRECTANGULAR":
-            said.append("its environment is taken as equirectangular")
+            said.append("the environment is projected as equirectangular")
         if environment.inputs["Vector"].is_linked:
             node = environment.inputs["Vector"].links[0].from_node
             turned = node.inputs["Rotation"].default_value if node.type == "MAPPING" else (0, 0, 0)
             if node.type not in ("MAPPING", "TEX_COORD") or abs(turned[0]) + abs(turned[1]) > 1e-6:
-                said.append("its environment turns about Z only")
+                said.append("the environment is rotated only about Z")
     return said
 
 
 def of_object(scene, placed):
     said = []
     if placed.type in _KINDS:
-        said.append(f"a {_KINDS[placed.type]} is not shown")
+        said.append(f"objects of type {_KINDS[placed.type]} are not rendered")
     elif placed.type not in _MESHES:
-        said.append(f"an object of the kind {placed.type} is not shown")
+        said.append(f"objects of type {placed.type} are not rendered")
     if any(system.settings.type == "HAIR" and system.settings.render_type == "PATH" for system in placed.particle_systems):
-        said.append("hair is not shown")
+        said.append("hair is not rendered")
     layer = bpy.context.view_layer
     if placed.type != "LIGHT" and layer and placed.visible_camera and placed.indirect_only_get(view_layer=layer):
-        said.append("it is seen by camera rays, too: its collection is indirect only")
+        said.append("camera rays see it, although its collection is indirect only")
     for kind in ("camera", "diffuse", "glossy", "transmission", "shadow"):
         if placed.type != "LIGHT" and not getattr(placed, f"visible_{kind}", True):
-            said.append(f"it is seen by {kind} rays, too")
+            said.append(f"{kind} rays see it, although this is turned off")
     if placed.type != "LIGHT" and getattr(placed, "is_shadow_catcher", False):
-        said.append("it is no shadow catcher")
+        said.append("Shadow Catcher is ignored")
     linking = getattr(placed, "light_linking", None)
     if linking and (linking.receiver_collection or linking.blocker_collection):
-        said.append("light linking is ignored: it lights all, and all cast shadows")
+        said.append("light linking is ignored; it lights all objects, and all objects cast shadows")
     if placed.type == "LIGHT":
         said += of_light(placed.data)
         if not placed.visible_camera and lights.in_view(scene, scene.camera, placed.data, placed.matrix_world):
             if placed.data.type == "AREA":
-                said.append("the camera sees it")
+                said.append("the camera sees the light, although this is turned off")
             elif placed.data.type == "SUN" and placed.data.angle > 1e-4 or placed.data.type == "POINT" and placed.data.shadow_soft_size > 1e-6:
-                said.append("it is in the camera's view: its shadows are sharp, so that it is not seen")
+                said.append("its shadows are sharp, because it is in view and hidden from the camera")
     return said
 
 
@@ -127,7 +127,7 @@ def missing_libraries():
     for library in bpy.data.libraries:
         path = bpy.path.abspath(library.filepath, library=library.parent)
         if not library.packed_file and not os.path.isfile(path):
-            yield library.name, f"the file {path} is missing: what is linked from it is not shown"
+            yield library.name, f"the file {path} is missing; the data linked from it is not rendered"
 
 
 def of_scene(scene):
@@ -146,22 +146,22 @@ def of_scene(scene):
     if scene.camera and scene.camera.type == "CAMERA":
         lens = scene.camera.data
         if lens.dof.use_dof and (lens.dof.aperture_blades or lens.dof.aperture_ratio != 1):
-            lines.append((scene.camera.name, "its aperture is round"))
+            lines.append((scene.camera.name, "the aperture is round; its blades and ratio are ignored"))
         if lens.dof.use_dof and lens.type == "ORTHO":
-            lines.append((scene.camera.name, "an orthographic camera has no depth of field"))
+            lines.append((scene.camera.name, "depth of field is ignored for an orthographic camera"))
     if scene.render.use_motion_blur:
         lines += _of_motion(scene)
     if scene.render.pixel_aspect_x != scene.render.pixel_aspect_y:
-        lines.append((scene.name, "pixels are square"))
+        lines.append((scene.name, "the pixel aspect ratio is ignored; pixels are square"))
     return lines
 
 
 def _of_motion(scene):
     if any(abs(point.location[1] - 1) > 1e-3 for point in scene.render.motion_blur_shutter_curve.curves[0].points if 0.1 < point.location[0] < 0.9):
-        yield scene.name, "the shutter's curve is ignored: it is open or not"
+        yield scene.name, "the shutter curve is ignored"
     for placed in scene.objects:
         if not getattr(getattr(placed, "cycles", None), "use_motion_blur", True):
-            yield placed.name, "it is blurred by motion, too"
+            yield placed.name, "it has motion blur, although this is turned off"
 
 
 def note_report(scene, path):

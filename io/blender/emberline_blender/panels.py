@@ -62,7 +62,7 @@ class EMBERLINE_PT_where(_Panel, bpy.types.Panel):
     def draw(self, context):
         own, column = context.scene.emberline, self._column()
         column.operator("emberline.heatmap", text="Show Samples", icon="IMAGE_DATA").of = "samples"
-        column.prop(own, "use_maps", text="Keep More Maps")
+        column.prop(own, "use_maps")
         row = column.row(align=True)
         row.enabled = own.use_maps
         for of, text in (("error", "Error"), ("time", "Time"), ("stop", "Reasons")):
@@ -90,7 +90,7 @@ class EMBERLINE_PT_motion_blur(_Panel, bpy.types.Panel):
         column.active = render.use_motion_blur
         column.prop(versions.shutter_owner(context.scene), "motion_blur_position", text="Position")
         column.prop(render, "motion_blur_shutter")
-        column.prop(context.scene.emberline, "motion_steps")
+        column.prop(context.scene.emberline, "motion_steps", text="Steps")
 
 
 class EMBERLINE_PT_film(_Panel, bpy.types.Panel):
@@ -101,7 +101,7 @@ class EMBERLINE_PT_film(_Panel, bpy.types.Panel):
         own, column = context.scene.emberline, self._column()
         column.prop(own, "pixel_filter")
         if own.pixel_filter != "box":
-            column.prop(own, "filter_width")
+            column.prop(own, "filter_width", text="Width")
         column.prop(context.scene.render, "film_transparent", text="Transparent")
 
 
@@ -119,8 +119,8 @@ class EMBERLINE_PT_threads(_Panel, bpy.types.Panel):
 
 class EMBERLINE_OT_look_again(bpy.types.Operator):
     bl_idname = "emberline.look_again"
-    bl_label = "Look Through the Scene"
-    bl_description = "Lists what Emberline does not show as Blender does"
+    bl_label = "Check Scene"
+    bl_description = "List what Emberline renders differently from Blender"
 
     def execute(self, context):
         limits.look_again(context.scene)
@@ -128,7 +128,7 @@ class EMBERLINE_OT_look_again(bpy.types.Operator):
 
 
 class EMBERLINE_PT_limits(_Panel, bpy.types.Panel):
-    bl_label = "Not as in Blender"
+    bl_label = "Differences from Blender"
 
     def draw(self, context):
         column = self.layout.column(align=True)
@@ -137,17 +137,17 @@ class EMBERLINE_PT_limits(_Panel, bpy.types.Panel):
             column.operator("emberline.look_again")
             lines = []
         elif not lines:
-            column.label(text="Nothing that is known before rendering", icon="CHECKMARK")
+            column.label(text="No known differences", icon="CHECKMARK")
         characters = max(int(context.region.width / (8 * context.preferences.system.ui_scale)), 20)
         for name, line in lines[:50]:
             column.label(text=name, icon="ERROR")
-            for part in textwrap.wrap(line, characters):
+            for part in textwrap.wrap(line[:1].upper() + line[1:], characters):
                 column.label(text=part)
         if len(lines) > 50:
-            column.label(text=f"and {len(lines) - 50} more")
+            column.label(text=f"And {len(lines) - 50} more")
         said = limits.from_last_render(context.scene)
         if said:
-            column.label(text="The last render:")
+            column.label(text="Last render:")
         for line in said[:20]:
             for i, part in enumerate(textwrap.wrap(line, characters)):
                 column.label(text=part, icon="NONE" if i else "INFO")

@@ -130,7 +130,7 @@ def _export(scratch, path):
     try:
         known = set(operator.get_rna_type().properties.keys())
     except KeyError:
-        raise Refused("Emberline: enable the add-on 'glTF 2.0 format' in Preferences > Add-ons") from None
+        raise Refused("Emberline: the glTF exporter is off; enable the add-on 'glTF 2.0 format' in Preferences > Add-ons") from None
     override = {"scene": scratch.scene, "view_layer": scratch.scene.view_layers[0], "selected_objects": []}
     context = bpy.context
     with context.temp_override(**override, active_object=None, object=None):
@@ -302,7 +302,7 @@ class Export:
             shown = next((layer.name for layer in mesh.uv_layers if layer.active_render), "")
             read = Mesh(mesh, name)
             if not read.finite:
-                raise Refused(f"Emberline: '{placed.name}' has vertices whose place is not a number")
+                raise Refused(f"Emberline: '{placed.name}' has vertices with coordinates that are not numbers")
             for slot in read.slots:
                 if slot < len(worn) and worn[slot]:
                     read.worn[slot] = scratch.triangle(worn[slot], uv_maps, shown, placed.name)
@@ -320,7 +320,7 @@ class Export:
             thing.track[moment] = world
             mesh = meshes.get(thing.key)
             if mesh and mesh.of == name and placed.original in changed:
-                line = f"{thing.name}: its faces change while the shutter is open: its shape is that of the middle"
+                line = f"{thing.name}: the faces change while the shutter is open; the change of shape is not blurred"
                 if not mesh.add_pose(placed.to_mesh()) and line not in self.said:
                     self.said.append(line)
                 placed.to_mesh_clear()
@@ -356,7 +356,7 @@ class Export:
         self.holdout = self._above(glb, holes) if holes else None
         placed += [len(glb.json["nodes"]) - 1] if holes else []
         if not placed:
-            self.said.append("there is neither a mesh nor a light: the picture shows the world alone")
+            self.said.append("the scene has no mesh and no light; only the world is rendered")
         if self.view:
             placed += self.view.follow(glb, animation, [self._views[i] for i in sorted(self._views)])
         glb.json["scene"], glb.json["scenes"] = 0, [{"nodes": placed} if placed else {}]

@@ -83,12 +83,12 @@ class Session:
                     with self._lock:
                         self._answers.append(message)
         except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-            self.fault = self.fault or f"the session is not understood: {error}"
+            self.fault = self.fault or f"the session sent an invalid message: {error}"
             self._child.kill()
         code = self._child.wait()
         guard.forget(self._child.pid)
         if not self._closing:
-            self.fault = self.fault or (f"it crashed (signal {-code})" if code < 0 else f"it ended with exit code {code}")
+            self.fault = self.fault or (f"the session crashed (signal {-code})" if code < 0 else f"the session ended with exit code {code}")
 
 
 def _pixels(memory, picture):

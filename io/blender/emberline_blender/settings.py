@@ -11,17 +11,17 @@ _RADII = {"blackman-harris": 1.0, "gaussian": 0.75, "mitchell": 4 / 3}
 class EmberlineSettings(bpy.types.PropertyGroup):
     driver: EnumProperty(
         name="Driver",
-        description="Which pixel gets its samples when",
+        description="Which pixels get their samples first",
         items=(
-            ("adaptive", "Adaptive", "The whole frame at once, samples going where the noise is"),
-            ("bisection", "Bisection", "The whole frame at once, refined evenly"),
-            ("bucket", "Bucket", "Bucket after bucket, each finished: the least memory"),
+            ("adaptive", "Adaptive", "Render the whole frame at once and put samples where the noise is"),
+            ("bisection", "Bisection", "Render the whole frame at once and refine it evenly"),
+            ("bucket", "Bucket", "Finish one bucket after another, with the least memory"),
         ),
         default="adaptive",
     )
     samples: IntProperty(
         name="Samples",
-        description="Per pixel; with the adaptive driver on average",
+        description="Number of samples per pixel; an average with the adaptive driver",
         default=128,
         min=1,
         soft_max=4096,
@@ -29,20 +29,20 @@ class EmberlineSettings(bpy.types.PropertyGroup):
     )
     viewport_samples: IntProperty(
         name="Viewport Samples",
-        description="Per pixel on average, while nothing changes",
+        description="Average number of samples per pixel in the viewport, while nothing changes",
         default=1024,
         min=1,
         soft_max=4096,
         max=16777216,
     )
     use_noise_threshold: BoolProperty(
-        name="Noise Threshold",
-        description="Finish pixels that have no more noise than this; not with the driver Bisection",
+        name="Use Noise Threshold",
+        description="Stop sampling a pixel when its noise is below the threshold; not with the Bisection driver",
         default=False,
     )
     noise_threshold: FloatProperty(
         name="Noise Threshold",
-        description="Expected RMS error in the displayed picture (0 to 1): 0.02 shows noise, 0.005 hardly any",
+        description="Largest RMS error of a finished pixel in the displayed picture: 0.02 shows noise, 0.005 hardly any",
         default=0.01,
         min=0.000001,
         max=1.0,
@@ -50,56 +50,57 @@ class EmberlineSettings(bpy.types.PropertyGroup):
     )
     time_limit: FloatProperty(
         name="Time Limit",
-        description="Show what there is after so long; 0 is no limit",
+        description="Stop rendering after this time and keep the picture so far; 0 means no limit",
         default=0.0,
         min=0.0,
         max=1e9,
         subtype="TIME",
         unit="TIME_ABSOLUTE",
     )
-    max_bounces: IntProperty(name="Max Bounces", description="0 is direct light only", default=12, min=0, max=1024)
+    max_bounces: IntProperty(name="Max Bounces", description="Largest number of bounces; 0 means direct light only", default=12, min=0, max=1024)
     clamp_indirect: FloatProperty(
         name="Clamp Indirect",
-        description="Of a sample; 0 clamps nothing",
+        description="Largest indirect light of a sample, against fireflies; 0 means no clamping",
         default=0.0,
         min=0.0,
         max=1e9,
     )
-    seed: IntProperty(name="Seed", description="Another seed, another noise", default=0, min=0)
-    use_animated_seed: BoolProperty(name="Animate Seed", description="Another noise for each frame", default=False)
+    seed: IntProperty(name="Seed", description="Change the seed to get different noise", default=0, min=0)
+    use_animated_seed: BoolProperty(name="Animate Seed", description="Use different noise in each frame", default=False)
     pixel_filter: EnumProperty(
         name="Pixel Filter",
+        description="Filter that weights the samples around each pixel",
         items=(
-            ("blackman-harris", "Blackman-Harris", "Close to the Gaussian, a little sharper for its width"),
-            ("gaussian", "Gaussian", "Soft"),
-            ("box", "Box", "The pixel's square: aliases most"),
-            ("mitchell", "Mitchell", "Sharp, rings a little, more noise"),
+            ("blackman-harris", "Blackman-Harris", "Similar to the Gaussian and slightly sharper at the same width"),
+            ("gaussian", "Gaussian", "Soft picture"),
+            ("box", "Box", "Square of the pixel, with the most aliasing"),
+            ("mitchell", "Mitchell", "Sharp picture with slight ringing and more noise"),
         ),
         default="blackman-harris",
     )
     filter_width: FloatProperty(
-        name="Width",
-        description="Of the filter, as in Cycles; a box is always one pixel wide",
+        name="Filter Width",
+        description="Width of the filter in pixels, as in Cycles; a box is always one pixel wide",
         default=1.5,
         min=0.02,
         max=10.0,
         subtype="PIXEL",
     )
     motion_steps: IntProperty(
-        name="Steps",
-        description="What moves is looked at at 2^steps + 1 moments while the shutter is open",
+        name="Motion Steps",
+        description="Sample the motion at 2^steps + 1 moments while the shutter is open",
         default=1,
         min=1,
         max=7,
     )
     use_denoising: BoolProperty(
         name="Denoise",
-        description="Combined is denoised by Emberline; the samples are in the pass 'Noisy Image'",
+        description="Denoise the Combined pass; the pass 'Noisy Image' keeps the samples",
         default=False,
     )
     use_maps: BoolProperty(
-        name="Error, Time and Reasons",
-        description="Keep what 'Where Did the Samples Go?' needs to show more than samples",
+        name="Record Maps",
+        description="Record the error, the time and the stop reason of each pixel for the heatmaps below",
         default=False,
     )
 
@@ -112,13 +113,13 @@ def _passes_changed(_settings, context):
 class EmberlineLayerSettings(bpy.types.PropertyGroup):
     use_pass_samples: BoolProperty(
         name="Sample Count",
-        description="Samples of each pixel",
+        description="Deliver a pass with the number of samples of each pixel",
         default=False,
         update=_passes_changed,
     )
     use_pass_error: BoolProperty(
         name="Error",
-        description="Standard error of the pixel, radiance",
+        description="Deliver a pass with the standard error of each pixel's radiance",
         default=False,
         update=_passes_changed,
     )
@@ -128,8 +129,8 @@ class EmberlinePreferences(bpy.types.AddonPreferences):
     bl_idname = __package__
 
     command: StringProperty(
-        name="Emberline",
-        description="The program; if empty it is looked for on PATH, then beside the add-on",
+        name="Program",
+        description="Path of the emberline program; if empty, it is searched on PATH and beside the add-on",
         default="",
         subtype="FILE_PATH",
     )
@@ -190,8 +191,8 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory((Emb
 
 def register():
     _register_classes()
-    bpy.types.Scene.emberline = PointerProperty(type=EmberlineSettings)
-    bpy.types.ViewLayer.emberline = PointerProperty(type=EmberlineLayerSettings)
+    bpy.types.Scene.emberline = PointerProperty(type=EmberlineSettings, name="Emberline", description="Render settings of Emberline")
+    bpy.types.ViewLayer.emberline = PointerProperty(type=EmberlineLayerSettings, name="Emberline", description="Passes of Emberline")
 
 
 def unregister():

@@ -89,7 +89,7 @@ class Viewport:
         self._said, self._shown_line, self._not_before = None, None, 0.0
         try:
             self._session = Session(command.find(settings.preferred_command()), os.path.join(self._folder, "log.txt"))
-            self._said = "exporting the scene"
+            self._said = "Emberline: exporting the scene"
         except Refused as fault:
             self._said = str(fault)
         _viewports.add(self)
@@ -149,7 +149,7 @@ class Viewport:
                     engine.tag_redraw()
                     return
         if self._session.problem:
-            self._said = self._session.problem
+            self._said = f"Emberline: {self._session.problem}"
         picture = self._session.take_picture()
         # Redraws only when needed: a redraw costs CPU time that the session needs for loading.
         if picture or self._said != self._shown_line:
@@ -159,7 +159,7 @@ class Viewport:
 
     def _answered(self, answer):
         if not answer["ok"]:
-            self._said = answer.get("error", "refused")
+            self._said = f"Emberline: {answer.get('error', 'the session refused a command')}"
         if answer.get("id") == self._opening:
             self._opened = self._opening
             if answer["ok"]:
@@ -314,7 +314,7 @@ class Viewport:
         if not message.get("complete"):
             return ""
         area = max(message["width"] * message["height"], 1)
-        return f"Emberline: {message.get('samples', 0) / area:.0f} samples" + (" | done" if message.get("finished") else "")
+        return f"Emberline: {message.get('samples', 0) / area:.0f} samples" + (" | Done" if message.get("finished") else "")
 
     def _draw_picture(self, engine, scene):
         if self._picture is None or self._view is None:

@@ -64,7 +64,7 @@ struct Shortcut {
   int modifiers;
   std::string_view group;   // heading in the list
   std::string_view keys;    // readable, for example "Ctrl+Shift+Z"
-  std::string_view effect;  // readable
+  std::string_view effect;  // readable: "Undo the last edit"
   int key_count = 1;        // number of consecutive keys from `key` on, in GLFW's order
   bool listed = true;       // false: another key for the previous entry
 
@@ -75,6 +75,8 @@ std::span<const Shortcut> shortcut_table();
 const Shortcut* find_shortcut(int key, int modifiers);
 // The keys of an action's first entry, such as "Ctrl+S", for menus. Empty if none.
 std::string_view keys_of(Action action);
+// What the action does, for tooltips; every action has a text.
+std::string_view effect_of(Action action);
 
 struct FlightKey {
   Flight flight;

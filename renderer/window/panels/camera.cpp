@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "renderer/core/errors.h"
+#include "renderer/window/panels/action_widgets.h"
 #include "renderer/window/panels/choose_target.h"
 #include "renderer/window/panels/panels.h"
 #include "renderer/window/panels/theme.h"
@@ -24,8 +25,8 @@ void choose_file_camera(Workbench& bench) {
   const CameraEdit& now = bench.session.edits().camera;
   CameraEdit edit;
   edit.camera = now.camera;
-  if (choose_target({"File camera"}, edit.camera, cameras, "camera", "as opened",
-                    now.look_from ? "free" : "")) {
+  if (choose_target({"File Camera", "A camera of the scene's file"}, edit.camera, cameras, "Camera",
+                    "Initial", now.look_from ? "Free" : "")) {
     const auto index = edit.camera ? find_entry(*edit.camera, cameras) : std::nullopt;
     if (index && cameras[*index].fault) {
       return bench.messages.error(cameras[*index].fault->what());
@@ -35,19 +36,22 @@ void choose_file_camera(Workbench& bench) {
 }
 
 void choose_projection(Workbench& bench, const CameraDescription& seen) {
-  constexpr std::array kChoices = {
-      widgets::Choice{"perspective", "what is farther away is smaller"},
-      widgets::Choice{"orthographic", "sizes do not depend on the distance; without a lens"}};
+  const std::array choices = {
+      widgets::Choice{"perspective", "Perspective", "Distant objects look smaller"},
+      widgets::Choice{"orthographic", "Orthographic",
+                      "The size does not depend on the distance; there is no depth of field"}};
   int index = seen.orthographic ? 1 : 0;
-  if (widgets::choose_index({"Projection", "what is orbited keeps its size on a change"}, index,
-                            kChoices)) {
+  if (widgets::choose_index({"Projection",
+                             "How the camera projects the scene. A change keeps the size of the "
+                             "object that the camera orbits."},
+                            index, choices)) {
     bench.navigator.set_orthographic(index == 1);
   }
 }
 
 void slide_fov(Workbench& bench, const CameraDescription& seen) {
   CameraEdit edit = bench.session.edits().camera;
-  if (widgets::slide_edit("Field of view", "vertical", edit.fov_y_degrees,
+  if (widgets::slide_edit("Field of View", "Vertical angle of view", edit.fov_y_degrees,
                           seen.fov_y * 180.0 / std::numbers::pi, 1.0f, 150.0f, "%.1f°")) {
     bench.edits.change(edit, "field of view");
   }
@@ -58,9 +62,9 @@ void slide_height(Workbench& bench, const CameraDescription& seen) {
   const auto radius = float(bench.session.scene()->radius);
   CameraEdit edit = bench.session.edits().camera;
   auto height = float(2.0 * seen.y_mag);
-  if (widgets::slide({"Height", "metres from the picture's lower edge to its upper one",
-                      edit.orthographic_height.has_value()},
-                     height, kLeastHeight * radius, kMostHeight * radius, "%.4g m", true)) {
+  if (widgets::slide(
+          {"Height", "Height of the view in metres", edit.orthographic_height.has_value()}, height,
+          kLeastHeight * radius, kMostHeight * radius, "%.4g m", true)) {
     edit.orthographic_height = double(height);
     bench.edits.change(edit, "height");
   }
@@ -69,7 +73,7 @@ void slide_height(Workbench& bench, const CameraDescription& seen) {
 void draw_lens(Workbench& bench) {
   CameraEdit edit = bench.session.edits().camera;
   bool lens = edit.f_stop.has_value();
-  if (widgets::check({"Lens", "depth of field; else a pinhole, and all is sharp"}, lens)) {
+  if (widgets::check({"Lens", "Use depth of field. Without a lens everything is sharp."}, lens)) {
     edit.f_stop = lens ? std::optional<double>(kFirstStop) : std::nullopt;
     edit.focus_distance =
         lens ? std::optional<double>(bench.navigator.focus_distance()) : std::nullopt;
@@ -77,15 +81,17 @@ void draw_lens(Workbench& bench) {
   }
   if (!edit.f_stop) return;
   auto stop = float(*edit.f_stop);
-  if (widgets::slide({"Aperture", "a smaller number is a larger opening, and less is sharp"}, stop,
-                     0.5f, 64.0f, "f/%.2g", true)) {
+  if (widgets::slide({"Aperture", "F-number. A smaller number is a larger opening and blurs more."},
+                     stop, 0.5f, 64.0f, "f/%.2g", true)) {
     edit.f_stop = double(stop);
     bench.edits.change(edit, "aperture");
   }
   auto focus = float(bench.navigator.focus_distance());
   const auto radius = float(bench.session.scene()->radius);
-  if (widgets::slide({"Focus", "metres; a double click on the picture focuses there"}, focus,
-                     0.01f * radius, 20.0f * radius, "%.3g m", true)) {
+  if (widgets::slide(
+          {"Focus",
+           "Distance of the sharp plane in metres. Double-click on the picture to focus there."},
+          focus, 0.01f * radius, 20.0f * radius, "%.3g m", true)) {
     edit.focus_distance = double(focus);
     bench.edits.change(edit, "focus");
   }
@@ -99,10 +105,12 @@ void draw_bookmarks(Workbench& bench) {
     if (i > 1) ImGui::SameLine(0.0f, spacing);
     ImGui::PushStyleColor(ImGuiCol_Text,
                           stored ? ImGui::GetStyleColorVec4(ImGuiCol_Text) : quiet_colour());
-    const bool pressed = ImGui::Button(std::to_string(i).c_str(), {side, 0.0f});
+    const bool pressed =
+        widgets::button(std::to_string(i).c_str(),
+                        stored ? Help("Go to this bookmark. Ctrl+click to store the view here.")
+                               : Help("Store the view as this bookmark"),
+                        side);
     ImGui::PopStyleColor();
-    widgets::help(stored ? "go there; Ctrl+click stores the view in its place"
-                         : "empty; a click stores the view");
     if (pressed) {
       const bool store = !stored || ImGui::GetIO().KeyCtrl;
       bench.act(store ? Action::kStoreBookmark : Action::kRecallBookmark, i);
@@ -126,17 +134,19 @@ void draw_camera(Workbench& bench) {
     draw_lens(bench);
   }
   bool mirrored = seen.to_world.determinant() < 0;
-  if (widgets::check({"Mirrored", "left and right exchanged"}, mirrored)) {
+  if (widgets::check({"Mirrored", "Flip the picture horizontally"}, mirrored)) {
     bench.navigator.set_mirrored(mirrored);
   }
   const auto& m = seen.to_world;
-  widgets::text({"Position"}, fmt::format("{:.4g}  {:.4g}  {:.4g}", m[3][0], m[3][1], m[3][2]));
-  widgets::text({"Direction"}, fmt::format("{:.3f}  {:.3f}  {:.3f}", -m[2][0], -m[2][1], -m[2][2]));
+  widgets::text({"Position", "Position of the camera in metres"},
+                fmt::format("{:.4g}  {:.4g}  {:.4g}", m[3][0], m[3][1], m[3][2]));
+  widgets::text({"Direction", "Viewing direction of the camera"},
+                fmt::format("{:.3f}  {:.3f}  {:.3f}", -m[2][0], -m[2][1], -m[2][2]));
 
   const float half = widgets::half_width();
-  if (ImGui::Button("Frame all", {half, 0.0f})) bench.act(Action::kFrameAll);
+  action_button(bench, "Frame All", Action::kFrameAll, half);
   ImGui::SameLine();
-  if (ImGui::Button("Reset", {half, 0.0f})) bench.act(Action::kResetCamera);
+  action_button(bench, "Reset", Action::kResetCamera, half);
   widgets::heading("Bookmarks");
   draw_bookmarks(bench);
 }

@@ -10,7 +10,7 @@
 
 namespace emberline {
 
-// Chooses an item of `list` (of kind `what`, such as "camera") or none, the file's default, shown
+// Chooses an item of `list` (of kind `what`, such as "Camera") or none, the file's default, shown
 // as `none_means`. If not empty, `otherwise` is shown instead of the choice.
 template <class Named>
 bool choose_target(const widgets::Row& row, std::optional<EditTarget>& target,

@@ -36,7 +36,7 @@ void replace(std::vector<Edit>& list, const Edit& edit, bool changes, const Same
   }
 }
 
-constexpr const char* kTypeNames[] = {"point", "spot", "sun"};  // indexed by PunctualType
+constexpr const char* kTypeNames[] = {"Point", "Spot", "Sun"};  // indexed by PunctualType
 
 }  // namespace
 
@@ -48,7 +48,7 @@ std::vector<ListedLight> list_lights(const SceneDescription& outline, const Scen
   std::vector<ListedLight> lights;
   for (int i = 0; i < int(outline.lights.size()); ++i) {
     const PunctualLightDescription& light = outline.lights[size_t(i)];
-    lights.push_back({EditedLight::kPunctual, i, shown_name(light.name, "light", i),
+    lights.push_back({EditedLight::kPunctual, i, shown_name(light.name, "Light", i),
                       kTypeNames[size_t(light.type)]});
   }
   for (int i = 0; i < int(outline.materials.size()); ++i) {
@@ -56,10 +56,10 @@ std::vector<ListedLight> list_lights(const SceneDescription& outline, const Scen
     const MaterialEdit edit = material_edit(edits, outline, i);
     if (is_black(edit.emission.value_or(material.emission))) continue;
     lights.push_back(
-        {EditedLight::kMaterial, i, shown_name(material.name, "material", i), "surface"});
+        {EditedLight::kMaterial, i, shown_name(material.name, "Material", i), "Surface"});
   }
   if (outline.environment || edits.environment.image) {
-    lights.push_back({EditedLight::kEnvironment, 0, "Environment", "environment"});
+    lights.push_back({EditedLight::kEnvironment, 0, "Environment", ""});
   }
   return lights;
 }

@@ -14,13 +14,13 @@ struct ListedLight {
   EditedLight kind = EditedLight::kPunctual;
   int index = -1;    // of the light or material
   std::string name;  // readable; never empty
-  std::string type;  // "point", "spot", "sun", "surface", "environment"
+  std::string type;  // "Point", "Spot", "Sun" or "Surface"; empty for the environment
 };
 
 // Lists all light sources, including materials that emit only because of edits.
 std::vector<ListedLight> list_lights(const SceneDescription& outline, const SceneEdits& edits);
 
-// Returns the item's own name or, for example, "material 3".
+// Returns the item's own name or, for example, "Material 3".
 std::string shown_name(const std::string& name, const char* what, int index);
 
 // Returns the entry for this light or material, or an empty one. Its target is complete: name and

@@ -1,7 +1,6 @@
 #include "renderer/window/panels/file_dialog.h"
 
 #include <imgui.h>
-#include <imgui_stdlib.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -9,6 +8,7 @@
 
 #include "renderer/core/file_suffix.h"
 #include "renderer/window/panels/theme.h"
+#include "renderer/window/panels/widgets.h"
 
 namespace emberline {
 namespace {
@@ -80,7 +80,8 @@ bool FileDialog::agreed(const std::string& path) {
 
 bool FileDialog::draw_files(std::string* next) {
   bool done = false;
-  if (ImGui::Button("Up")) *next = fs::path(folder_).parent_path().string();
+  if (widgets::button("Up", "Go to the parent folder"))
+    *next = fs::path(folder_).parent_path().string();
   ImGui::SameLine();
   ImGui::AlignTextToFramePadding();
   ImGui::TextColored(quiet_colour(), "%s", folder_.c_str());
@@ -119,14 +120,18 @@ void FileDialog::draw(const std::function<void(const std::string&)>& chosen) {
   ImGui::SetNextItemWidth(-buttons);
   if (appears || std::exchange(asked_, false)) ImGui::SetKeyboardFocusHere();
   ImGui::PushID(openings_);  // a new id selects the field's text
-  done |= ImGui::InputText("##name", &name_, ImGuiInputTextFlags_EnterReturnsTrue);
+  done |= widgets::input_line("##name", "Name of the file, or a path", name_);
   has_keyboard_ = ImGui::IsItemActive();
   ImGui::PopID();
   ImGui::SameLine();
-  done |= ImGui::Button(asking ? "Replace" : verb_, {6.0f * em, 0.0f});
+  done |= asking
+              ? widgets::button("Replace", "Replace the existing file", 6.0f * em)
+              : widgets::button(verb_, "Use the named file, or enter the named folder", 6.0f * em);
   ImGui::SameLine();
-  if (ImGui::Button("Cancel", {6.0f * em, 0.0f}) || cancelled) ImGui::CloseCurrentPopup();
-  if (asking) ImGui::TextColored(warning_colour(), "A file of that name is there.");
+  if (widgets::button("Cancel", "Close without a choice (Esc)", 6.0f * em) || cancelled) {
+    ImGui::CloseCurrentPopup();
+  }
+  if (asking) ImGui::TextColored(warning_colour(), "This file already exists.");
   whole = fs::path(folder_) / name_;
   if (done && !name_.empty() && fs::is_directory(whole, failed)) {
     next = whole.string();

@@ -20,13 +20,14 @@ bool same_light(const std::optional<LightEdit>& solo, const LightEdit& edit) {
   return solo && solo->kind == edit.kind && solo->target == edit.target;
 }
 
-bool lit_button(const char* label, bool on) {
+bool solo_button(bool on) {
   if (on) {
     ImGui::PushStyleColor(ImGuiCol_Button, accent_colour());
     ImGui::PushStyleColor(ImGuiCol_ButtonHovered, accent_colour());
     ImGui::PushStyleColor(ImGuiCol_Text, ImVec4(0.08f, 0.08f, 0.08f, 1.0f));
   }
-  const bool pressed = ImGui::Button(label);
+  const bool pressed =
+      widgets::button("Solo", "Switch all other lights off for now (Esc). Solo is not saved.");
   if (on) ImGui::PopStyleColor(3);
   return pressed;
 }
@@ -55,27 +56,22 @@ void draw_name(const ListedLight& light, bool on) {
 
 void choose_solo(SceneEditor& edits, const LightEdit& light) {
   const bool solo = same_light(edits.solo(), light);
-  if (lit_button("Solo", solo)) {
-    edits.set_solo(solo ? std::nullopt : std::optional<LightEdit>(light));
-  }
-  widgets::help("only this light shines; Esc ends it. Not saved");
+  if (solo_button(solo)) edits.set_solo(solo ? std::nullopt : std::optional<LightEdit>(light));
 }
 
 bool choose_intensity_and_colour(LightEdit& edit) {
   const float swatch = ImGui::GetFrameHeight();
   ImGui::SetNextItemWidth(-swatch - ImGui::GetStyle().ItemInnerSpacing.x);
-  bool changed = ImGui::SliderFloat("##intensity", &edit.intensity, kLeastIntensity, kMostIntensity,
-                                    "intensity × %.3g", ImGuiSliderFlags_Logarithmic);
-  widgets::help("times the file's own; Ctrl+click to type a number, right click for × 1");
+  bool changed =
+      widgets::slide_bare("##intensity", "Intensity relative to the file's. Right-click to reset.",
+                          edit.intensity, kLeastIntensity, kMostIntensity, "Intensity × %.3g");
   if (ImGui::IsItemClicked(ImGuiMouseButton_Right)) {
     edit.intensity = 1.0f;
     changed = true;
   }
   edit.intensity = std::max(edit.intensity, 0.0f);
   ImGui::SameLine(0.0f, ImGui::GetStyle().ItemInnerSpacing.x);
-  changed |= ImGui::ColorEdit3("##colour", &edit.color.x,
-                               ImGuiColorEditFlags_NoInputs | ImGuiColorEditFlags_NoLabel |
-                                   ImGuiColorEditFlags_Float | ImGuiColorEditFlags_PickerHueWheel);
+  changed |= widgets::swatch("##colour", "Multiply the light's colour", edit.color);
   return changed;
 }
 
@@ -83,8 +79,7 @@ void draw_light(Workbench& bench, const ListedLight& light) {
   LightEdit edit =
       light_edit(bench.session.edits(), bench.session.scene()->outline, light.kind, light.index);
   ImGui::PushID(int(light.kind) * 100000 + light.index);
-  bool changed = ImGui::Checkbox("##on", &edit.on);
-  widgets::help("on or off");
+  bool changed = widgets::checkbox("##on", "Switch the light on or off", edit.on);
   ImGui::SameLine();
   draw_name(light, edit.on);
   ImGui::SameLine(ImGui::GetContentRegionMax().x - solo_width());
@@ -95,17 +90,24 @@ void draw_light(Workbench& bench, const ListedLight& light) {
   if (changed) bench.edits.change(edit, fmt::format("light {} {}", int(light.kind), light.index));
 }
 
+bool choose_button(float width) {
+  return widgets::button("Choose…", "Choose an .hdr or .exr file as the environment", width);
+}
+
 void choose_environment_file(Workbench& bench, const EnvironmentEdit& edit,
                              const std::optional<EnvironmentDescription>& own) {
   const std::string file = edit.file.empty() ? (own ? own->file : "") : edit.file;
   const std::string name = std::filesystem::path(file).filename().string();
-  widgets::text({"File", file.c_str(), !edit.file.empty()},
-                name.empty() ? "constant colour" : name);
+  widgets::text({"File", "Image of the environment", !edit.file.empty()},
+                name.empty() ? "Constant colour" : name);
+  if (!file.empty()) widgets::help(file);
   const float half = widgets::half_width();
-  if (ImGui::Button("Choose…", {half, 0.0f})) bench.interface.ask_for_environment = true;
+  if (choose_button(half)) bench.interface.ask_for_environment = true;
   ImGui::SameLine();
   ImGui::BeginDisabled(edit.file.empty());
-  if (ImGui::Button(own ? "As opened" : "Take away", {half, 0.0f})) bench.edits.clear_environment();
+  const bool clear = own ? widgets::button("Reset", "Use the scene's own environment again", half)
+                         : widgets::button("Remove", "Remove the environment", half);
+  if (clear) bench.edits.clear_environment();
   ImGui::EndDisabled();
 }
 
@@ -116,17 +118,19 @@ void draw_environment(Workbench& bench) {
   EnvironmentEdit& edit = edits.environment;
   if (!own && edit.file.empty()) {
     widgets::quiet_paragraph("No environment. Choose an .hdr or .exr file, or drop one here.");
-    if (ImGui::Button("Choose…", {-FLT_MIN, 0.0f})) bench.interface.ask_for_environment = true;
+    if (choose_button(-1.0f)) bench.interface.ask_for_environment = true;
     return;
   }
   choose_environment_file(bench, edit, own);
-  if (widgets::slide_edit("Strength", nullptr, edit.strength, own ? own->strength : 1.0f,
-                          kLeastIntensity, kMostIntensity, "%.3g", true)) {
+  if (widgets::slide_edit("Strength", "Brightness of the environment", edit.strength,
+                          own ? own->strength : 1.0f, kLeastIntensity, kMostIntensity, "%.3g",
+                          true)) {
     bench.edits.change(edits, "environment strength");
   }
-  if (widgets::slide_edit("Rotation", "Shift+right drag over the picture turns it too",
-                          edit.rotation_degrees, own ? own->rotation_degrees : 0.0f, -180.0f,
-                          180.0f, "%.1f°")) {
+  if (widgets::slide_edit(
+          "Rotation",
+          "Turn about the vertical axis. Shift+right drag over the picture does the same.",
+          edit.rotation_degrees, own ? own->rotation_degrees : 0.0f, -180.0f, 180.0f, "%.1f°")) {
     bench.edits.change(edits, "environment rotation");
   }
 }
@@ -135,10 +139,10 @@ void draw_environment(Workbench& bench) {
 void choose_light_groups(Workbench& bench) {
   ViewSettings settings = bench.session.settings();
   ImGui::BeginDisabled(!can_relight(settings.render));
-  if (widgets::check({"Instant relighting",
-                      "keeps what each light gives apart: intensity, colour, switches and solo "
-                      "then change the finished picture without a new ray. Not with the driver "
-                      "bucket. Other noise than a final frame's"},
+  if (widgets::check({"Instant Relighting",
+                      "Render each light separately, so that changes of intensity and colour, "
+                      "switches and solo need no new samples. The noise differs from a final "
+                      "frame's. Not available with the driver Bucket."},
                      settings.light_groups)) {
     bench.settings.change(settings);
   }
@@ -153,12 +157,13 @@ void draw_lights(Workbench& bench) {
   choose_light_groups(bench);
   const std::vector<ListedLight> lights = list_lights(scene->outline, bench.session.edits());
   if (bench.edits.solo()) {
-    ImGui::TextColored(accent_colour(), "Only one light shines.");
+    ImGui::TextColored(accent_colour(), "Solo: all other lights are off.");
     ImGui::SameLine();
-    if (ImGui::SmallButton("End solo")) bench.edits.set_solo(std::nullopt);
+    if (widgets::small_button("End Solo", "Switch the other lights on again (Esc)"))
+      bench.edits.set_solo(std::nullopt);
   }
   for (const ListedLight& light : lights) draw_light(bench, light);
-  if (lights.empty()) ImGui::TextColored(quiet_colour(), "The scene has no light.");
+  if (lights.empty()) ImGui::TextColored(quiet_colour(), "The scene has no lights.");
   widgets::heading("Environment");
   draw_environment(bench);
 }

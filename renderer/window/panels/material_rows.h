@@ -7,15 +7,16 @@
 #include <vector>
 
 #include "renderer/description/scene_edits.h"
+#include "renderer/window/panels/label.h"
 
 namespace emberline {
 
 struct MaterialRow {
   std::string_view parameter;  // name in material_parameters()
   const char* label;
+  Help help;
   // Range of the slider or of each colour channel. Edits in a file may exceed it.
   float least = 0.0f, most = 1.0f;
-  const char* help = nullptr;
   const char* format = "%.3f";
   bool logarithmic = false;
   // Whether the row applies to the file's material; null: always.
@@ -24,6 +25,7 @@ struct MaterialRow {
 
 struct MaterialGroup {
   const char* name;  // empty: the base, which every material has
+  Help help;
   std::span<const MaterialRow> rows;
   bool (*present)(const MaterialDescription& own);  // whether the file's material has it
 

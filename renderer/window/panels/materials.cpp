@@ -44,15 +44,16 @@ bool edit_group(const MaterialGroup& group, MaterialEdit& edit, const MaterialDe
 }
 
 // A collapsible heading in the colours of the fields below it.
-bool group_heading(const char* name, bool open, bool edited) {
+bool group_heading(const MaterialGroup& group, bool open, bool edited) {
   ImGui::PushStyleColor(ImGuiCol_Header, ImGui::GetStyleColorVec4(ImGuiCol_FrameBg));
   ImGui::PushStyleColor(ImGuiCol_HeaderHovered, ImGui::GetStyleColorVec4(ImGuiCol_FrameBgHovered));
   ImGui::PushStyleColor(ImGuiCol_HeaderActive, ImGui::GetStyleColorVec4(ImGuiCol_FrameBgActive));
   ImGui::PushStyleColor(ImGuiCol_Text,
                         edited ? accent_colour() : ImGui::GetStyleColorVec4(ImGuiCol_Text));
   const bool is_open = ImGui::CollapsingHeader(
-      name, open ? ImGuiTreeNodeFlags_DefaultOpen : ImGuiTreeNodeFlags_None);
+      group.name, open ? ImGuiTreeNodeFlags_DefaultOpen : ImGuiTreeNodeFlags_None);
   ImGui::PopStyleColor(4);
+  widgets::help(group.help);
   return is_open;
 }
 
@@ -61,7 +62,7 @@ bool edit_factors(MaterialEdit& edit, const MaterialDescription& own) {
   bool changed = false;
   for (const MaterialGroup* group : offered_groups(own, edit)) {
     const bool base = group->name[0] == '\0', edited = group->edited(edit);
-    if (base || group_heading(group->name, group->present(own) || edited, edited)) {
+    if (base || group_heading(*group, group->present(own) || edited, edited)) {
       changed |= edit_group(*group, edit, own);
     }
   }
@@ -78,7 +79,7 @@ void list_materials(Workbench& bench) {
   }
   for (int i = 0; i < int(outline.materials.size()); ++i) {
     ImGui::PushID(i);
-    const std::string name = shown_name(outline.materials[size_t(i)].name, "material", i);
+    const std::string name = shown_name(outline.materials[size_t(i)].name, "Material", i);
     const bool edited = changes_something(material_edit(bench.session.edits(), outline, i));
     if (edited) ImGui::PushStyleColor(ImGuiCol_Text, accent_colour());
     if (ImGui::Selectable(name.c_str(), i == selected)) selected = i;
@@ -93,8 +94,8 @@ void choose_variant(Workbench& bench) {
   const auto& variants = bench.session.scene()->outline.variants;
   if (variants.empty()) return;
   SceneEdits edits = bench.session.edits();
-  if (choose_target({"Variant", "a set of materials that the file offers"}, edits.variant, variants,
-                    "variant", "the file's own")) {
+  if (choose_target({"Variant", "A set of materials that the file offers"}, edits.variant, variants,
+                    "Variant", "Default")) {
     bench.edits.change(edits, "variant");
   }
 }
@@ -109,16 +110,17 @@ void draw_materials(Workbench& bench) {
   list_materials(bench);
   const int index = bench.selection.material;
   if (index < 0 || size_t(index) >= outline.materials.size()) {
-    widgets::quiet_paragraph("Click on the picture, or on a name, to choose a material.");
+    widgets::quiet_paragraph("Click on the picture or on a name to choose a material.");
     return;
   }
   const MaterialDescription& own = outline.materials[size_t(index)];
   MaterialEdit edit = material_edit(bench.session.edits(), outline, index);
-  widgets::heading(shown_name(own.name, "material", index).c_str());
+  widgets::heading(shown_name(own.name, "Material", index).c_str());
   ImGui::PushID(index);  // so that each material remembers its open headings
   bool changed = edit_factors(edit, own);
   ImGui::PopID();
-  if (changes_something(edit) && ImGui::Button("Back to the file's", {-FLT_MIN, 0.0f})) {
+  if (changes_something(edit) &&
+      widgets::button("Reset Material", "Reset all edits of this material", -1.0f)) {
     edit = untouched(edit.target);
     changed = true;
   }

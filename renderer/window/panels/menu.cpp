@@ -5,25 +5,22 @@
 #include <string>
 #include <vector>
 
+#include "renderer/window/panels/action_widgets.h"
 #include "renderer/window/panels/panels.h"
 #include "renderer/window/panels/theme.h"
+#include "renderer/window/panels/widgets.h"
 
 namespace emberline {
 namespace {
 
-void menu_entry(Workbench& bench, const char* name, Action action, bool enabled = true,
-                bool ticked = false) {
-  const std::string keys(keys_of(action));
-  if (ImGui::MenuItem(name, keys.c_str(), ticked, enabled)) bench.act(action);
-}
-
 // Options for reading files; a change reloads the open file.
 void choose_loading(Workbench& bench) {
   ViewSettings settings = bench.session.settings();
-  bool changed =
-      ImGui::MenuItem("Go on without images that cannot be read", "", &settings.render.lenient);
-  changed |=
-      ImGui::MenuItem("Show one-sided surfaces from behind", "", &settings.render.show_backfaces);
+  bool changed = widgets::menu_flag("Ignore Unreadable Images",
+                                    "Open the scene even if images are missing or damaged",
+                                    settings.render.lenient);
+  changed |= widgets::menu_flag("Show Backfaces", "Show one-sided surfaces from behind, too",
+                                settings.render.show_backfaces);
   if (!changed) return;
   bench.settings.change(settings);
   bench.files.reload();
@@ -32,51 +29,53 @@ void choose_loading(Workbench& bench) {
 void draw_file_menu(Workbench& bench) {
   if (!ImGui::BeginMenu("File")) return;
   const bool open = bench.session.scene() != nullptr;
-  menu_entry(bench, "Open scene…", Action::kOpen);
+  action_entry(bench, "Open…", Action::kOpen);
   const std::vector<std::string>& recent = bench.window.recent_scenes;
-  if (ImGui::BeginMenu("Open recent", !recent.empty())) {
+  if (ImGui::BeginMenu("Open Recent", !recent.empty())) {
     for (const std::string& scene : recent) {
-      if (ImGui::MenuItem(scene.c_str())) bench.files.open(scene);
+      const bool chosen = ImGui::MenuItem(scene.c_str());
+      widgets::help(Help("Open this scene"));
+      if (chosen) bench.files.open(scene);
     }
     ImGui::EndMenu();
   }
-  menu_entry(bench, "Reload", Action::kReload, open);
+  action_entry(bench, "Reload", Action::kReload, open);
   if (ImGui::BeginMenu("Loading")) {
     choose_loading(bench);
     ImGui::EndMenu();
   }
   ImGui::Separator();
-  menu_entry(bench, "Save edits", Action::kSaveEdits, open);
-  menu_entry(bench, "Save picture…", Action::kSavePicture, open);
-  menu_entry(bench, "Save the window's picture", Action::kScreenshot);
+  action_entry(bench, "Save Edits", Action::kSaveEdits, open);
+  action_entry(bench, "Save Picture…", Action::kSavePicture, open);
+  action_entry(bench, "Save Screenshot", Action::kScreenshot);
   ImGui::Separator();
-  menu_entry(bench, "Quit", Action::kQuit);
+  action_entry(bench, "Quit", Action::kQuit);
   ImGui::EndMenu();
 }
 
 void draw_camera_menu(Workbench& bench) {
   if (!ImGui::BeginMenu("Camera")) return;
   const bool open = bench.session.scene() != nullptr;
-  menu_entry(bench, "Frame all", Action::kFrameAll, open);
-  menu_entry(bench, "Reset", Action::kResetCamera, open);
-  menu_entry(bench, "Orthographic", Action::kOrthographic, open, bench.navigator.orthographic());
+  action_entry(bench, "Frame All", Action::kFrameAll, open);
+  action_entry(bench, "Reset", Action::kResetCamera, open);
+  action_entry(bench, "Orthographic", Action::kOrthographic, open, bench.navigator.orthographic());
   ImGui::EndMenu();
 }
 
 void draw_time_menu(Workbench& bench) {
   if (!bench.player.available() || !ImGui::BeginMenu("Time")) return;
-  menu_entry(bench, "Play", Action::kPlay, true, bench.player.playing());
-  menu_entry(bench, "Next frame", Action::kNextFrame);
-  menu_entry(bench, "Previous frame", Action::kPreviousFrame);
+  action_entry(bench, "Play", Action::kPlay, true, bench.player.playing());
+  action_entry(bench, "Next Frame", Action::kNextFrame);
+  action_entry(bench, "Previous Frame", Action::kPreviousFrame);
   ImGui::EndMenu();
 }
 
 void draw_edit_menu(Workbench& bench) {
   if (!ImGui::BeginMenu("Edit")) return;
-  menu_entry(bench, "Undo", Action::kUndo, bench.edits.can_undo());
-  menu_entry(bench, "Redo", Action::kRedo, bench.edits.can_redo());
+  action_entry(bench, "Undo", Action::kUndo, bench.edits.can_undo());
+  action_entry(bench, "Redo", Action::kRedo, bench.edits.can_redo());
   ImGui::Separator();
-  menu_entry(bench, "Reset edits", Action::kResetEdits, bench.session.scene() != nullptr);
+  action_entry(bench, "Reset Edits", Action::kResetEdits, bench.session.scene() != nullptr);
   ImGui::EndMenu();
 }
 
@@ -86,34 +85,34 @@ void draw_view_menu(Workbench& bench) {
   const bool denoise = bench.session.settings().denoise;
   const Comparison& comparison = bench.comparison;
   const Wipe wipe = comparison.wipe();
-  menu_entry(bench, "Fit", Action::kZoomFit, true, bench.placement.fitted());
-  menu_entry(bench, "One to one", Action::kZoomOne);
+  action_entry(bench, "Fit to Window", Action::kZoomFit, true, bench.placement.fitted());
+  action_entry(bench, "Actual Size", Action::kZoomOne);
   ImGui::Separator();
-  menu_entry(bench, "Keep as B", Action::kStoreSnapshot, open);
-  menu_entry(bench, "Wipe A / B", Action::kWipe, comparison.kept().picture != nullptr,
-             wipe == Wipe::kKept);
-  menu_entry(bench, "Denoise", Action::kDenoise, true, denoise);
-  menu_entry(bench, "Wipe raw", Action::kWipeRaw, denoise, wipe == Wipe::kRaw);
-  menu_entry(bench, "Next overlay", Action::kNextOverlay, open);
-  menu_entry(bench, "Pixel values", Action::kInspector, true, bench.window.inspector);
-  menu_entry(bench, "Why is this pixel done?", Action::kExplain, open, bench.pixels.explains());
+  action_entry(bench, "Keep as B", Action::kStoreSnapshot, open);
+  action_entry(bench, "Wipe A/B", Action::kWipe, comparison.kept().picture != nullptr,
+               wipe == Wipe::kKept);
+  action_entry(bench, "Denoise", Action::kDenoise, true, denoise);
+  action_entry(bench, "Wipe Denoised/Raw", Action::kWipeRaw, denoise, wipe == Wipe::kRaw);
+  action_entry(bench, "Next Overlay", Action::kNextOverlay, open);
+  action_entry(bench, "Pixel Values", Action::kInspector, true, bench.window.inspector);
+  action_entry(bench, "Explain Pixel", Action::kExplain, open, bench.pixels.explains());
   ImGui::Separator();
-  menu_entry(bench, "Panels", Action::kPanels, true, bench.window.panels);
-  menu_entry(bench, "Full screen", Action::kFullScreen, true, bench.interface.full_screen);
+  action_entry(bench, "Side Panel", Action::kPanels, true, bench.window.panels);
+  action_entry(bench, "Full Screen", Action::kFullScreen, true, bench.interface.full_screen);
   ImGui::EndMenu();
 }
 
 void draw_help_menu(Workbench& bench) {
   if (!ImGui::BeginMenu("Help")) return;
-  menu_entry(bench, "Shortcuts", Action::kShortcuts, true, bench.interface.show_shortcuts);
-  menu_entry(bench, "Messages", Action::kMessages, true, bench.interface.show_messages);
+  action_entry(bench, "Shortcuts", Action::kShortcuts, true, bench.interface.show_shortcuts);
+  action_entry(bench, "Messages", Action::kMessages, true, bench.interface.show_messages);
   ImGui::EndMenu();
 }
 
 // Drawn to the right of the menus.
 void draw_file_name(const Workbench& bench) {
   const std::string name = std::filesystem::path(bench.load_status().path).filename().string() +
-                           (bench.edits.unsaved() ? "  •  edits not saved" : "");
+                           (bench.edits.unsaved() ? "  •  unsaved edits" : "");
   ImGui::SameLine(ImGui::GetWindowWidth() - ImGui::CalcTextSize(name.c_str()).x -
                   ImGui::GetFontSize());
   ImGui::TextColored(quiet_colour(), "%s", name.c_str());

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "renderer/window/panels/action_widgets.h"
 #include "renderer/window/panels/panels.h"
 #include "renderer/window/panels/theme.h"
 #include "renderer/window/panels/widgets.h"
@@ -45,7 +46,7 @@ void Interface::draw_welcome(Workbench& bench) {
   place_in_middle(bench.placement.area(), 0.45f);
   ImGui::Begin("##welcome", nullptr, kNote);
   ImGui::TextUnformatted("Drop a .gltf or .glb file here");
-  if (ImGui::Button("Open scene…", {-FLT_MIN, 0.0f})) bench.act(Action::kOpen);
+  action_button(bench, "Open Scene…", Action::kOpen, -1.0f);
   const std::vector<std::string>& recent = bench.window.recent_scenes;
   if (!recent.empty()) widgets::heading("Recent");
   for (const std::string& scene : recent) {
@@ -68,9 +69,10 @@ void Interface::draw_loading(Workbench& bench) {
   ImGui::Text("Loading %s", name.c_str());
   ImGui::ProgressBar(float(status.fraction), {22.0f * em, 0.4f * em}, "");
   ImGui::AlignTextToFramePadding();
-  ImGui::TextColored(quiet_colour(), "%s", status.stage.c_str());
+  ImGui::TextColored(quiet_colour(), "%s", sentence_case(status.stage).c_str());
   ImGui::SameLine(16.0f * em);
-  if (ImGui::Button("Cancel", {6.0f * em + ImGui::GetStyle().WindowPadding.x, 0.0f})) {
+  if (widgets::button("Cancel", "Stop loading the scene",
+                      6.0f * em + ImGui::GetStyle().WindowPadding.x)) {
     bench.session.cancel_load();
   }
   take_place();
@@ -95,9 +97,11 @@ void Interface::draw_notice(Workbench& bench) {
   draw_message_text(message);
   ImGui::PopTextWrapPos();
   if (message.level != Message::Level::kNote) {
-    if (ImGui::SmallButton("Close")) dismissed_s_ = message.time_s;
+    if (widgets::small_button("Close", "Hide this message")) dismissed_s_ = message.time_s;
     ImGui::SameLine();
-    if (ImGui::SmallButton("All messages")) bench.interface.show_messages = true;
+    if (widgets::small_button("All Messages", "Show all messages so far (F2)")) {
+      bench.interface.show_messages = true;
+    }
   }
   take_place();
   ImGui::End();
@@ -120,7 +124,7 @@ void Interface::draw_messages(Workbench& bench) {
       draw_message_text(message);
     }
     ImGui::PopTextWrapPos();
-    if (messages.empty()) ImGui::TextColored(quiet_colour(), "none so far");
+    if (messages.empty()) ImGui::TextColored(quiet_colour(), "There are no messages yet.");
     if (ImGui::GetScrollY() >= ImGui::GetScrollMaxY()) ImGui::SetScrollHereY(1.0f);
   }
   take_place();

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "renderer/window/panels/theme.h"
+#include "renderer/window/panels/widgets.h"
 
 namespace emberline {
 namespace {
@@ -16,11 +17,15 @@ constexpr float kLeastPanel = 22.0f, kMostPanel = 45.0f;  // in line heights
 
 struct Tab {
   const char* name;
+  Help help;
   void (*draw)(Workbench&);
 };
-constexpr std::array kTabs = {Tab{"Lights", draw_lights}, Tab{"Materials", draw_materials},
-                              Tab{"Camera", draw_camera}, Tab{"Render", draw_sampling},
-                              Tab{"Display", draw_display}};
+constexpr std::array kTabs = {
+    Tab{"Lights", "Edit lights and the environment", draw_lights},
+    Tab{"Materials", "Edit materials", draw_materials},
+    Tab{"Camera", "Edit the camera and its lens, and store bookmarks", draw_camera},
+    Tab{"Render", "Choose how the picture is rendered", draw_sampling},
+    Tab{"Display", "Choose how the picture is shown, and compare pictures", draw_display}};
 constexpr int kMaterialsTab = 1;
 
 float panel_width(const WindowState& window, float width) {
@@ -86,10 +91,10 @@ void Interface::draw_side_panel(Workbench& bench, float top, float width, float 
     for (int i = 0; i < int(kTabs.size()); ++i) {
       const bool remembered = !tab_chosen_ && i == bench.window.panel_tab;
       const bool picked = i == kMaterialsTab && std::exchange(bench.selection.show_tab, false);
-      if (!ImGui::BeginTabItem(kTabs[size_t(i)].name, nullptr,
-                               remembered || picked ? ImGuiTabItemFlags_SetSelected : 0)) {
-        continue;
-      }
+      const bool shown = ImGui::BeginTabItem(
+          kTabs[size_t(i)].name, nullptr, remembered || picked ? ImGuiTabItemFlags_SetSelected : 0);
+      widgets::help(kTabs[size_t(i)].help);
+      if (!shown) continue;
       if (tab_chosen_) bench.window.panel_tab = i;
       ImGui::BeginChild("##content", {0.0f, 0.0f}, false);
       kTabs[size_t(i)].draw(bench);
@@ -114,6 +119,7 @@ void Interface::draw_panel_edge(WindowState& window, float top, float width, flo
                (fixed_panel_flags() & ~ImGuiWindowFlags_NoBringToFrontOnFocus) |
                    ImGuiWindowFlags_NoBackground);
   ImGui::InvisibleButton("##grip", {6.0f, height});
+  widgets::help(Help("Drag to change the width of the panel"));
   if (ImGui::IsItemHovered() || ImGui::IsItemActive()) {
     ImGui::SetMouseCursor(ImGuiMouseCursor_ResizeEW);
   }

@@ -33,11 +33,11 @@ class Interface {
   void take_place();  // registers the window being drawn
 
   FileDialog open_dialog_{
-      "Open", "Open", FileDialog::Purpose::kRead, {".gltf", ".glb", ".hdr", ".exr", ".json"}};
+      "Open File", "Open", FileDialog::Purpose::kRead, {".gltf", ".glb", ".hdr", ".exr", ".json"}};
   FileDialog environment_dialog_{
-      "Environment", "Choose", FileDialog::Purpose::kRead, {".hdr", ".exr"}};
+      "Choose Environment", "Choose", FileDialog::Purpose::kRead, {".hdr", ".exr"}};
   FileDialog save_dialog_{
-      "Save picture", "Save", FileDialog::Purpose::kWrite, {".exr", ".png", ".jpg", ".jpeg"}};
+      "Save Picture", "Save", FileDialog::Purpose::kWrite, {".exr", ".png", ".jpg", ".jpeg"}};
   std::vector<Rect> floating_;
   bool popup_ = false;
   bool tab_chosen_ = false;

@@ -10,6 +10,7 @@
 #include "renderer/session/overlay_picture.h"
 #include "renderer/session/prepared_settings.h"
 #include "renderer/statistics/colour_map.h"
+#include "renderer/window/panels/action_widgets.h"
 #include "renderer/window/panels/panels.h"
 #include "renderer/window/panels/theme.h"
 #include "renderer/window/panels/widgets.h"
@@ -54,9 +55,11 @@ void reset_excluded_settings(RenderOptions& options) {
 
 bool choose_driver(RenderOptions& options) {
   std::vector<widgets::Choice> drivers = {
-      {kLiveDriver, "the whole picture at once by bisection, then samples where the error is"}};
+      {kLiveDriver, title_case(kLiveDriver),
+       "The whole picture at once by bisection, then samples where the error is"}};
   std::ranges::copy(choices_of_setting("driver"), std::back_inserter(drivers));
-  if (!widgets::choose({"Driver"}, options.driver, drivers)) return false;
+  if (!widgets::choose({"Driver", "Which pixels get their samples first"}, options.driver, drivers))
+    return false;
   reset_excluded_settings(options);
   return true;
 }
@@ -64,13 +67,15 @@ bool choose_driver(RenderOptions& options) {
 bool set_limits(RenderOptions& options) {
   bool changed = false;
   bool limited = options.spp.has_value();
-  if (widgets::check({"Limit samples", "else the picture goes on getting better"}, limited)) {
+  if (widgets::check(
+          {"Limit Samples", "Stop at a number of samples. Otherwise the picture keeps improving."},
+          limited)) {
     options.spp = limited ? std::optional<uint32_t>(64) : std::nullopt;
     changed = true;
   }
   if (options.spp) {
     int spp = int(std::min<uint32_t>(*options.spp, kMostShownSamples));
-    if (widgets::slide({"Samples", "per pixel; with adaptive sampling on average"}, spp, 1,
+    if (widgets::slide({"Samples", "Samples per pixel; an average with adaptive sampling"}, spp, 1,
                        kMostShownSamples, true)) {
       options.spp = uint32_t(spp);
       changed = true;
@@ -78,17 +83,18 @@ bool set_limits(RenderOptions& options) {
   }
   if (!is_allowed(options, "noise-threshold")) return changed;
   bool threshold = options.noise_threshold.has_value();
-  if (widgets::check({"Stop at noise",
-                      "a pixel is finished when its expected error in the "
-                      "displayed picture is at most this"},
+  if (widgets::check({"Noise Threshold",
+                      "Stop sampling a pixel when its expected error in the displayed picture is "
+                      "at most the threshold"},
                      threshold)) {
     options.noise_threshold = threshold ? std::optional<float>(0.01f) : std::nullopt;
     reset_excluded_settings(options);
     changed = true;
   }
   if (options.noise_threshold) {
-    changed |= widgets::slide({"Noise", "0.02 shows noise, 0.005 hardly any"},
-                              *options.noise_threshold, 0.0005f, 0.1f, "%.4f", true);
+    changed |= widgets::slide(
+        {"Threshold", "Largest error of a finished pixel: 0.02 shows noise, 0.005 hardly any"},
+        *options.noise_threshold, 0.0005f, 0.1f, "%.4f", true);
   }
   return changed;
 }
@@ -101,7 +107,9 @@ bool choose_size(RenderOptions& options) {
   const std::string now = fmt::format("{} × {}", options.width, options.height);
   const auto listed = std::ranges::find(names, now);
   int index = listed == names.end() ? -1 : int(listed - names.begin());
-  if (!widgets::choose_index({"Frame"}, index, widgets::choices_of_names(names), now)) return false;
+  if (!widgets::choose_index({"Size", "Width and height of the picture in pixels"}, index,
+                             widgets::choices_of_names(names), now))
+    return false;
   options.width = kFrameSizes[size_t(index)].width;
   options.height = kFrameSizes[size_t(index)].height;
   return true;
@@ -109,12 +117,9 @@ bool choose_size(RenderOptions& options) {
 
 void draw_actions(Workbench& bench) {
   const float half = widgets::half_width();
-  if (ImGui::Button(bench.session.settings().paused ? "Go on" : "Pause", {half, 0.0f})) {
-    bench.act(Action::kPause);
-  }
+  action_button(bench, bench.session.settings().paused ? "Resume" : "Pause", Action::kPause, half);
   ImGui::SameLine();
-  if (ImGui::Button("Restart", {half, 0.0f})) bench.act(Action::kRestart);
-  widgets::help("renders anew, with other noise (the next seed)");
+  action_button(bench, "Restart", Action::kRestart, half);
 }
 
 void draw_histogram(Workbench& bench) {
@@ -138,8 +143,8 @@ void draw_histogram(Workbench& bench) {
       list.AddRectFilled({x0, at.y + height * (1.0f - share)}, {x1, at.y + height}, kInks[c]);
     }
   }
-  ImGui::TextColored(quiet_colour(), "black %s", readable_percent(histogram.black()).c_str());
-  const std::string clipped = "clipped " + readable_percent(histogram.clipped());
+  ImGui::TextColored(quiet_colour(), "Black %s", readable_percent(histogram.black()).c_str());
+  const std::string clipped = "Clipped " + readable_percent(histogram.clipped());
   ImGui::SameLine(ImGui::GetContentRegionMax().x - ImGui::CalcTextSize(clipped.c_str()).x);
   ImGui::TextColored(histogram.clipped() > 0.01 ? warning_colour() : quiet_colour(), "%s",
                      clipped.c_str());
@@ -155,32 +160,37 @@ bool choose_value(const widgets::Row& row, Enum& value, const Table& table) {
 }
 
 bool choose_heatmap_style(HeatmapStyle& style) {
-  bool changed = choose_value({"Colours"}, style.colours, colour_map_table());
-  changed |= widgets::check({"Logarithmic"}, style.logarithmic);
+  bool changed =
+      choose_value({"Colours", "Colour map of the overlay"}, style.colours, colour_map_table());
+  changed |=
+      widgets::check({"Logarithmic", "Use a logarithmic scale for the colours"}, style.logarithmic);
   return changed;
 }
 
 bool choose_display(DisplaySettings& display, const DisplayNames& names) {
   bool changed = false;
   std::vector<widgets::Choice> displays;
-  for (const auto& entry : names.displays) displays.push_back({entry.name, ""});
+  for (const auto& entry : names.displays) displays.push_back({entry.name, entry.name, ""});
   const auto used = std::ranges::find_if(
       names.displays, [&](const auto& entry) { return entry.name == display.display; });
   const auto& shown = used == names.displays.end() ? names.displays.front() : *used;
   const std::vector<widgets::Choice> views = widgets::choices_of_names(shown.views);
   const std::vector<widgets::Choice> looks = widgets::choices_of_names(names.looks);
   std::string name = display.display.empty() ? shown.name : display.display;
-  if (displays.size() > 1 && widgets::choose({"Display"}, name, displays)) {
+  if (displays.size() > 1 &&
+      widgets::choose({"Display", "Display device that the picture is shown on"}, name, displays)) {
     display.display = name;
     display.view.clear();
     changed = true;
   }
   name = display.view.empty() && !shown.views.empty() ? shown.views.front() : display.view;
-  if (widgets::choose({"View"}, name, views)) {
+  if (widgets::choose({"View", "View transform from scene values to the display"}, name, views)) {
     display.view = name;
     changed = true;
   }
-  if (!looks.empty()) changed |= widgets::choose({"Look"}, display.look, looks, "none");
+  if (!looks.empty())
+    changed |= widgets::choose({"Look", "Look that is applied before the view transform"},
+                               display.look, looks, "None");
   return changed;
 }
 
@@ -203,39 +213,40 @@ void draw_sides(Workbench& bench) {
   const bool overlay = !kept.picture->overlay_legend.empty();
   ImGui::BeginDisabled(overlay);
   bool graded_as_a = bench.comparison.graded_as_a();
-  if (widgets::check({"Grade B as A", "off: B keeps exposure, view and look that it was kept with"},
+  if (widgets::check({"Grade B Like A",
+                      "Show B with the display settings of A. Otherwise B keeps the exposure, view "
+                      "and look that it had."},
                      graded_as_a)) {
     bench.comparison.grade_as_a(graded_as_a);
   }
   ImGui::EndDisabled();
-  widgets::quiet_paragraph("A, left: the picture of now, " + samples_of(*bench.picture()) + ", " +
+  widgets::quiet_paragraph("A (left): current picture, " + samples_of(*bench.picture()) + ", " +
                            words_of(bench.session.settings().display));
-  widgets::quiet_paragraph(fmt::format("B, right: kept {} ago, {}, {}",
+  widgets::quiet_paragraph(fmt::format("B (right): kept {} ago, {}, {}",
                                        readable_seconds(window_time_s() - kept.time_s),
                                        samples_of(*kept.picture),
                                        overlay       ? "with its overlay"
-                                       : graded_as_a ? "graded as A"
-                                                     : words_of(kept.display) + " as it was kept"));
+                                       : graded_as_a ? "graded like A"
+                                                     : words_of(kept.display)));
 }
 
 void draw_comparison(Workbench& bench) {
   Comparison& comparison = bench.comparison;
   const Wipe wipe = comparison.wipe();
   const float half = widgets::half_width();
-  if (ImGui::Button("Keep as B", {half, 0.0f})) bench.act(Action::kStoreSnapshot);
+  action_button(bench, "Keep as B", Action::kStoreSnapshot, half);
   ImGui::SameLine();
   ImGui::BeginDisabled(!comparison.kept().picture);
-  if (ImGui::Button(wipe == Wipe::kKept ? "End wipe" : "Wipe A / B", {half, 0.0f})) {
-    bench.act(Action::kWipe);
-  }
+  action_button(bench, wipe == Wipe::kKept ? "End Wipe" : "Wipe A/B", Action::kWipe, half);
   ImGui::EndDisabled();
   ImGui::BeginDisabled(!bench.session.settings().denoise);
-  const char* const raw_label = wipe == Wipe::kRaw ? "End wipe" : "Wipe denoised / raw";
-  if (ImGui::Button(raw_label, {-1.0f, 0.0f})) bench.act(Action::kWipeRaw);
+  const bool raw = wipe == Wipe::kRaw;
+  action_button(bench, raw ? "End Wipe##raw" : "Wipe Denoised/Raw", Action::kWipeRaw, -1.0f);
   ImGui::EndDisabled();
   if (wipe != Wipe::kNone) {
     float place = 100.0f * comparison.place();
-    if (widgets::slide({"Wipe"}, place, 0.0f, 100.0f, "%.0f %%")) {
+    if (widgets::slide({"Wipe", "Position of the wipe, from the left edge"}, place, 0.0f, 100.0f,
+                       "%.0f %%")) {
       comparison.move_to(0.01f * place);
     }
   }
@@ -255,20 +266,25 @@ void draw_sampling(Workbench& bench) {
   RenderOptions& options = settings.render;
   widgets::heading("Method");
   bool changed = choose_driver(options);
-  changed |= choose_setting({"Integrator"}, "integrator", options);
-  changed |= choose_setting({"Sampler"}, "sampler", options);
+  changed |=
+      choose_setting({"Integrator", "What is computed for each sample"}, "integrator", options);
+  changed |= choose_setting({"Sampler", "How the samples are distributed"}, "sampler", options);
   if (is_allowed(options, "estimator")) {
-    changed |= widgets::choose({"Estimator"}, options.estimator, choices_of_setting("estimator"),
-                               std::string(kDefaultEstimator).c_str());
+    changed |= widgets::choose({"Estimator", "How the adaptive driver estimates the error"},
+                               options.estimator, choices_of_setting("estimator"),
+                               title_case(kDefaultEstimator).c_str());
   }
   if (renders_buckets(options)) {
-    changed |= widgets::slide({"Bucket size"}, options.bucket_size, 8, 256);
-    changed |= choose_setting({"Bucket order"}, "bucket-order", options);
+    changed |= widgets::slide({"Bucket Size", "Width and height of a bucket in pixels"},
+                              options.bucket_size, 8, 256);
+    changed |=
+        choose_setting({"Bucket Order", "Which bucket is rendered first"}, "bucket-order", options);
   }
   widgets::heading("Samples");
   changed |= set_limits(options);
-  changed |= widgets::slide({"Depth", "scattering events; 1 is direct light only"},
-                            options.max_depth, 0, kMostShownDepth);
+  changed |=
+      widgets::slide({"Max Depth", "Largest number of scattering events. 1 is direct light only."},
+                     options.max_depth, 0, kMostShownDepth);
   widgets::heading("Frame");
   changed |= choose_size(options);
   if (changed) bench.settings.change(settings);
@@ -277,7 +293,8 @@ void draw_sampling(Workbench& bench) {
 void draw_display(Workbench& bench) {
   ViewSettings settings = bench.session.settings();
   bool changed = false, reset = false;
-  changed |= widgets::slide({"Exposure", "stops", settings.display.exposure != 0.0f, &reset},
+  changed |= widgets::slide({"Exposure", "Brightness of the displayed picture in stops",
+                             settings.display.exposure != 0.0f, &reset},
                             settings.display.exposure, -8.0f, 8.0f, "%+.2f");
   if (reset) {
     settings.display.exposure = 0.0f;
@@ -285,7 +302,8 @@ void draw_display(Workbench& bench) {
   }
   changed |= choose_display(settings.display, bench.display_names);
   changed |=
-      choose_value({"Overlay", "O goes from one to the next"}, settings.overlay, overlay_table());
+      choose_value({"Overlay", "Show a heatmap instead of the picture (O shows the next one)"},
+                   settings.overlay, overlay_table());
   const ViewOverlay overlay = settings.overlay;
   if (overlay != ViewOverlay::kNone && overlay != ViewOverlay::kTree &&
       overlay != ViewOverlay::kStop) {
@@ -294,11 +312,12 @@ void draw_display(Workbench& bench) {
   if (changed) bench.settings.change(settings);
   bool denoise = settings.denoise;
   if (widgets::check(
-          {"Denoise", "the picture on the screen alone: saved ones and values of pixels stay raw"},
+          {"Denoise",
+           "Denoise the displayed picture (N). Saved pictures and pixel values stay raw."},
           denoise)) {
     bench.act(Action::kDenoise);
   }
-  widgets::heading("Histogram, as displayed");
+  widgets::heading("Histogram of the Display");
   draw_histogram(bench);
   widgets::heading("Compare");
   draw_comparison(bench);
@@ -307,9 +326,9 @@ void draw_display(Workbench& bench) {
     const Rect& r = *settings.region;
     ImGui::Text("%d × %d at %d, %d", r.width(), r.height(), r.x0, r.y0);
     ImGui::SameLine();
-    if (ImGui::SmallButton("Remove")) bench.act(Action::kClearRegion);
+    small_action_button(bench, "Remove", Action::kClearRegion);
   } else {
-    widgets::quiet_paragraph("Ctrl+drag over the picture: this part gets its samples first.");
+    widgets::quiet_paragraph("Ctrl+drag over the picture to sample a part of it first.");
   }
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "renderer/session/prepared_settings.h"
+#include "renderer/window/panels/action_widgets.h"
 #include "renderer/window/panels/panels.h"
 #include "renderer/window/panels/theme.h"
 #include "renderer/window/panels/widgets.h"
@@ -38,11 +39,12 @@ void draw_text(const Workbench& bench) {
   } else if (bench.pixels.explanation()->explanation.empty() &&
              is_live(bench.session.settings().render)) {
     widgets::quiet_paragraph(
-        "The first picture: a sample for every pixel. What follows decides by pixel.");
+        "Every pixel has one sample so far. After the first picture, the driver decides for each "
+        "pixel.");
   } else if (bench.pixels.explanation()->explanation.empty()) {
     widgets::quiet_paragraph(
-        "This driver gives every pixel as many samples as any other. The adaptive one decides "
-        "pixel by pixel.");
+        "This driver gives every pixel the same number of samples. The adaptive driver decides for "
+        "each pixel.");
   }
   ImGui::PushFont(fixed_font());
   ImGui::TextUnformatted(text.c_str(), text.c_str() + text.size());
@@ -61,17 +63,19 @@ void Interface::draw_explanation(Workbench& bench) {
                             std::min(kHeight * em, 0.7f * float(area.height()))},
                            ImGuiCond_Appearing);
   bool open = true;
-  if (ImGui::Begin("Why is this pixel done?", &open, ImGuiWindowFlags_NoSavedSettings)) {
+  if (ImGui::Begin("Explain Pixel", &open, ImGuiWindowFlags_NoSavedSettings)) {
     const float buttons = ImGui::GetFrameHeightWithSpacing();
     ImGui::BeginChild("##text", {0.0f, -buttons}, false, ImGuiWindowFlags_HorizontalScrollbar);
     draw_text(bench);
     ImGui::EndChild();
     ImGui::BeginDisabled(bench.pixels.explanation_text().empty());
-    if (ImGui::Button("Copy")) bench.pixels.copy_explanation();
+    if (widgets::button("Copy", "Copy the explanation")) bench.pixels.copy_explanation();
     ImGui::EndDisabled();
     ImGui::SameLine();
-    if (ImGui::Button("Render anew")) bench.act(Action::kRestart);
-    widgets::help("with the history of this pixel from its first sample on (F5)");
+    if (widgets::button("Restart",
+                        "Restart rendering and record this pixel from its first sample (F5)")) {
+      bench.act(Action::kRestart);
+    }
   }
   take_place();
   ImGui::End();

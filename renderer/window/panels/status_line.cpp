@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "renderer/core/readable.h"
+#include "renderer/window/panels/label.h"
 #include "renderer/window/panels/panels.h"
 #include "renderer/window/panels/theme.h"
 
@@ -18,9 +19,11 @@ std::vector<std::string> status(const Workbench& bench) {
   if (!bench.picture()) return parts;
   const ShownPicture& p = *bench.picture();
   const uint64_t pixels = uint64_t(p.width) * uint64_t(p.height);
-  parts.push_back(bench.session.settings().paused ? "paused" : p.finished ? "finished" : p.driver);
+  parts.push_back(bench.session.settings().paused ? "Paused"
+                  : p.finished                    ? "Finished"
+                                                  : title_case(p.driver));
   if (!p.complete) {
-    parts.push_back(readable_percent(p.progress.completion) + " of the first pass");
+    parts.push_back("First pass " + readable_percent(p.progress.completion));
   }
   if (pixels > 0) {
     const double per_pixel = double(p.samples) / double(pixels);
@@ -28,22 +31,22 @@ std::vector<std::string> status(const Workbench& bench) {
   }
   parts.push_back(readable_seconds(p.elapsed_s));
   if (p.progress.error_estimate) {
-    parts.push_back("error " + readable_number(*p.progress.error_estimate, 2));
+    parts.push_back("Error " + readable_number(*p.progress.error_estimate, 2));
   }
   if (p.rendering_s > 0.0 && p.rays > 0) {
     parts.push_back(fmt::format("{:.2f} Mrays/s", 1e-6 * double(p.rays) / p.rendering_s));
   }
   if (const auto latency = bench.latency.newest_s()) {
-    parts.push_back(fmt::format("edit {:.0f} ms", 1e3 * *latency));
+    parts.push_back(fmt::format("Edit {:.0f} ms", 1e3 * *latency));
   }
   return parts;
 }
 
 std::string right_status(const Workbench& bench) {
   std::string text;
-  if (bench.edits.solo()) text += "solo   ";
+  if (bench.edits.solo()) text += "Solo   ";
   const Wipe wipe = bench.comparison.wipe();
-  if (wipe != Wipe::kNone) text += wipe == Wipe::kKept ? "A | B   " : "denoised | raw   ";
+  if (wipe != Wipe::kNone) text += wipe == Wipe::kKept ? "A | B   " : "Denoised | raw   ";
   if (const auto& pixel = bench.pixels.pointed()) {
     text += fmt::format("{}, {}   ", pixel->x, pixel->y);
   }

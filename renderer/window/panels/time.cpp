@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "renderer/window/panels/action_widgets.h"
 #include "renderer/window/panels/panels.h"
 #include "renderer/window/panels/theme.h"
 #include "renderer/window/panels/time_line.h"
@@ -18,37 +19,32 @@ using Animations = std::vector<AnimationDescription>;
 constexpr double kLeastFps = 1.0, kMostFps = 240.0;
 constexpr double kHalfOpen = 0.5;  // frames: a shutter of 180 degrees
 
-void button(Workbench& bench, const char* label, Action action, const char* effect) {
-  if (ImGui::Button(label)) bench.act(action);
-  widgets::help(fmt::format("{} ({})", effect, keys_of(action)));
-  ImGui::SameLine();
-}
-
 std::string shown_name(const AnimationEdit& edit, const Animations& list) {
-  if (is_at_rest(edit)) return "at rest";
+  if (is_at_rest(edit)) return "No Animation";
   const int index = animation_index(edit, list);
-  if (index < 0) return "all";
+  if (index < 0) return "All";
   const std::string& name = list[size_t(index)].name;
-  return name.empty() ? fmt::format("animation {}", index) : name;
+  return name.empty() ? fmt::format("Animation {}", index) : name;
 }
 
 bool choose_animation(AnimationEdit& edit, const Animations& list) {
   const AnimationEdit before = edit;
   ImGui::SetNextItemWidth(9.0f * ImGui::GetFontSize());
-  if (!ImGui::BeginCombo("##animation", shown_name(edit, list).c_str())) return false;
+  if (!widgets::begin_list("##animation", "Animation to play", shown_name(edit, list)))
+    return false;
   const auto offer = [&](const std::string& label, const std::string& name, bool at_rest) {
     if (!ImGui::Selectable(label.c_str())) return;
     edit.name = name;
     edit.time = at_rest ? std::nullopt : std::optional(edit.time.value_or(0.0));
   };
-  offer("at rest", "", true);
+  offer("No Animation", "", true);
   for (size_t i = 0; i < list.size(); ++i) {
     ImGui::PushID(int(i));
     const std::string name = animation_name(i, list);
     offer(shown_name({.name = name, .time = 0.0}, list), name, false);
     ImGui::PopID();
   }
-  if (list.size() > 1) offer("all", "all", false);
+  if (list.size() > 1) offer("All", "all", false);
   ImGui::EndCombo();
   return edit != before;
 }
@@ -56,8 +52,8 @@ bool choose_animation(AnimationEdit& edit, const Animations& list) {
 bool choose_fps(AnimationEdit& edit) {
   double fps = fps_of(edit);
   ImGui::SetNextItemWidth(5.0f * ImGui::GetFontSize());
-  if (!ImGui::DragScalar("##fps", ImGuiDataType_Double, &fps, 0.1f, &kLeastFps, &kMostFps,
-                         "%.5g fps", ImGuiSliderFlags_AlwaysClamp)) {
+  if (!widgets::drag_bare("##fps", "Frames per second", fps, 0.1, kLeastFps, kMostFps,
+                          "%.5g fps")) {
     return false;
   }
   edit.fps = fps;
@@ -66,8 +62,8 @@ bool choose_fps(AnimationEdit& edit) {
 
 bool choose_shutter(AnimationEdit& edit) {
   bool open = edit.shutter_open.has_value();
-  bool changed = ImGui::Checkbox("Shutter", &open);
-  widgets::help("what moves while it is open is blurred: when it opens and closes, in frames");
+  bool changed = widgets::checkbox(
+      "Shutter", "Use motion blur: objects that move while the shutter is open are blurred", open);
   if (changed) {
     edit.shutter_open = open ? std::optional(0.0) : std::nullopt;
     edit.shutter_close = open ? std::optional(kHalfOpen) : std::nullopt;
@@ -76,8 +72,8 @@ bool choose_shutter(AnimationEdit& edit) {
   float ends[2] = {float(*edit.shutter_open), float(*edit.shutter_close)};
   ImGui::SameLine();
   ImGui::SetNextItemWidth(8.0f * ImGui::GetFontSize());
-  if (ImGui::DragFloat2("##shutter", ends, 0.01f, -1.0f, 2.0f, "%.2f",
-                        ImGuiSliderFlags_AlwaysClamp)) {
+  if (widgets::drag_pair("##shutter", "When the shutter opens and closes, in frames", ends, 0.01f,
+                         -1.0f, 2.0f, "%.2f")) {
     edit.shutter_open = double(ends[0]);
     edit.shutter_close = double(std::max(ends[0], ends[1]));
     changed = true;
@@ -89,13 +85,12 @@ bool choose_shutter(AnimationEdit& edit) {
 
 // Fills the line except for the width `beside`.
 bool scrub(AnimationEdit& edit, double duration, float beside) {
-  const double least = 0.0, fps = fps_of(edit);
+  const double fps = fps_of(edit);
   double time = edit.time.value_or(0.0);
   const std::string text =
-      fmt::format("{:.2f} s of {:.2f}   frame {:.0f}", time, duration, frame_at(time, fps));
+      fmt::format("{:.2f} s of {:.2f} s   Frame {:.0f}", time, duration, frame_at(time, fps));
   ImGui::SetNextItemWidth(std::max(ImGui::GetContentRegionAvail().x - beside, 60.0f));
-  if (!ImGui::SliderScalar("##time", ImGuiDataType_Double, &time, &least, &duration, text.c_str(),
-                           ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_NoInput)) {
+  if (!widgets::slide_bare("##time", "Time of the animation", time, duration, text.c_str())) {
     return false;
   }
   edit.time = time;
@@ -117,9 +112,12 @@ void draw_time_line(Workbench& bench, float top, float width) {
   ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 0.0f);
   ImGui::Begin("##time line", nullptr, fixed_panel_flags());
   AnimationEdit edit = bench.session.edits().animation;
-  button(bench, bench.player.playing() ? "Stop" : "Play", Action::kPlay, "play, and stop");
-  button(bench, "<", Action::kPreviousFrame, "a frame back");
-  button(bench, ">", Action::kNextFrame, "a frame on");
+  action_button(bench, bench.player.playing() ? "Stop" : "Play", Action::kPlay);
+  ImGui::SameLine();
+  action_button(bench, "<", Action::kPreviousFrame);
+  ImGui::SameLine();
+  action_button(bench, ">", Action::kNextFrame);
+  ImGui::SameLine();
   if (scrub(edit, duration_of(edit, list), 0.0f)) {
     bench.player.stop();
     bench.edits.change(edit, "time");
@@ -129,7 +127,9 @@ void draw_time_line(Workbench& bench, float top, float width) {
   changed |= choose_fps(edit);
   ImGui::SameLine();
   bool loop = bench.player.loops();
-  if (ImGui::Checkbox("Loop", &loop)) bench.player.set_loop(loop);
+  if (widgets::checkbox("Loop", "Start again at the end of the animation", loop)) {
+    bench.player.set_loop(loop);
+  }
   ImGui::SameLine();
   changed |= choose_shutter(edit);
   if (changed) bench.edits.change(edit, "animation");

@@ -1,33 +1,68 @@
 #include "renderer/window/panels/widgets.h"
 
 #include <imgui.h>
+#include <imgui_stdlib.h>
 
 #include <algorithm>
 
 #include "renderer/window/panels/theme.h"
+#include "renderer/window/workbench/clock.h"
 
 namespace emberline::widgets {
 namespace {
 
-constexpr float kNameWidth = 0.36f;  // relative to the panel
+constexpr float kNameWidth = 0.4f;  // relative to the panel
+constexpr double kRest_s = 0.5;     // how long the mouse rests on an item before its tooltip
+constexpr double kNever_s = 1e300;
+constexpr const char* kTypeNumber = "Ctrl+click to type a number.";
+
+// The item under the mouse, and since when. One window, one thread.
+struct Hovered {
+  ImVec2 at{-1.0f, -1.0f};
+  int frame = -2;
+  double since_s = 0.0;
+  bool waits = false;  // for its tooltip
+};
+Hovered hovered;
+
+// Whether the mouse has rested on the previous item for long enough.
+bool rests_on_item() {
+  if (!ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled) || ImGui::IsItemActive()) {
+    return false;
+  }
+  const ImVec2 at = ImGui::GetItemRectMin();
+  const int frame = ImGui::GetFrameCount();
+  const double now = window_time_s();
+  if (at.x != hovered.at.x || at.y != hovered.at.y || frame > hovered.frame + 1) {
+    hovered.since_s = now;
+  }
+  hovered.at = at;
+  hovered.frame = frame;
+  hovered.waits = now < hovered.since_s + kRest_s;
+  return !hovered.waits;
+}
+
+std::string with_hint(Help help, const char* hint) {
+  const std::string text = help.text();
+  return text + (text.ends_with('.') ? " " : ". ") + hint;
+}
 
 // Draws the name, moves the cursor to the widget, and returns the widget's label.
 std::string begin(const Row& row) {
   const float left = ImGui::GetCursorPosX();
+  const float room = ImGui::GetContentRegionAvail().x;
   ImGui::AlignTextToFramePadding();
   if (row.edited) {
     ImGui::TextColored(accent_colour(), "%s", row.name);
   } else {
     ImGui::TextUnformatted(row.name);
   }
-  if (row.help) help(row.help);
-  if (row.edited && row.reset) {
-    help("changed; a right click brings back the file's value");
-    if (ImGui::IsItemClicked(ImGuiMouseButton_Right)) *row.reset = true;
-  }
-  const float room = ImGui::GetContentRegionAvail().x;
+  const float name = ImGui::GetItemRectSize().x + ImGui::GetStyle().ItemInnerSpacing.x;
+  const bool resets = row.edited && row.reset;
+  if (resets && ImGui::IsItemClicked(ImGuiMouseButton_Right)) *row.reset = true;
+  help(resets ? with_hint(row.help, "Right-click to reset.") : row.help.text());
   ImGui::SameLine();
-  ImGui::SetCursorPosX(left + kNameWidth * room);
+  ImGui::SetCursorPosX(left + std::max(kNameWidth * room, name));
   ImGui::SetNextItemWidth(-FLT_MIN);
   return std::string("##") + row.name;
 }
@@ -44,30 +79,39 @@ bool slide(const Row& row, float& value, float least, float most, const char* fo
   const std::string label = begin(row);
   const bool changed =
       ImGui::SliderFloat(label.c_str(), &value, least, most, format, slider_flags(logarithmic));
-  help("Ctrl+click to type a number");
+  help(with_hint(row.help, kTypeNumber));
   return changed;
 }
 
 bool slide(const Row& row, int& value, int least, int most, bool logarithmic) {
   const std::string label = begin(row);
-  return ImGui::SliderInt(label.c_str(), &value, least, most, "%d", slider_flags(logarithmic));
+  const bool changed =
+      ImGui::SliderInt(label.c_str(), &value, least, most, "%d", slider_flags(logarithmic));
+  help(with_hint(row.help, kTypeNumber));
+  return changed;
 }
 
 bool colour(const Row& row, Rgb& value, bool hdr) {
   const std::string label = begin(row);
-  ImGuiColorEditFlags flags = ImGuiColorEditFlags_Float | ImGuiColorEditFlags_PickerHueWheel;
+  ImGuiColorEditFlags flags = ImGuiColorEditFlags_Float | ImGuiColorEditFlags_PickerHueWheel |
+                              ImGuiColorEditFlags_NoTooltip;
   if (hdr) flags |= ImGuiColorEditFlags_HDR;
-  return ImGui::ColorEdit3(label.c_str(), &value.x, flags);
+  const bool changed = ImGui::ColorEdit3(label.c_str(), &value.x, flags);
+  help(row.help);
+  return changed;
 }
 
 bool check(const Row& row, bool& value) {
   const std::string label = begin(row);
-  return ImGui::Checkbox(label.c_str(), &value);
+  const bool changed = ImGui::Checkbox(label.c_str(), &value);
+  help(row.help);
+  return changed;
 }
 
 void text(const Row& row, const std::string& value) {
   begin(row);
   ImGui::TextUnformatted(value.c_str());
+  help(row.help);
 }
 
 bool choose_index(const Row& row, int& index, std::span<const Choice> choices,
@@ -76,13 +120,13 @@ bool choose_index(const Row& row, int& index, std::span<const Choice> choices,
   const bool listed = index >= 0 && size_t(index) < choices.size();
   const bool empty = !listed && otherwise.empty();
   std::string shown = otherwise;
-  if (listed) shown = choices[size_t(index)].name;
+  if (listed) shown = choices[size_t(index)].label;
   if (empty && empty_means) shown = empty_means;
-  if (!ImGui::BeginCombo(label.c_str(), shown.c_str(), ImGuiComboFlags_HeightLarge)) return false;
+  if (!begin_list(label.c_str(), row.help, shown)) return false;
   bool changed = false;
-  const auto offer = [&](std::string_view name, int i, bool chosen) {
+  const auto offer = [&](const std::string& name, int i, bool chosen) {
     ImGui::PushID(i);  // names may be equal
-    if (ImGui::Selectable(std::string(name).c_str(), chosen)) {
+    if (ImGui::Selectable(name.c_str(), chosen)) {
       index = i;
       changed = true;
     }
@@ -92,8 +136,8 @@ bool choose_index(const Row& row, int& index, std::span<const Choice> choices,
   const int before = index;
   for (int i = 0; i < int(choices.size()); ++i) {
     const Choice& choice = choices[size_t(i)];
-    offer(choice.name, i, i == before);
-    if (!choice.summary.empty()) help(std::string(choice.summary));
+    offer(choice.label, i, i == before);
+    if (!choice.summary.empty()) help(choice.summary);
     if (i == before) ImGui::SetItemDefaultFocus();
   }
   ImGui::EndCombo();
@@ -111,8 +155,85 @@ bool choose(const Row& row, std::string& value, std::span<const Choice> choices,
 
 std::vector<Choice> choices_of_names(std::span<const std::string> names) {
   std::vector<Choice> choices;
-  for (const std::string& name : names) choices.push_back({name, ""});
+  for (const std::string& name : names) choices.push_back({name, name, ""});
   return choices;
+}
+
+bool button(const char* label, Help text, float width) {
+  const bool pressed = ImGui::Button(label, {width < 0.0f ? -FLT_MIN : width, 0.0f});
+  help(text);
+  return pressed;
+}
+
+bool small_button(const char* label, Help text) {
+  const bool pressed = ImGui::SmallButton(label);
+  help(text);
+  return pressed;
+}
+
+bool checkbox(const char* label, Help text, bool& value) {
+  const bool changed = ImGui::Checkbox(label, &value);
+  help(text);
+  return changed;
+}
+
+bool menu_flag(const char* label, Help text, bool& value) {
+  const bool changed = ImGui::MenuItem(label, "", &value);
+  help(text);
+  return changed;
+}
+
+bool swatch(const char* id, Help text, Rgb& value) {
+  const bool changed = ImGui::ColorEdit3(
+      id, &value.x,
+      ImGuiColorEditFlags_NoInputs | ImGuiColorEditFlags_NoLabel | ImGuiColorEditFlags_Float |
+          ImGuiColorEditFlags_PickerHueWheel | ImGuiColorEditFlags_NoTooltip);
+  help(text);
+  return changed;
+}
+
+bool slide_bare(const char* id, Help text, float& value, float least, float most,
+                const char* format) {
+  const bool changed =
+      ImGui::SliderFloat(id, &value, least, most, format, ImGuiSliderFlags_Logarithmic);
+  help(with_hint(text, kTypeNumber));
+  return changed;
+}
+
+bool slide_bare(const char* id, Help text, double& value, double most, const char* shown) {
+  const double least = 0.0;
+  const bool changed = ImGui::SliderScalar(id, ImGuiDataType_Double, &value, &least, &most, shown,
+                                           ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_NoInput);
+  help(text);
+  return changed;
+}
+
+bool drag_bare(const char* id, Help text, double& value, double step, double least, double most,
+               const char* format) {
+  const bool changed = ImGui::DragScalar(id, ImGuiDataType_Double, &value, float(step), &least,
+                                         &most, format, ImGuiSliderFlags_AlwaysClamp);
+  help(with_hint(text, kTypeNumber));
+  return changed;
+}
+
+bool drag_pair(const char* id, Help text, float (&values)[2], float step, float least, float most,
+               const char* format) {
+  const bool changed =
+      ImGui::DragFloat2(id, values, step, least, most, format, ImGuiSliderFlags_AlwaysClamp);
+  help(with_hint(text, kTypeNumber));
+  return changed;
+}
+
+bool input_line(const char* id, Help text, std::string& value) {
+  const bool entered = ImGui::InputText(id, &value, ImGuiInputTextFlags_EnterReturnsTrue);
+  help(text);
+  return entered;
+}
+
+bool begin_list(const char* id, Help text, const std::string& shown) {
+  const bool open = ImGui::BeginCombo(id, shown.c_str(), ImGuiComboFlags_HeightLarge);
+  if (!open) help(text);
+  return open;
 }
 
 float half_width() {
@@ -126,7 +247,14 @@ void heading(const char* text) {
 }
 
 void help(const std::string& text) {
-  if (ImGui::IsItemHovered()) tooltip(text);
+  if (rests_on_item()) tooltip(text);
+}
+
+void help(Help text) { help(std::string(text.text())); }
+
+double next_tooltip_s() {
+  const bool waits = hovered.waits && hovered.frame == ImGui::GetFrameCount();
+  return waits ? hovered.since_s + kRest_s : kNever_s;
 }
 
 void tooltip(const std::string& text) {

@@ -1,5 +1,6 @@
-// Panel rows: the name of a value on the left, its widget on the right, as wide as the panel. All
-// return whether the value was changed.
+// The controls of the panels, each with a tooltip; panels call no control of ImGui directly
+// (tests/view/tooltips_test.py). Rows have the name of a value on the left and its control on the
+// right, as wide as the panel. All return whether the value was changed or the button pressed.
 #pragma once
 
 #include <cstdint>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "renderer/core/vector.h"
+#include "renderer/window/panels/label.h"
 
 namespace emberline::widgets {
 
@@ -17,7 +19,7 @@ namespace emberline::widgets {
 // click on it sets *reset.
 struct Row {
   const char* name;
-  const char* help = nullptr;  // tooltip of the name
+  Help help;
   bool edited = false;
   bool* reset = nullptr;
 };
@@ -27,8 +29,8 @@ bool slide(const Row& row, float& value, float least, float most, const char* fo
 bool slide(const Row& row, int& value, int least, int most, bool logarithmic = false);
 // A slider for a number of the file, `own`, that an edit may replace.
 template <typename T>
-bool slide_edit(const char* name, const char* help, std::optional<T>& edit, T own, float least,
-                float most, const char* format, bool logarithmic = false) {
+bool slide_edit(const char* name, Help help, std::optional<T>& edit, T own, float least, float most,
+                const char* format, bool logarithmic = false) {
   auto value = float(edit.value_or(own));
   bool reset = false;
   const bool moved =
@@ -41,9 +43,10 @@ bool colour(const Row& row, Rgb& value, bool hdr = false);
 bool check(const Row& row, bool& value);
 void text(const Row& row, const std::string& value);
 
-// A named choice.
+// A choice from a list: its value, what is shown for it, and its tooltip, which may be empty.
 struct Choice {
-  std::string_view name, summary;
+  std::string_view name;
+  std::string label, summary;
 };
 // Chooses by index. If the index is not valid, shows `otherwise` or, if that is empty,
 // `empty_means`. If given, `empty_means` can be chosen as index -1.
@@ -52,21 +55,44 @@ bool choose_index(const Row& row, int& index, std::span<const Choice> choices,
 bool choose(const Row& row, std::string& value, std::span<const Choice> choices,
             const char* empty_means = nullptr);
 
+// Choices of a table whose rows have a name, as on the command line, and a summary.
 template <typename Table>
 std::vector<Choice> choices_of(const Table& table) {
   std::vector<Choice> choices;
-  for (const auto& entry : table) choices.push_back({entry.name, entry.summary});
+  for (const auto& entry : table) {
+    choices.push_back({entry.name, title_case(entry.name), sentence_case(entry.summary)});
+  }
   return choices;
 }
-// The result refers to `names`.
+// The names are shown unchanged. The result refers to `names`.
 std::vector<Choice> choices_of_names(std::span<const std::string> names);
+
+// Controls without a row. `width`: 0 as wide as the label, -1 as wide as the panel.
+bool button(const char* label, Help help, float width = 0.0f);
+bool small_button(const char* label, Help help);
+bool checkbox(const char* label, Help help, bool& value);
+bool menu_flag(const char* label, Help help, bool& value);
+bool swatch(const char* id, Help help, Rgb& value);
+bool slide_bare(const char* id, Help help, float& value, float least, float most,
+                const char* format);
+bool slide_bare(const char* id, Help help, double& value, double most, const char* text);
+bool drag_bare(const char* id, Help help, double& value, double step, double least, double most,
+               const char* format);
+bool drag_pair(const char* id, Help help, float (&values)[2], float step, float least, float most,
+               const char* format);
+bool input_line(const char* id, Help help, std::string& value);
+// Opens a list for Selectable entries; end it with ImGui::EndCombo() if this returns true.
+bool begin_list(const char* id, Help help, const std::string& shown);
 
 // Width of each of two widgets side by side; call at the beginning of their line.
 float half_width();
 
 void heading(const char* text);
-// Tooltip for the previous item.
+// Tooltip for the previous item, after the mouse has rested on it for a moment.
 void help(const std::string& text);
+void help(Help text);
+// When a tooltip that waits is to be drawn; far in the future if none waits.
+double next_tooltip_s();
 void tooltip(const std::string& text);
 // A paragraph wrapped at the panel's edge; quiet_paragraph() is for less important text.
 void paragraph(const std::string& text);

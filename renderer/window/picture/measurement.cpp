@@ -123,7 +123,9 @@ void Measurement::make(const Json& edit) {
     if (edit.contains("metallic")) entry.metallic = float(number("metallic"));
     return bench_.edits.change(entry, "material");
   }
-  throw InputError("edit", "unknown: " + edit.dump());
+  throw InputError(
+      "edit",
+      "expected orbit, exposure, environment_rotation, light or material, not " + edit.dump());
 }
 
 Measurement::Mark Measurement::mark(double now_s) const {
@@ -148,7 +150,7 @@ void Measurement::step(double now_s) {
     try {
       make(*steps_[number].edit);
     } catch (const std::exception& error) {
-      bench_.messages.error("step " + std::to_string(number) + " of the script: " + error.what());
+      bench_.messages.error("script, step " + std::to_string(number) + ": " + error.what());
     }
   }
   if (next_step_ < steps_.size() || now_s < last_edit_s_ + kSettling_s) return;

@@ -136,12 +136,12 @@ void draw_wipe(const Workbench& bench, ImDrawList& list, int width, int height) 
   const float gap = ImGui::GetFontSize();
   const float top = std::max(a.y, float(bench.placement.area().y0)) + gap;
   const bool kept = bench.comparison.wipe() == Wipe::kKept;
-  const std::string left = kept ? "A  now" : "denoised";
+  const std::string left = kept ? "A  current" : "Denoised";
   draw_label(list, {a.x - 1.3f * gap - ImGui::CalcTextSize(left.c_str()).x, top}, left);
   draw_label(list, {a.x + 1.3f * gap, top},
-             !kept                            ? "raw"
+             !kept                            ? "Raw"
              : bench.comparison.graded_as_a() ? "B  kept"
-                                              : "B  as kept");
+                                              : "B  kept, own grade");
 }
 
 // Fills the area around the picture from `a` to `b`, but not under it: software OpenGL would draw
@@ -245,33 +245,34 @@ void draw_inspector(const Workbench& bench) {
                           ImGuiCond_Always, {left ? 1.0f : 0.0f, above ? 1.0f : 0.0f});
   ImGui::SetNextWindowBgAlpha(0.88f);
   ImGui::BeginTooltip();  // in front of every panel
-  row("pixel", fmt::format("{}, {}", pixel.x, pixel.y));
-  row("R G B",
+  row("Pixel", fmt::format("{}, {}", pixel.x, pixel.y));
+  row("RGB",
       fmt::format("{:.4g}  {:.4g}  {:.4g}", pixel.radiance.x, pixel.radiance.y, pixel.radiance.z));
   if (pixel.denoised) {
     const Rgb& d = *pixel.denoised;
-    row("denoised", fmt::format("{:.4g}  {:.4g}  {:.4g}", d.x, d.y, d.z));
+    row("Denoised", fmt::format("{:.4g}  {:.4g}  {:.4g}", d.x, d.y, d.z));
   }
-  if (pixel.alpha != 1.0f) row("alpha", readable_number(pixel.alpha));
-  row("samples", pixel.known ? readable_count(pixel.samples) : "…");
+  if (pixel.alpha != 1.0f) row("Alpha", readable_number(pixel.alpha));
+  row("Samples", pixel.known ? readable_count(pixel.samples) : "…");
   if (pixel.known && pixel.variance) {
     const Rgb& v = *pixel.variance;
-    row("std. error",
+    row("Std. error",
         fmt::format("{:.2g}  {:.2g}  {:.2g}", std::sqrt(v.x), std::sqrt(v.y), std::sqrt(v.z)));
   }
-  if (pixel.known && pixel.non_finite > 0) row("not finite", readable_count(pixel.non_finite));
+  if (pixel.known && pixel.non_finite > 0) row("Not finite", readable_count(pixel.non_finite));
   if (pixel.known && pixel.stop != PixelStop::kNone) {
-    row(pixel.stop == PixelStop::kGoingOn ? "" : "ended by", pixel_stop_name(pixel.stop));
+    const bool going_on = pixel.stop == PixelStop::kGoingOn;
+    row("Stopped by", going_on ? "not stopped yet" : pixel_stop_name(pixel.stop));
   }
   if (pixel.known) {
-    row("object",
+    row("Object",
         pixel.id == 0 ? "background" : fmt::format("{}  (id {})", pixel.object, pixel.id));
   }
   if (const auto scene = bench.session.scene(); pixel.known && pixel.material >= 0 && scene) {
     const auto& materials = scene->outline.materials;
     if (size_t(pixel.material) < materials.size()) {
-      row("material",
-          shown_name(materials[size_t(pixel.material)].name, "material", pixel.material));
+      row("Material",
+          shown_name(materials[size_t(pixel.material)].name, "Material", pixel.material));
     }
   }
   ImGui::EndTooltip();

@@ -24,12 +24,13 @@ bool Comparison::update() {
 void Comparison::keep(const std::shared_ptr<const ShownPicture>& picture) {
   if (!picture) return;
   kept_ = {picture, bench_.session.settings().display, window_time_s()};
-  bench_.messages.note("kept as B; V wipes between A and B");
+  bench_.messages.note("Kept the picture as B. Press V to wipe between A and B.");
 }
 
 void Comparison::toggle(Wipe kind) {
   if (kind == Wipe::kRaw) return set_raw_wipe(wipe_ != Wipe::kRaw);
-  if (!kept_.picture) return bench_.messages.note("B keeps a picture to compare with first");
+  if (!kept_.picture)
+    return bench_.messages.note("There is no picture to compare with. Press B to keep one.");
   const bool on = wipe_ != Wipe::kKept;
   set_raw_wipe(false);
   wipe_ = on ? Wipe::kKept : Wipe::kNone;
@@ -37,7 +38,7 @@ void Comparison::toggle(Wipe kind) {
 
 void Comparison::set_raw_wipe(bool on) {
   if (on && !bench_.session.settings().denoise) {
-    return bench_.messages.note("the picture is raw; N denoises it");
+    return bench_.messages.note("Denoising is off. Press N to turn it on.");
   }
   if (on == (wipe_ == Wipe::kRaw)) return;
   wipe_ = on ? Wipe::kRaw : Wipe::kNone;

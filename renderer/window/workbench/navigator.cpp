@@ -80,8 +80,8 @@ void Navigator::look_at(const Vec3d& point) {
   CameraEdit edit = edit_of(view, bench_.session.edits().camera);
   edit.focus_distance.reset();
   bench_.edits.change(edit, "look at");
-  bench_.messages.note(edit.f_stop ? "orbiting around this point, and focused on it"
-                                   : "orbiting around this point");
+  bench_.messages.note(edit.f_stop ? "Orbiting around this point, in focus"
+                                   : "Orbiting around this point");
 }
 
 bool Navigator::orthographic() const { return bench_.session.scene() && camera().orthographic; }
@@ -124,13 +124,13 @@ void Navigator::recall_bookmark(int number) {
     return bench_.edits.change(*camera, "bookmark");
   }
   bench_.messages.note(
-      fmt::format("bookmark {} is empty; Ctrl+{} stores the view", number, number));
+      fmt::format("Bookmark {} is empty. Press Ctrl+{} to store the view.", number, number));
 }
 
 void Navigator::store_bookmark(int number) {
   if (!bench_.session.scene()) return;
   bookmarks_[size_t(number - 1)] = bench_.session.edits().camera;
-  bench_.messages.note(fmt::format("stored as bookmark {}", number));
+  bench_.messages.note(fmt::format("Stored the view as bookmark {}", number));
 }
 
 }  // namespace emberline

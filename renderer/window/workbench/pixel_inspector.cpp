@@ -114,7 +114,7 @@ void PixelInspector::copy_explanation() {
   if (text.empty()) return;
   copy_text_(text);
   bench_.journal.write("copied", {{"text", text}});
-  bench_.messages.note("copied: why the pixel is done");
+  bench_.messages.note("Copied the explanation of the pixel");
 }
 
 void PixelInspector::copy_values() {
@@ -132,7 +132,7 @@ void PixelInspector::copy_values() {
                                  {"known", p.known},
                                  {"id", p.id},
                                  {"material", p.material}});
-  bench_.messages.note("copied: " + text);
+  bench_.messages.note("Copied: " + text);
 }
 
 }  // namespace emberline

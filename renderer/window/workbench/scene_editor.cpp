@@ -73,7 +73,7 @@ void SceneEditor::turn_environment(double degrees) {
   SceneEdits edits = bench_.session.edits();
   EnvironmentEdit& edit = edits.environment;
   if (!own && edit.file.empty()) {
-    return bench_.messages.note("the scene has no environment that could be turned");
+    return bench_.messages.note("The scene has no environment to rotate");
   }
   const float before = edit.rotation_degrees.value_or(own ? own->rotation_degrees : 0.0f);
   edit.rotation_degrees = float(std::remainder(before + degrees, 360.0));

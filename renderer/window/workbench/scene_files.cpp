@@ -37,11 +37,11 @@ void SceneFiles::open_dropped(const std::string& path) {
   const std::string suffix = lower_suffix(path);
   const bool open_scene = bench_.session.scene() != nullptr;
   if (suffix == ".hdr" || suffix == ".exr") {
-    if (!open_scene) return bench_.messages.error(path + ": open a scene first, then its light");
+    if (!open_scene) return bench_.messages.error(path + ": open a scene before its environment");
     return bench_.edits.set_environment(path);
   }
   if (suffix != ".json") return open(path);
-  if (!open_scene) return bench_.messages.error(path + ": open a scene first, then its edits");
+  if (!open_scene) return bench_.messages.error(path + ": open a scene before its edits");
   try {
     bench_.edits.change(read_edits(path), "edits file");
     edits_file_ = path;
@@ -60,17 +60,17 @@ std::string SceneFiles::edits_file() const {
 void SceneFiles::save_edits() {
   if (!bench_.session.scene()) return;
   edits_file_ = edits_file();
-  saves_.push_back({bench_.session.save_edits(edits_file_), "edits saved: " + edits_file_,
+  saves_.push_back({bench_.session.save_edits(edits_file_), "Edits saved: " + edits_file_,
                     [this, saved = bench_.session.edits()] { bench_.edits.note_saved(saved); }});
 }
 
 void SceneFiles::save_picture(const std::string& path) {
-  saves_.push_back({bench_.session.save(path), "picture saved: " + path, {}});
+  saves_.push_back({bench_.session.save(path), "Picture saved: " + path, {}});
 }
 
 void SceneFiles::save_heatmap(const std::string& path, ViewOverlay quantity) {
   try {
-    saves_.push_back({bench_.session.save_heatmap(path, quantity), "heatmap saved: " + path, {}});
+    saves_.push_back({bench_.session.save_heatmap(path, quantity), "Heatmap saved: " + path, {}});
   } catch (const EmberlineError& error) {
     bench_.messages.error(error.what());
   }

@@ -6,6 +6,7 @@
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
+#include <cctype>
 #include <set>
 
 namespace emberline {
@@ -33,7 +34,10 @@ TEST(Input, EveryActionIsListedOnce) {
     if (!entry.listed) continue;
     EXPECT_TRUE(listed.insert(entry.action).second) << entry.keys;
     EXPECT_FALSE(entry.keys.empty());
-    EXPECT_FALSE(entry.effect.empty()) << entry.keys;
+    ASSERT_FALSE(entry.effect.empty()) << entry.keys;
+    EXPECT_TRUE(std::isupper(entry.effect[0])) << entry.effect;
+    EXPECT_FALSE(entry.effect.ends_with('.')) << entry.effect;
+    EXPECT_EQ(effect_of(entry.action), entry.effect);
     EXPECT_EQ(keys_of(entry.action), entry.keys);
   }
   EXPECT_EQ(listed.size(), size_t(Action::kMessages) + 1);

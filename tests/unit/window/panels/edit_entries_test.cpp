@@ -24,7 +24,7 @@ TEST(EditEntries, ListsLightsMaterialsThatShineAndTheEnvironment) {
   const std::vector<ListedLight> lights = list_lights(description, {});
   ASSERT_EQ(lights.size(), 6u);
   EXPECT_EQ(lights[0].name, "Key");
-  EXPECT_EQ(lights[1].name, "light 1");
+  EXPECT_EQ(lights[1].name, "Light 1");
   EXPECT_EQ(lights[4].name, "neon");
   EXPECT_EQ(lights[4].kind, EditedLight::kMaterial);
   EXPECT_EQ(lights[4].index, 1);

@@ -35,14 +35,14 @@ TEST(MaterialRows, EveryParameterHasOneWithinItsRange) {
 
 TEST(MaterialRows, UsedParametersComeFirst) {
   MaterialDescription own;
-  EXPECT_EQ(names(own), (std::vector<std::string>{"", "Clear coat", "Sheen", "Iridescence",
-                                                  "Diffuse transmission", "Reflection"}));
+  EXPECT_EQ(names(own), (std::vector<std::string>{"", "Clear Coat", "Sheen", "Iridescence",
+                                                  "Diffuse Transmission", "Reflection"}));
   own.sheen_color = Rgb(0.5f);
   own.ior = 1.4f;
   own.thin_walled = false;
   EXPECT_EQ(names(own),
-            (std::vector<std::string>{"", "Sheen", "Interior", "Reflection", "Clear coat",
-                                      "Iridescence", "Diffuse transmission"}));
+            (std::vector<std::string>{"", "Sheen", "Interior", "Reflection", "Clear Coat",
+                                      "Iridescence", "Diffuse Transmission"}));
   // An edit does not change the order.
   MaterialEdit edit;
   edit.clearcoat = 1.0f;

@@ -1,0 +1,38 @@
+#include "renderer/window/panels/action_widgets.h"
+
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <cfloat>
+
+#include "renderer/window/panels/widgets.h"
+
+namespace emberline {
+namespace {
+
+std::string effect_and_keys(Action action) {
+  return fmt::format("{} ({})", effect_of(action), keys_of(action));
+}
+
+}  // namespace
+
+void action_button(Workbench& bench, const char* label, Action action, float width, int number) {
+  const bool pressed = ImGui::Button(label, {width < 0.0f ? -FLT_MIN : width, 0.0f});
+  widgets::help(effect_and_keys(action));
+  if (pressed) bench.act(action, number);
+}
+
+void small_action_button(Workbench& bench, const char* label, Action action) {
+  const bool pressed = ImGui::SmallButton(label);
+  widgets::help(effect_and_keys(action));
+  if (pressed) bench.act(action);
+}
+
+void action_entry(Workbench& bench, const char* label, Action action, bool enabled, bool ticked) {
+  const std::string keys(keys_of(action));
+  const bool chosen = ImGui::MenuItem(label, keys.c_str(), ticked, enabled);
+  widgets::help(std::string(effect_of(action)));  // the entry shows the keys
+  if (chosen) bench.act(action);
+}
+
+}  // namespace emberline

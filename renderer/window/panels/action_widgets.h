@@ -1,0 +1,15 @@
+// Buttons and menu entries for actions. Tooltips and keys come from the table of shortcuts.
+#pragma once
+
+#include "renderer/window/workbench/workbench.h"
+
+namespace emberline {
+
+// `width`: see widgets::button(). `number`: of a bookmark.
+void action_button(Workbench& bench, const char* label, Action action, float width = 0.0f,
+                   int number = 0);
+void small_action_button(Workbench& bench, const char* label, Action action);
+void action_entry(Workbench& bench, const char* label, Action action, bool enabled = true,
+                  bool ticked = false);
+
+}  // namespace emberline
