@@ -35,6 +35,7 @@ struct LegendPiece {
   LegendItem item;
   Rgb8 colour;
   int width = 0;
+  bool ends_line = false;
 };
 
 class LegendBuilder {
@@ -64,7 +65,8 @@ class LegendBuilder {
     return item.swatch ? px(kSwatch) + px(kSwatchGap) : 0;
   }
 
-  // Breaks the item between words where it is wider than the legend.
+  // Breaks the item between words where it is wider than the legend. Its last line then stands
+  // alone, so that the next item does not read as its continuation.
   void add_pieces(const LegendItem& item, const Rgb8& colour,
                   std::vector<LegendPiece>* pieces) const {
     LegendItem rest = item;
@@ -78,8 +80,11 @@ class LegendBuilder {
         if (space == std::string::npos || space == 0) break;
         end = space;
       }
-      pieces->push_back({{rest.text.substr(0, end), rest.swatch}, colour, width()});
-      if (end == rest.text.size()) return;
+      const bool last = end == rest.text.size();
+      const bool broken = rest.text.size() < item.text.size();
+      pieces->push_back(
+          {{rest.text.substr(0, end), rest.swatch}, colour, width(), broken || !last});
+      if (last) return;
       rest = {rest.text.substr(end + 1)};
     }
   }
@@ -88,8 +93,9 @@ class LegendBuilder {
   int place_pieces(const std::vector<LegendPiece>& pieces, int y) {
     const int left = px(kPadding);
     int x = left;
+    bool full = false;
     for (const LegendPiece& piece : pieces) {
-      if (x > left && x + piece.width > left + inner_) {
+      if (full || (x > left && x + piece.width > left + inner_)) {
         x = left;
         y += font_.height() + px(kLineGap);
       }
@@ -102,6 +108,7 @@ class LegendBuilder {
       x += piece.width;
       layout_.texts.push_back({piece.item.text, {begin, y, x, y + font_.height()}, piece.colour});
       x += px(kItemGap);
+      full = piece.ends_line;
     }
     return y + font_.height();
   }
