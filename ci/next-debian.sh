@@ -51,5 +51,5 @@ in_root "$root" sh -c '
 echo
 echo "ci/next-debian.sh: built and tested with"
 in_root "$root" dpkg-query -W -f='${Package} ${Version}\n' g++ cmake libembree-dev libtbb-dev libimath-dev \
-  libopenimageio-dev libopenexr-dev libopencolorio-dev libtinygltf-dev libdraco-dev libmeshoptimizer-dev \
+  libopenimageio-dev libopenexr-dev libopencolorio-dev libfreetype-dev libtinygltf-dev libdraco-dev libmeshoptimizer-dev \
   libcli11-dev libspdlog-dev libfmt-dev nlohmann-json3-dev libgtest-dev

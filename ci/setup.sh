@@ -7,6 +7,7 @@ packages=(
   g++ cmake ninja-build ccache git pkg-config python3
   libembree-dev libtbb-dev libimath-dev
   libopenimageio-dev openimageio-tools libopenexr-dev libopencolorio-dev libpng-dev libjpeg-dev
+  libfreetype-dev
   libtinygltf-dev libdraco-dev libmeshoptimizer-dev libzstd-dev
   libcli11-dev libspdlog-dev libfmt-dev nlohmann-json3-dev
   libglfw3-dev libimgui-dev

@@ -2,14 +2,18 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace emberline {
 
-std::string readable_count(uint64_t count) {
-  std::string text = std::to_string(count);
-  for (size_t i = text.size(); i > 3; i -= 3) text.insert(i - 3, 1, ',');
-  return text;
+std::string readable_count(uint64_t count) { return with_separators(std::to_string(count)); }
+
+std::string with_separators(std::string number) {
+  const size_t first = number.starts_with('-') ? 1 : 0;
+  size_t i = std::min(number.find('.'), number.size());
+  for (; i > first + 3; i -= 3) number.insert(i - 3, 1, ',');
+  return number;
 }
 
 std::string readable_number(double value, int digits) {
@@ -17,8 +21,11 @@ std::string readable_number(double value, int digits) {
   if (std::isinf(value)) return value > 0 ? "infinite" : "-infinite";
   // Whole numbers keep all their digits instead of an exponent: 12345 to three digits is 12345.
   const double size = std::abs(value);
-  if (size >= std::pow(10.0, digits) - 0.5 && size < 1e9) return fmt::format("{:.0f}", value);
-  return fmt::format("{:.{}g}", value, digits);
+  if (size >= std::pow(10.0, digits) - 0.5 && size < 1e9) {
+    return with_separators(fmt::format("{:.0f}", value));
+  }
+  const std::string text = fmt::format("{:.{}g}", value, digits);
+  return text.find('e') == std::string::npos ? with_separators(text) : text;
 }
 
 std::string readable_bytes(uint64_t bytes) {

@@ -9,8 +9,11 @@ namespace emberline {
 // "14,745,600".
 std::string readable_count(uint64_t count);
 
-// `digits` significant digits (1 to 15) without trailing zeros: "0.0312", "1234", "1.5e-07"; "none"
-// for NaN, "infinite" for infinity.
+// A plain decimal number with commas between thousands: "-14,745,600.25".
+std::string with_separators(std::string number);
+
+// `digits` significant digits (1 to 15) without trailing zeros: "0.0312", "1,234", "1.5e-07";
+// "none" for NaN, "infinite" for infinity.
 std::string readable_number(double value, int digits = 3);
 
 // "640 B", "12.3 MiB".

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "renderer/core/readable.h"
+
 namespace emberline {
 namespace {
 
@@ -32,18 +34,22 @@ double nice_step(double range, int most) {
   return 10 * power;
 }
 
+std::string power_of_ten_text(const std::string& mantissa, int exponent) {
+  const std::string power = "10" + superscript(exponent);
+  return mantissa == "1" ? power : mantissa + "×" + power;
+}
+
 std::string tick_label(double value, double step) {
   if (std::abs(value) < kRounding * step) return "0";
   const double size = std::abs(value);
   if (size >= 1e-4 && size < 1e6) {
     const int decimals = std::max(0, int(-std::floor(std::log10(step) + kRounding)));
-    return fmt::format("{:.{}f}", value, decimals);
+    return with_separators(fmt::format("{:.{}f}", value, decimals));
   }
   const int exponent = int(std::floor(std::log10(size) + kRounding));
   const int digits = std::max(0, exponent - int(std::floor(std::log10(step) + kRounding)));
-  const std::string power = fmt::format("10{}", superscript(exponent));
-  const std::string mantissa = fmt::format("{:.{}f}", value / std::pow(10.0, exponent), digits);
-  return mantissa == "1" ? power : fmt::format("{}×{}", mantissa, power);
+  return power_of_ten_text(fmt::format("{:.{}f}", value / std::pow(10.0, exponent), digits),
+                           exponent);
 }
 
 bool AxisRange::drawable(AxisScale scale, double value) {

@@ -47,7 +47,10 @@ class AxisRange {
 // parts.
 double nice_step(double range, int most);
 
-// A tick's number: "0.25", "1500", "2×10⁻⁵"; with enough decimals to distinguish multiples of
+// "2×10⁻⁵"; only "10⁻⁵" where the mantissa is 1.
+std::string power_of_ten_text(const std::string& mantissa, int exponent);
+
+// A tick's number: "0.25", "1,500", "2×10⁻⁵"; with enough decimals to distinguish multiples of
 // `step`.
 std::string tick_label(double value, double step);
 

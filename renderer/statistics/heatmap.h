@@ -12,6 +12,7 @@
 
 #include "renderer/statistics/byte_picture.h"
 #include "renderer/statistics/colour_map.h"
+#include "renderer/statistics/heatmap_legend.h"
 #include "renderer/statistics/plane.h"
 #include "renderer/statistics/value_scale.h"
 
@@ -20,7 +21,7 @@ namespace emberline {
 // A named value of a plane whose values are reasons instead of amounts.
 struct Category {
   float value = 0;
-  std::string name;  // printable ASCII
+  std::string name;  // UTF-8, with characters that TextFont has
   Rgb8 colour;
 };
 
@@ -33,8 +34,8 @@ struct HeatmapStyle {
 };
 
 struct HeatmapSettings : HeatmapStyle {
-  std::string title;  // what the values are, such as "samples per pixel"; printable ASCII
-  std::string unit;   // after the title; "s" is shown as s, ms, us or ns; may be empty
+  std::string title;  // what the values are, such as "samples per pixel"; as Category::name
+  std::string unit;   // after the title; "s" is shown as s, ms, µs or ns; may be empty
   double bright = kBrightQuantile;  // for an automatic range
   bool rms = false;                 // the legend also shows the RMS
 };
@@ -46,5 +47,10 @@ BytePicture draw_heatmap(const Plane& plane, const HeatmapSettings& settings);
 // no category count as missing. Uses only the title and `plain` of the settings.
 BytePicture draw_category_map(const Plane& plane, std::span<const Category> categories,
                               const HeatmapSettings& settings);
+
+// The legends that they draw unless the settings are `plain`.
+LegendLayout heatmap_layout(const Plane& plane, const HeatmapSettings& settings);
+LegendLayout category_layout(const Plane& plane, std::span<const Category> categories,
+                             const HeatmapSettings& settings);
 
 }  // namespace emberline

@@ -10,6 +10,8 @@
 #include <type_traits>
 #include <utility>
 
+#include "renderer/statistics/value_scale.h"
+
 namespace emberline {
 namespace {
 
@@ -250,8 +252,8 @@ class SeriesWriter {
 
   // The tooltip of the marker.
   std::string described(const ChartPoint& p) const {
-    std::string text = fmt::format("{}: {:.4g}, {:.4g}", series_.name, p.x, p.y);
-    if (has_interval(p)) text += fmt::format(" ({:.4g} to {:.4g})", p.low, p.high);
+    std::string text = series_.name + ": " + number_text(p.x) + ", " + number_text(p.y);
+    if (has_interval(p)) text += " (" + number_text(p.low) + " to " + number_text(p.high) + ")";
     return escape_html(text);
   }
 

@@ -6,6 +6,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "renderer/core/readable.h"
 #include "renderer/statistics/value_list.h"
 
 namespace emberline {
@@ -79,14 +80,11 @@ double ValueScale::position(double value) const {
 std::vector<AxisTick> ValueScale::linear_ticks(int most, double factor) const {
   const double least = range_.least * factor, greatest = range_.most * factor;
   const double step = tick_step(least, greatest, most);
-  const int decimals = std::max(0, -int(std::floor(std::log10(step) + kTickRounding)));
   std::vector<AxisTick> ticks;
   for (double i = std::ceil(least / step - kTickRounding); i <= greatest / step + kTickRounding;
        ++i) {
-    const double value = i * step + 0.0;  // no "-0"
-    const bool plain = value == 0.0 || (std::abs(value) < 1e6 && decimals < 6);
-    ticks.push_back(
-        {value / factor, plain ? fmt::format("{:.{}f}", value, decimals) : number_text(value)});
+    const double value = i * step;
+    ticks.push_back({value / factor, tick_label(value, step)});
   }
   return ticks;
 }
@@ -123,13 +121,23 @@ std::vector<AxisTick> ValueScale::ticks(int most, double factor) const {
 
 std::string number_text(double value) {
   const double size = std::abs(value);
-  const bool whole = size < 1e6 && (size >= 1e3 || value == std::round(value));
-  return whole ? fmt::format("{:.0f}", value + 0.0) : fmt::format("{:.4g}", value);
+  if (!std::isfinite(value)) return readable_number(value);
+  if (value == 0.0) return "0";  // no "-0"
+  if (size >= 1e-4 && size < 1e6) {
+    return with_separators(size >= 1e3 ? fmt::format("{:.0f}", value)
+                                       : fmt::format("{:.4g}", value));
+  }
+  const std::string text = fmt::format("{:.3e}", value);
+  const size_t e = text.find('e');
+  std::string mantissa = text.substr(0, e);
+  mantissa.erase(mantissa.find_last_not_of('0') + 1);
+  if (mantissa.ends_with('.')) mantissa.pop_back();
+  return power_of_ten_text(mantissa, std::stoi(text.substr(e + 1)));
 }
 
 ToldUnit told_unit(const std::string& unit, double size) {
   if (unit != "s" || !(size > 0.0)) return {1, unit};
-  constexpr std::pair<double, const char*> kUnits[] = {{1, "s"}, {1e3, "ms"}, {1e6, "us"}};
+  constexpr std::pair<double, const char*> kUnits[] = {{1, "s"}, {1e3, "ms"}, {1e6, "µs"}};
   for (const auto& [factor, name] : kUnits) {
     if (size * factor >= 1.0) return {factor, name};
   }

@@ -37,7 +37,7 @@ class ValueScale {
 
   // At most `most` (>= 2) ticks inside the range, ascending: multiples of 1, 2 or 5 times a power
   // of ten; on a logarithmic scale powers of ten and, if these are few, 2 and 5 times those. Labels
-  // show value x `factor` in printable ASCII.
+  // show value x `factor`.
   std::vector<AxisTick> ticks(int most, double factor = 1.0) const;
 
  private:
@@ -49,11 +49,11 @@ class ValueScale {
   bool logarithmic_;
 };
 
-// Four significant digits without trailing zeros: "64", "0.0312", "1.5e-07"; whole numbers from a
-// thousand to a million.
+// Four significant digits without trailing zeros: "64", "0.0312", "1.5×10⁻⁷"; whole numbers from a
+// thousand to a million: "123,456".
 std::string number_text(double value);
 
-// The unit and factor for displaying a value of this size: seconds may become "ms", "us" or "ns";
+// The unit and factor for displaying a value of this size: seconds may become "ms", "µs" or "ns";
 // other units do not change.
 struct ToldUnit {
   double factor = 1;

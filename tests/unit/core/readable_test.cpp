@@ -15,11 +15,18 @@ TEST(Readable, Counts) {
   EXPECT_EQ(readable_count(std::numeric_limits<uint64_t>::max()), "18,446,744,073,709,551,615");
 }
 
+TEST(Readable, SeparatorsStandBetweenThousands) {
+  EXPECT_EQ(with_separators("-123"), "-123");
+  EXPECT_EQ(with_separators("-1234.5678"), "-1,234.5678");
+  EXPECT_EQ(with_separators("0.00012"), "0.00012");
+}
+
 TEST(Readable, Numbers) {
   EXPECT_EQ(readable_number(0.03123), "0.0312");
   EXPECT_EQ(readable_number(2.0), "2");
-  EXPECT_EQ(readable_number(-1234567.0), "-1234567");
-  EXPECT_EQ(readable_number(999.6), "1000");
+  EXPECT_EQ(readable_number(-1234567.0), "-1,234,567");
+  EXPECT_EQ(readable_number(1234.5, 5), "1,234.5");
+  EXPECT_EQ(readable_number(999.6), "1,000");
   EXPECT_EQ(readable_number(1.5e-7), "1.5e-07");
   EXPECT_EQ(readable_number(std::numeric_limits<double>::quiet_NaN()), "none");
   EXPECT_EQ(readable_number(-std::numeric_limits<double>::infinity()), "-infinite");

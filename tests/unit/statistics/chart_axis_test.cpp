@@ -35,7 +35,7 @@ TEST(ChartAxis, NiceStepIsOneTwoOrFive) {
 TEST(ChartAxis, Labels) {
   EXPECT_EQ(tick_label(0.25, 0.05), "0.25");
   EXPECT_EQ(tick_label(0.3, 0.1), "0.3");
-  EXPECT_EQ(tick_label(1500, 500), "1500");
+  EXPECT_EQ(tick_label(1500, 500), "1,500");
   EXPECT_EQ(tick_label(-2, 1), "-2");
   EXPECT_EQ(tick_label(1e-18, 0.1), "0");  // for example 3 x 0.1 - 0.3
   EXPECT_EQ(tick_label(1e-5, 1e-5), "10⁻⁵");

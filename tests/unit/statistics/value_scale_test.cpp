@@ -114,18 +114,18 @@ TEST(ValueScale, PlacesAlongTheBar) {
 
 TEST(ValueScale, TicksAreRoundNumbers) {
   EXPECT_EQ(labels(ValueScale({0, 112}, false), 8), "0 20 40 60 80 100 ");
-  EXPECT_EQ(labels(ValueScale({0, 0.32}, false), 5), "0.0 0.1 0.2 0.3 ");
-  EXPECT_EQ(labels(ValueScale({0, 0.001}, false), 6), "0.0000 0.0002 0.0004 0.0006 0.0008 0.0010 ");
+  EXPECT_EQ(labels(ValueScale({0, 0.32}, false), 5), "0 0.1 0.2 0.3 ");
+  EXPECT_EQ(labels(ValueScale({0, 0.001}, false), 6), "0 0.0002 0.0004 0.0006 0.0008 0.0010 ");
   EXPECT_EQ(labels(ValueScale({-5, 5}, false), 3), "-5 0 5 ");
-  EXPECT_EQ(labels(ValueScale({1000.1, 1000.4}, false), 4), "1000.1 1000.2 1000.3 1000.4 ");
+  EXPECT_EQ(labels(ValueScale({1000.1, 1000.4}, false), 4), "1,000.1 1,000.2 1,000.3 1,000.4 ");
   EXPECT_EQ(labels(ValueScale({0, 0.003}, false), 4, 1e3), "0 1 2 3 ");
-  EXPECT_EQ(labels(ValueScale({0, 4e7}, false), 3), "0 2e+07 4e+07 ");
+  EXPECT_EQ(labels(ValueScale({0, 4e7}, false), 3), "0 2×10⁷ 4×10⁷ ");
 }
 
 TEST(ValueScale, LogarithmicTicksAreDecadesWithStepsBetweenFewOfThem) {
-  EXPECT_EQ(labels(ValueScale({1, 1000}, true), 5), "1 10 100 1000 ");
+  EXPECT_EQ(labels(ValueScale({1, 1000}, true), 5), "1 10 100 1,000 ");
   EXPECT_EQ(labels(ValueScale({0.5, 20}, true), 8), "0.5 1 2 5 10 20 ");
-  EXPECT_EQ(labels(ValueScale({1e-9, 1}, true), 4), "1e-09 1e-06 0.001 1 ");
+  EXPECT_EQ(labels(ValueScale({1e-9, 1}, true), 4), "10⁻⁹ 10⁻⁶ 0.001 1 ");
   EXPECT_EQ(labels(ValueScale({6, 9}, true), 4), "6 7 8 9 ");
 }
 
@@ -154,19 +154,22 @@ TEST(NumberText, FourDigits) {
   EXPECT_EQ(number_text(64), "64");
   EXPECT_EQ(number_text(63.9876), "63.99");
   EXPECT_EQ(number_text(0.031234), "0.03123");
-  EXPECT_EQ(number_text(123456), "123456");
-  EXPECT_EQ(number_text(96820.4), "96820");
-  EXPECT_EQ(number_text(999.96), "1000");
+  EXPECT_EQ(number_text(123456), "123,456");
+  EXPECT_EQ(number_text(96820.4), "96,820");
+  EXPECT_EQ(number_text(999.96), "1,000");
   EXPECT_EQ(number_text(0), "0");
   EXPECT_EQ(number_text(-0.0), "0");
-  EXPECT_EQ(number_text(1.5e-7), "1.5e-07");
+  EXPECT_EQ(number_text(-0.0123), "-0.0123");
+  EXPECT_EQ(number_text(1.5e-7), "1.5×10⁻⁷");
+  EXPECT_EQ(number_text(9.99996e-6), "10⁻⁵");
+  EXPECT_EQ(number_text(-12345678), "-1.235×10⁷");
 }
 
 TEST(ToldUnit, SecondsBySize) {
   EXPECT_EQ(told_unit("s", 2).name, "s");
   EXPECT_EQ(told_unit("s", 0.5).name, "ms");
   EXPECT_EQ(told_unit("s", 0.5).factor, 1e3);
-  EXPECT_EQ(told_unit("s", 2e-5).name, "us");
+  EXPECT_EQ(told_unit("s", 2e-5).name, "µs");
   EXPECT_EQ(told_unit("s", 2e-8).name, "ns");
   EXPECT_EQ(told_unit("s", 0).name, "s");
   EXPECT_EQ(told_unit("", 1e-5).factor, 1);
