@@ -14,7 +14,7 @@ namespace emberline {
 namespace {
 
 constexpr size_t kHelpWidth = 100;   // columns
-constexpr size_t kBriefColumn = 28;  // of the short texts
+constexpr size_t kBriefColumn = 30;  // of the short texts
 constexpr size_t kLongestBrief = 70;
 
 // Breaks `text` into lines that begin with `indent` spaces, the first one with `first`.
