@@ -55,7 +55,7 @@ InputFile::InputFile(const std::filesystem::path& path, const std::string& place
     throw InputError(place_,
                      error == ENOENT || error == ENOTDIR
                          ? "file not found" + about()
-                         : "cannot look at the file" + about() + ": " + system_message(error));
+                         : "cannot access the file" + about() + ": " + system_message(error));
   }
   if (!S_ISREG(status.st_mode)) throw InputError(place_, kind_of(status.st_mode) + about());
   descriptor_ = open_to_read(path);

@@ -35,15 +35,28 @@ std::string_view compared(std::string_view name) {
   return name.substr(std::min(name.find_first_not_of('-'), name.size()), kLongestWord);
 }
 
+// Length of the longest run of letters that both words have.
+size_t common_run(std::string_view a, std::string_view b) {
+  std::vector<size_t> row(b.size() + 1);
+  size_t longest = 0;
+  for (const char letter : a) {
+    for (size_t j = b.size(); j > 0; --j) {
+      row[j] = b[j - 1] == letter ? row[j - 1] + 1 : 0;
+      longest = std::max(longest, row[j]);
+    }
+  }
+  return longest;
+}
+
 // 0 for equal words, 1 for words without a common letter.
 double dissimilarity(std::string_view a, std::string_view b) {
   constexpr size_t kLeastPart = 3;  // letters; shorter parts are chance
-  if (a.size() > b.size()) std::swap(a, b);
-  const double longest = double(std::max<size_t>(b.size(), 1));
-  // Our choice: the letters around a contained word weigh a third of wrong ones.
-  if (a.size() >= kLeastPart && b.find(a) != b.npos)
-    return double(b.size() - a.size()) / 3 / longest;
-  return double(edit_distance(a, b)) / longest;
+  const double longest = double(std::max<size_t>({a.size(), b.size(), 1}));
+  const double edits = double(edit_distance(a, b));
+  // Our choice: edits around a common part weigh a third of others.
+  const size_t run = common_run(a, b), shorter = std::min(a.size(), b.size());
+  if (run >= kLeastPart && 4 * run >= 3 * shorter) return edits / 3 / longest;
+  return edits / longest;
 }
 
 }  // namespace

@@ -119,7 +119,7 @@ void LoadedFiles::check(const FrameSettings& settings) const {
   };
   if (!std::ranges::all_of(files_, stands) ||
       (!settings.edits.empty() && !std::ranges::all_of(of_edits_, stands))) {
-    throw InputError(settings.scene, "its files changed while they were read; start again");
+    throw InputError(settings.scene, "its files have changed since they were read; start again");
   }
 }
 

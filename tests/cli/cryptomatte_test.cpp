@@ -289,7 +289,8 @@ TEST_F(LayersOption, ResumedFrameMayChangeTheFileFormat) {
 
 TEST_F(LayersOption, RejectUnsupportedSettings) {
   expect_failure(words({"--half", "P"}), 2, {"--half P requires --aov P"});
-  expect_failure(words({"--half", "id"}), 2, {"--half", "id", "RGBA, variance, albedo"});
+  expect_failure(words({"--half", "id"}), 2,
+                 {"--half", "id", "did you mean 'indirect', 'denoised' or 'light'?"});
   expect_failure(words({"--half", "light"}), 2, {"--half light requires --light-groups"});
   expect_failure(words({"--exr-compression", "lzw"}), 2, {"--exr-compression", "none, zips, zip"});
   expect_failure(words({"--exr-compression", "dwaa", "--cryptomatte", "object"}), 2,

@@ -382,7 +382,7 @@ TEST_F(Farm, CancelEndsAllJobs) {
 TEST_F(Farm, RejectsImpossibleRequests) {
   scene();
   const RunOptions none = {.environment = {{"PATH", "/nowhere"}}};
-  expect_failure(farm(path("out.exr")), 1, {"sbatch is not there", "--print"}, none);
+  expect_failure(farm(path("out.exr")), 1, {"cannot find sbatch", "--print"}, none);
   expect_failure({"farm"}, 2, {"missing argument: scene"});
   expect_failure({"farm", "status"}, 2, {"missing argument: output"});
   expect_failure({"farm", "status", path("out.exr")}, 3, {"job.json"});

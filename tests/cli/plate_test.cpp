@@ -124,7 +124,8 @@ TEST_F(PlateOptions, RejectUnsupportedSettings) {
                  {"--catcher: no node 'flor'", "nearest", "'floor'"});
   expect_failure(frame({"--holdout", "prop"}), 2, {"--holdout: no node 'prop'", "'props'"});
   expect_failure(frame({"--holdout", "card"}), 2, {"--holdout: no node 'card'", "card\\,"});
-  expect_failure(frame({"--holdout", "nothing"}), 2, {"--holdout", "'nothing' has no mesh"});
+  expect_failure(frame({"--holdout", "nothing"}), 2,
+                 {"--holdout", "neither the node 'nothing' nor any node below it has a mesh"});
   expect_failure(frame({"--holdout", "floor"}), 2, {"--holdout", "'floor' is already a catcher"});
   expect_failure(frame({"--catcher", std::string(100'000, 'y') + "\n"}), 2, {"--catcher: no node"});
   expect_failure(frame({"--integrator", "ambient_occlusion"}), 2,

@@ -293,7 +293,8 @@ TEST_F(Render, UsesAsManyThreadsAsTheSystemStarts) {
   for (const char* command : {"render", "study"}) {
     SCOPED_TRACE(command);
     expect_failure({command, scene(), "-o", path("out.exr"), "--threads", "4096"}, 1,
-                   {"--threads 4096", "no more than", "lower --threads"}, {.process_limit = limit});
+                   {"--threads 4096", "the system starts at most", "lower --threads"},
+                   {.process_limit = limit});
   }
   // Each run is another user, who may not overwrite the others' files.
   const auto words = [this](const std::string& output) {
@@ -303,7 +304,7 @@ TEST_F(Render, UsesAsManyThreadsAsTheSystemStarts) {
   // The limit leaves one worker. A default number of threads is reduced to it.
   const std::string err =
       run(words("b.exr") + Words{"--threads", "4096"}, {.process_limit = limit}).err;
-  const std::string before = "no more than ";
+  const std::string before = "at most ";
   const uint64_t most = std::stoull(err.substr(err.find(before) + before.size()));
   const uint64_t tight = limit - most + 1;
   render(words("b.exr") + Words{"--report", path("r.json")}, {.process_limit = tight});

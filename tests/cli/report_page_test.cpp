@@ -125,12 +125,12 @@ TEST_F(ReportPage, IsWrittenForAStoppedRender) {
   process.send(SIGINT);
   ASSERT_EQ(process.wait().exit_code, 130);
   const ReadMarkup read = page();
-  expect_text(read, "stopped by the user");
+  expect_text(read, "The user stopped the render");
   expect_text(read, " without samples");
 
   render(render_words({"--driver", "adaptive", "--size", "512x512", "--spp", "4096", "--time-limit",
                        "0.5", "--report", path("limit.html")}));
-  expect_text(page("limit.html"), "stopped by the time limit");
+  expect_text(page("limit.html"), "The time limit stopped the render");
 }
 
 // The page's memory must not grow with the frame.

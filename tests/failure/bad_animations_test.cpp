@@ -95,22 +95,22 @@ TEST_F(BadAnimation, Values) {
 }
 
 TEST_F(BadAnimation, Counts) {
-  by_its_json({"#/animations/0/samplers/1/output: 2 values for 3 key frames, expected 3"},
+  by_its_json({"#/animations/0/samplers/1/output: found 2 values for 3 key frames, expected 3"},
               [](AnimationBuilder& a) {
                 a.move(0, "scale", {0, 1, 2}, "VEC3", {1, 1, 1, 2, 2, 2});
               });
-  by_its_json({"#/animations/0/samplers/1/output: 2 values for 2 key frames, expected 6"},
+  by_its_json({"#/animations/0/samplers/1/output: found 2 values for 2 key frames, expected 6"},
               [](AnimationBuilder& a) {
                 a.move(0, "scale", {0, 1}, "VEC3", {1, 1, 1, 2, 2, 2}, "CUBICSPLINE");
               });
-  by_its_json({"#/animations/0/samplers/1/output: 3 values for 2 key frames, expected 4"},
+  by_its_json({"#/animations/0/samplers/1/output: found 3 values for 2 key frames, expected 4"},
               [](AnimationBuilder& a) {
                 a.move(0, "weights", {0, 1}, "SCALAR", {1, 2, 3});
               });
 }
 
 TEST_F(BadAnimation, Types) {
-  by_its_json({"#/animations/0/samplers/1/output: an accessor of 4 components, expected 3"},
+  by_its_json({"#/animations/0/samplers/1/output: the accessor has 4 components, expected 3"},
               [](AnimationBuilder& a) {
                 a.move(0, "scale", {0}, "VEC4", {1, 1, 1, 1});
               });
@@ -187,7 +187,7 @@ TEST_F(BadAnimation, WithoutItsBytes) {
 
 TEST_F(BadAnimation, CountsTooLargeForTheFile) {
   const test::MemoryLimit limit(uint64_t(4) << 30);
-  by_its_keys({"too many key frames for a file of this size"}, [](AnimationBuilder& a) {
+  by_its_keys({"too many for a file of this size"}, [](AnimationBuilder& a) {
     a.input(0) = {{"componentType", 5126}, {"count", uint64_t(1) << 40}, {"type", "SCALAR"}};
     a.output(0) = {{"componentType", 5126}, {"count", uint64_t(1) << 40}, {"type", "VEC3"}};
   });

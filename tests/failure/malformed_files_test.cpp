@@ -111,7 +111,7 @@ TEST_F(Malformed, GlbOneByteShort) {
   std::vector<uint8_t> bytes = GltfBuilder::glb(R"({"asset":{"version":"2.0"}})", {});
   bytes.pop_back();
   test::write_bytes(folder_ / "a.glb", bytes);
-  expect_input_error(folder_ / "a.glb", {"truncated GLB: 48 bytes announced, 47 found"});
+  expect_input_error(folder_ / "a.glb", {"truncated GLB: 48 bytes declared, 47 found"});
 }
 
 TEST_F(Malformed, GlbOfAnotherVersion) {

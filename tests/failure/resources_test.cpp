@@ -107,8 +107,8 @@ TEST_F(Resources, LinksAreResolvedBeforeTheCheck) {
   EXPECT_EQ(load_gltf(path, {}).meshes.size(), 1u);
   fs::remove(folder_ / "scenes/link.bin");
   ASSERT_EQ(::symlink("link.bin", (folder_ / "scenes/link.bin").c_str()), 0);
-  expect_input_error(path, {"cannot look at the file link.bin"});
-  expect_input_error(scene(std::string(5000, 'a')), {"cannot look at the file"});
+  expect_input_error(path, {"cannot access the file link.bin"});
+  expect_input_error(scene(std::string(5000, 'a')), {"cannot access the file"});
 }
 
 TEST_F(Resources, ResourceRootAllowsMoreFiles) {

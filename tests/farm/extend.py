@@ -125,10 +125,10 @@ def refused(farm):
     moved.unlink()
     before = contents(folder)
     for name, words, code, parts in (
-        ("less", ["out.exr", "--spp", "2"], EXIT_USAGE, ["4 already"]),
+        ("less", ["out.exr", "--spp", "2"], EXIT_USAGE, ["already has 4"]),
         ("nothing", ["out.exr"], EXIT_USAGE, ["--spp"]),
         ("threshold", ["out.exr", "--spp", "8", "--noise-threshold", "0.1"], EXIT_USAGE, ["--noise-threshold"]),
-        ("less than its limit", ["threshold.exr", "--max-spp", "16"], EXIT_USAGE, ["--max-spp", "4096 already"]),
+        ("less than its limit", ["threshold.exr", "--max-spp", "16"], EXIT_USAGE, ["--max-spp", "already has 4096"]),
         ("another limit", ["threshold.exr", "--spp", "2"], EXIT_USAGE, ["--spp", "no such limit"]),
         ("no picture", ["named", "--spp", "8"], EXIT_USAGE, ["-o"]),
         ("jitter", ["jitter.exr", "--spp", "8"], EXIT_INPUT, ["stratified"]),

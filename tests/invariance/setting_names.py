@@ -1,5 +1,6 @@
 """Fails when a string literal outside the command contains "--" and the name of a setting or another option. How an
-option is written depends on the client, so messages get it from setting_names.h.
+option is written depends on the client, so messages get it from setting_names.h. Examples of the settings' help are
+commands, and may contain it.
 
   setting_names.py SOURCE PROGRAM"""
 
@@ -14,6 +15,7 @@ COMMAND = source / "renderer/app"
 
 LITERAL_OR_COMMENT = re.compile(r'"(?:[^"\\\n]|\\.)*"|//[^\n]*|/\*.*?\*/', re.S)
 OPTION = re.compile(r"--([a-z][a-z0-9-]+)")
+EXAMPLE = re.compile(r"\.example =\s*\Z")  # before a literal
 COMPOSED = re.compile(r'"--(?:"|\{)')  # "--" + name, "--{}"
 
 
@@ -39,7 +41,7 @@ def main():
                 continue
             text = file.read_text()
             for match in LITERAL_OR_COMMENT.finditer(text):
-                if match[0].startswith("/"):
+                if match[0].startswith("/") or EXAMPLE.search(text, 0, match.start()):
                     continue
                 seen += 1
                 wrong = set(OPTION.findall(match[0])) & names

@@ -376,7 +376,7 @@ TEST(SurfaceRoles, AreOfNodesAndWhatIsBelowThem) {
   EXPECT_EQ(
       message_of(scene, "floor", "floor"),
       "holdout: the node 'floor' is already a catcher; name it in one of the two options only");
-  EXPECT_EQ(message_of(scene, "", "lamp").substr(0, 66),
+  EXPECT_EQ(message_of(scene, "", "lamp").substr(0, 73),
             "holdout: neither the node 'lamp' nor any node below it has a mesh; the ne");
   EXPECT_EQ(message_of({}, "x", ""),
             "catcher: no node 'x'; the file has no nodes with a mesh and a name");

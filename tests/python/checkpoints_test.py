@@ -132,7 +132,7 @@ class Checkpoints(Test):
         scene = emberline.Scene(file, **FRAME)
         emberline.render(scene, checkpoint=self.file)
         file.write_bytes(BOX.read_bytes())
-        with self.says(emberline.InputError, "box.glb: its files changed while they were read; start again"):
+        with self.says(emberline.InputError, "box.glb: its files have changed since they were read; start again"):
             emberline.render(scene, checkpoint=self.file)
         self.assertFalse(self.file.exists())
         self.assert_same(emberline.render(scene), emberline.render(self.box))

@@ -73,7 +73,7 @@ class Unmade(Test):
         ):
             with self.says(TypeError, "before its __init__() has run"):
                 call()
-        with self.says(TypeError, "a Mock"):
+        with self.says(TypeError, "not Mock"):
             emberline.compare(mock.Mock(spec=emberline.Picture), np.zeros((2, 2, 3), "float32"))
 
     def test_subclasses_that_use_themselves_too_early(self):
@@ -279,7 +279,7 @@ class WrongInput(Test):
             (rgb.astype("complex64"), TypeError, "complex64"),
             (rgb.astype(object), TypeError, "object"),
             (rgb > 0, TypeError, "bool"),
-            (rgb.tolist(), TypeError, "a list"),
+            (rgb.tolist(), TypeError, "not list"),
             (None, TypeError, "NoneType"),
             (rgb[..., 0], ValueError, "(16, 24)"),
             (rgb[..., :2], ValueError, "(16, 24, 2)"),

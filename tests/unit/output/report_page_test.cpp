@@ -99,7 +99,7 @@ TEST(ReportPageContent, NoSamplesAtAll) {
   r.stop_cause = PixelStop::kUser;
   const ReadMarkup read = page(options(), r, ReportPictures({}, kWindow, {}));
   expect_text(read, "No pixel has samples.");
-  expect_text(read, "stopped by the user");
+  expect_text(read, "The user stopped the render");
 }
 
 TEST(ReportPageContent, ManyPassesAreThinnedAndTheLastIsKept) {

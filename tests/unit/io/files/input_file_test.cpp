@@ -47,7 +47,7 @@ TEST(InputFile, RefusesNonRegularFiles) {
   EXPECT_NE(message_of(folder.path(), "x").find("x: is a directory"), std::string::npos);
   EXPECT_NE(message_of(folder / "none", "x").find("x: file not found: "), std::string::npos);
   ASSERT_EQ(::symlink((folder / "loop").c_str(), (folder / "loop").c_str()), 0);
-  EXPECT_NE(message_of(folder / "loop", "x").find("x: cannot look at the file"), std::string::npos);
+  EXPECT_NE(message_of(folder / "loop", "x").find("x: cannot access the file"), std::string::npos);
   EXPECT_FALSE(InputFile::open_if_there(folder / "none"));
 }
 

@@ -149,7 +149,7 @@ TEST_F(ImageColour, PartsAreSearchedToo) {
                 .find("part sky: the part differs from the first in size"),
             std::string::npos);
   EXPECT_NE(refused_sky({{"depth", {"Z"}, {50}}, {"more", {"Z", "N.X"}, {1, 2}}})
-                .find("it has Z, Z of part more, N.X of part more"),
+                .find("its channels are Z, Z of part more, N.X of part more"),
             std::string::npos);
 }
 

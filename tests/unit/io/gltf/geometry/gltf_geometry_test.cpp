@@ -311,7 +311,7 @@ TEST(GltfGeometry, AttributesMustAgreeInCountAndShape) {
   const int mesh = gltf.add_triangle();
   auto& attributes = gltf.primitive(mesh)["attributes"];
   attributes["NORMAL"] = gltf.add_accessor<float>("VEC3", {0, 0, 1, 0, 0, 1});
-  EXPECT_NE(message_of(gltf).find("#/meshes/0/primitives/0/attributes/NORMAL: 2 elements for 3"),
+  EXPECT_NE(message_of(gltf).find("#/meshes/0/primitives/0/attributes/NORMAL: found 2 elements for 3"),
             std::string::npos)
       << message_of(gltf);
   attributes["NORMAL"] = gltf.add_accessor<float>("VEC2", {0, 0, 1, 0, 0, 1});
