@@ -129,7 +129,7 @@ TEST_F(Adaptive, TheSamePictureForAnyThreads) {
 
 TEST_F(Adaptive, ASignalLeavesACompletePictureWithTrueCounts) {
   // Soon, amid the first pass of a large frame; and later, amid a round of a small one.
-  const std::tuple<const char*, double, int> moments[] = {{"1280x1024", 0.3, SIGINT},
+  const std::tuple<const char*, double, int> moments[] = {{"800x600", 0.3, SIGINT},
                                                           {"96x64", 0.4, SIGTERM}};
   for (const auto& [size, cpu_s, signal] : moments) {
     SCOPED_TRACE(std::string(size) + ", signal " + std::to_string(signal));

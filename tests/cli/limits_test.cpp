@@ -161,7 +161,7 @@ TEST_F(Limits, AFrameStoppedInItsFirstPassCountsWhatItTakes) {
                             layers + Words{"--light-groups"}, layers + Words{"--resumable"}}) {
     const Figures f = figures(
         scene(),
-        Words{"--size", "1000x800", "--driver", "bisection", "--time-limit", "0.001"} + more);
+        Words{"--size", "800x640", "--driver", "bisection", "--time-limit", "0.001"} + more);
     EXPECT_LT(f.peak - none.peak, 1.05 * (f.reserved - none.reserved) + 8e6);
     EXPECT_LT(f.reserved - none.reserved, 1.6 * (f.peak - none.peak) + 8e6);
   }
@@ -276,12 +276,12 @@ TEST_F(Limits, ASceneThatIsTooLargeIsRefused) {
 }
 
 TEST_F(Limits, PicturesThatAreTooLargeAreRefused) {
-  render(render_words({"--size", "700x600", "--integrator", "albedo"}));
+  render(render_words({"--size", "400x340", "--integrator", "albedo"}));
   const std::string large = path("large.exr");
   std::filesystem::rename(path("out.exr"), large);
-  const std::string left = "of the limit of 8 MiB are left";
-  expect_failure({"compare", large, large, "--memory-limit", "8M"}, 3, {"large.exr", left});
-  expect_failure({"heatmap", large, "-o", path("h.png"), "--memory-limit", "8M"}, 3,
+  const std::string left = "of the limit of 2 MiB are left";
+  expect_failure({"compare", large, large, "--memory-limit", "2M"}, 3, {"large.exr", left});
+  expect_failure({"heatmap", large, "-o", path("h.png"), "--memory-limit", "2M"}, 3,
                  {"large.exr", left});
   // What they take when they are not refused.
   for (const Words& words : {Words{"compare", large, large, "-o", path("d.png")},
@@ -293,10 +293,10 @@ TEST_F(Limits, PicturesThatAreTooLargeAreRefused) {
   write("dim.json",
         nlohmann::json{{"emberline_edits", 1}, {"environment", {{"file", "large.exr"}}}}.dump());
   for (const Words& more : {Words{"--env", large}, Words{"--edits", path("dim.json")}}) {
-    expect_failure(render_words(more + Words{"--memory-limit", "8M"}), 3, {"large.exr", left});
+    expect_failure(render_words(more + Words{"--memory-limit", "2M"}), 3, {"large.exr", left});
   }
-  expect_failure({"study", scene(), "-o", path("s"), "--size", "700x600", "--spp", "1",
-                  "--reference", large, "--memory-limit", "8M"},
+  expect_failure({"study", scene(), "-o", path("s"), "--size", "400x340", "--spp", "1",
+                  "--reference", large, "--memory-limit", "2M"},
                  3, {"large.exr", left});
 }
 

@@ -37,8 +37,8 @@ TEST_F(Progress, PlainLinesInALog) {
 TEST_F(Progress, BucketsUnderAThresholdTellTheTimeLeft) {
   // Without --spp, which would be a budget.
   const RunResult result =
-      run({"render", scene(), "-o", path("out.exr"), "--size", "300x300", "--noise-threshold",
-           "0.00001", "--max-spp", "64", "--bucket-size", "16"});
+      run({"render", scene(), "-o", path("out.exr"), "--size", "160x160", "--noise-threshold",
+           "0.00001", "--max-spp", "64", "--bucket-size", "16", "--threads", "1"});
   ASSERT_EQ(result.exit_code, 0) << result.describe();
   EXPECT_TRUE(std::regex_search(result.err, std::regex(R"(rendering +[0-9.]+ %.* left )")))
       << result.err;

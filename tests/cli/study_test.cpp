@@ -236,7 +236,7 @@ TEST_F(Study, ASignalWritesWhatThereIs) {
 }
 
 TEST_F(Study, TheReferenceIsKeptAndADamagedOneMadeAnew) {
-  const Words cache = {"--cache", path("cache"), "--drivers", "bucket"};
+  const Words cache = {"--cache", path("cache"), "--drivers", "bucket", "--reference-spp", "64"};
   EXPECT_NE(study(study_words("a", cache)).err.find("rendering the reference"), std::string::npos);
   EXPECT_EQ(study(study_words("b", cache)).err.find("rendering the reference"), std::string::npos);
   EXPECT_EQ(contents("a"), contents("b"));
