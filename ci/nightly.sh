@@ -1,17 +1,22 @@
 #!/usr/bin/env bash
 # What takes too long for ci/test.sh, which has a short version of each: runs all of it, says what failed, and how to
 # repeat it.
-#   ci/nightly.sh [STEP...]   these steps alone: tests numerics kills checkpoints bombs repeat fuzz asan tsan
+#   ci/nightly.sh [STEP...]   these steps alone: tests long numerics bench kills checkpoints bombs repeat fuzz asan
+#                           tsan
 set -uo pipefail
 cd "$(dirname "$0")/.."
 
-all=(tests numerics kills checkpoints bombs repeat fuzz asan tsan)
+all=(tests long numerics bench kills checkpoints bombs repeat fuzz asan tsan)
 for step in "$@"; do
   [[ " ${all[*]} " == *" $step "* ]] || { echo "ci/nightly.sh: no step '$step'; there are ${all[*]}" >&2; exit 2; }
 done
 [ $# -gt 0 ] || set -- "${all[@]}"
 
 program=build/release/bin/emberline
+# Every test in its full length: as many samples, seeds and combinations as long_or_short() is given
+# first (tests/support/long_tests.h).
+long() { EMBERLINE_LONG_TESTS=1 ctest --preset release -j "$(nproc)"; }
+bench() { cmake --build --preset release --target check_bench; }
 # 100 kills of each driver: ctest has 14, of its first frames.
 kills() { tests/farm/kills.py $program scenes --kills 300; }
 checkpoints() {
@@ -27,7 +32,7 @@ repeat() {
     busy+=($!)
   done
   ctest --preset release -j "$(nproc)" --repeat until-fail:20 \
-    -R 'Stop|Signal|CalledOff|AtOnce|TimeLimit|Tev|Session|python_threads|farm_stops|farm_disk|session_' || status=1
+    -R 'Stop|Signal|CalledOff|AtOnce|TimeLimit|Tev|Session|python_threads|farm_stops|farm_disk|session_|pictures_test' || status=1
   kill "${busy[@]}"
   return $status
 }
