@@ -317,6 +317,7 @@ def nothing_to_see():
     """An animation goes on through frames that show nothing but the world: all is hidden, scaled to nothing, or not there."""
     scenes.build("materials")
     scene = bpy.context.scene
+    scene.emberline.samples = 16
     placed = [o for o in scene.objects if o.type in ("MESH", "LIGHT")]
     scenes.world((0.2, 0.4, 0.6), 0.5)
     for one in placed:
