@@ -1,21 +1,26 @@
 #!/usr/bin/env bash
 # Runs the full version of what ci/test.sh tests only briefly, then lists what failed and how to repeat it.
-#   ci/nightly.sh [STEP...]   only these steps: tests numerics kills checkpoints bombs repeat fuzz asan tsan
+#   ci/nightly.sh [STEP...]   only these steps: tests long numerics bench kills checkpoints bombs repeat fuzz asan tsan
 set -uo pipefail
 cd "$(dirname "$0")/.."
 
-all=(tests numerics kills checkpoints bombs repeat fuzz asan tsan)
+all=(tests long numerics bench kills checkpoints bombs repeat fuzz asan tsan)
 for step in "$@"; do
   [[ " ${all[*]} " == *" $step "* ]] || { echo "ci/nightly.sh: no step '$step'; there are ${all[*]}" >&2; exit 2; }
 done
 [ $# -gt 0 ] || set -- "${all[@]}"
 
 program=build/release/bin/emberline
-# 100 kills of each driver; ctest has 14, in the first frames.
+# Every test at its full size: the samples, seeds and cases that come first in long_or_short() (tests/support/long_tests.h).
+long() { EMBERLINE_LONG_TESTS=1 ctest --preset release -j "$(nproc)"; }
+bench() { cmake --build --preset release --target check_bench; }
+# 100 kills of each driver; ctest has 8, in the first frames.
 kills() { tests/farm/kills.py $program scenes --kills 300; }
 checkpoints() {
+  export EMBERLINE_LONG_TESTS=1  # every case of disk.py and stops.py
   tests/farm/damage.py $program scenes --flips 1000 --stride 1 &&
-    tests/farm/hostile.py $program scenes --mutations 1000 && tests/farm/outputs.py $program scenes
+    tests/farm/hostile.py $program scenes --mutations 1000 && tests/farm/outputs.py $program scenes &&
+    tests/farm/disk.py $program scenes && tests/farm/stops.py $program scenes
 }
 bombs() { tests/failure/bombs.py $program; }
 # Repeats timing-dependent tests while every core is busy with other work.
@@ -26,7 +31,7 @@ repeat() {
     busy+=($!)
   done
   ctest --preset release -j "$(nproc)" --repeat until-fail:20 \
-    -R 'Stop|Signal|CalledOff|AtOnce|TimeLimit|Tev|Session|python_threads|farm_stops|farm_disk|session_' || status=1
+    -R 'Stop|Signal|CalledOff|AtOnce|TimeLimit|Tev|Session|python_threads|farm_stops|farm_disk|session_|pictures_test' || status=1
   kill "${busy[@]}"
   return $status
 }

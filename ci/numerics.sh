@@ -28,7 +28,7 @@ fi
 rows=$temporary/rows.jsonl
 failed=0
 for program in numerics_test bad_texels_test; do
-  EMBERLINE_NUMERICS_TABLE=$rows build/release/bin/$program --gtest_brief=1 >>"$temporary/tests.log" 2>&1 || failed=1
+  EMBERLINE_LONG_TESTS=1 EMBERLINE_NUMERICS_TABLE=$rows build/release/bin/$program --gtest_brief=1 >>"$temporary/tests.log" 2>&1 || failed=1
 done
 [ $failed -eq 0 ] || cat "$temporary/tests.log" >&2
 touch "$rows"

@@ -365,6 +365,7 @@ def nothing_to_see():
     """An animation continues through frames that show only the world: everything hidden, scaled to zero, or absent."""
     scenes.build("materials")
     scene = bpy.context.scene
+    scene.emberline.samples = 16
     placed = [o for o in scene.objects if o.type in ("MESH", "LIGHT")]
     scenes.world((0.2, 0.4, 0.6), 0.5)
     for one in placed:

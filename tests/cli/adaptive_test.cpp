@@ -5,6 +5,7 @@
 #include <csignal>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <tuple>
 
 #include "cli/command_test.h"
 
@@ -128,37 +129,37 @@ TEST_F(Adaptive, DoesNotDependOnThreads) {
 
 TEST_F(Adaptive, ASignalLeavesACompletePictureWithTrueCounts) {
   // Early, during the first pass of a large frame, and late, during a round of a small one.
-  for (const char* size : {"2048x1024", "128x96"}) {
-    for (const int signal : {SIGINT, SIGTERM}) {
-      SCOPED_TRACE(std::string(size) + ", signal " + std::to_string(signal));
-      Process process(adaptive({"--spp", "1000000", "--size", size, "--aov", "stop", "--verbose",
-                                "--report", path("r.json")}),
-                      {.folder = folder_.path()});
-      ASSERT_TRUE(process.wait_until_busy()) << process.error_so_far();
-      process.send(signal);
-      const RunResult result = process.wait();
-      EXPECT_EQ(result.exit_code, 130) << result.describe();
-      EXPECT_NE(result.err.find("stopped after"), std::string::npos) << result.err;
-      expect_true_counts();
-      EXPECT_EQ(read_json("r.json")["stopped"], true);
-      EXPECT_EQ(read_json("r.json")["exit_code"], 130);
-      const ExrPicture picture = read_exr(path("out.exr"));
-      const std::vector<float>&samples = picture.channels.at("samples"),
-            &stops = picture.channels.at("stop");
-      size_t by_user = 0;
-      for (size_t i = 0; i < samples.size(); ++i) {
-        ASSERT_EQ(samples[i] == 0.0f, stops[i] == 0.0f) << "pixel " << i;
-        by_user += stops[i] == 5.0f;
-      }
-      EXPECT_GT(by_user, 0u);
-      EXPECT_EQ(files(), (Words{"out.exr", "r.json", "scene.glb"}));
+  const std::tuple<const char*, double, int> moments[] = {{"800x600", 0.3, SIGINT},
+                                                          {"96x64", 0.4, SIGTERM}};
+  for (const auto& [size, cpu_s, signal] : moments) {
+    SCOPED_TRACE(std::string(size) + ", signal " + std::to_string(signal));
+    Process process(adaptive({"--spp", "1000000", "--size", size, "--aov", "stop", "--verbose",
+                              "--report", path("r.json")}),
+                    {.folder = folder_.path()});
+    ASSERT_TRUE(process.wait_until_busy("loaded in", cpu_s * kSlower)) << process.error_so_far();
+    process.send(signal);
+    const RunResult result = process.wait();
+    EXPECT_EQ(result.exit_code, 130) << result.describe();
+    EXPECT_NE(result.err.find("stopped after"), std::string::npos) << result.err;
+    expect_true_counts();
+    EXPECT_EQ(read_json("r.json")["stopped"], true);
+    EXPECT_EQ(read_json("r.json")["exit_code"], 130);
+    const ExrPicture picture = read_exr(path("out.exr"));
+    const std::vector<float>&samples = picture.channels.at("samples"),
+          &stops = picture.channels.at("stop");
+    size_t by_user = 0;
+    for (size_t i = 0; i < samples.size(); ++i) {
+      ASSERT_EQ(samples[i] == 0.0f, stops[i] == 0.0f) << "pixel " << i;
+      by_user += stops[i] == 5.0f;
     }
+    EXPECT_GT(by_user, 0u);
+    EXPECT_EQ(files(), (Words{"out.exr", "r.json", "scene.glb"}));
   }
 }
 
 TEST_F(Adaptive, TimeLimitIsNotAFailure) {
   const RunResult result = render(adaptive({"--spp", "1000000", "--size", "128x96", "--aov", "stop",
-                                            "--time-limit", "0.5", "--report", path("r.json")}));
+                                            "--time-limit", "0.2", "--report", path("r.json")}));
   EXPECT_LT(result.stop_cpu_s, 10.0 * kSlower);  // all of it
   expect_true_counts();
   const nlohmann::json json = read_json("r.json");

@@ -154,7 +154,9 @@ TEST_F(CheckpointFile, PartWithALostFileFails) {
          stream.seekp(-100, std::ios::end).write(std::string(64, 'x').data(), 64);
        }}};
   for (const auto& [what, lose] : losses) {
-    for (const bool quiet : {true, false}) {
+    // What is said is the same for each loss: one of them shows that the log changes nothing.
+    const bool twice = what == std::string("removed");
+    for (const bool quiet : twice ? std::vector{true, false} : std::vector{true}) {
       SCOPED_TRACE(what);
       fs::remove(file);
       const Words words = {
@@ -170,7 +172,9 @@ TEST_F(CheckpointFile, PartWithALostFileFails) {
       EXPECT_EQ(result.exit_code, 1) << result.describe();
       const Words lines = result.error_lines();
       ASSERT_FALSE(lines.empty());
-      if (quiet) EXPECT_EQ(lines.size(), 1u) << result.describe();
+      if (quiet) {
+        EXPECT_EQ(lines.size(), 1u) << result.describe();
+      }
       EXPECT_EQ(std::ranges::count_if(
                     lines, [](const auto& line) { return line.starts_with("emberline: error: "); }),
                 1)

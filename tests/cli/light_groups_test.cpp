@@ -97,8 +97,8 @@ TEST_F(LightGroupsOption, FollowTheEdits) {
 
 // A stopped progressive frame fills pixels without samples from neighbours, and so do its layers.
 TEST_F(LightGroupsOption, AddUpInAStoppedFrame) {
-  render(words({"--light-groups", "--driver", "bisection", "--size", "1600x1200", "--spp", "1",
-                "--time-limit", "0.02"}));
+  render(words({"--light-groups", "--driver", "bisection", "--size", "400x300", "--spp", "1",
+                "--time-limit", "0.001"}));
   const ExrPicture stopped = read_exr(path("out.exr"));
   const std::vector<float>& samples = stopped.channels.at("samples");
   ASSERT_NE(std::ranges::find(samples, 0.0f), samples.end()) << "the frame was finished";

@@ -130,9 +130,12 @@ TEST_F(Limits, ReservedMemoryMatchesUsedMemory) {
     Words words;
   } rows[] = {
       {"triangles", large, none, small},
-      {"a film", plain, none, {"--size", "800x600", "--driver", "bisection"}},
+      {"a film", plain, none, {"--size", "800x600", "--driver", "bisection", "--spp", "1"}},
       {"an adaptive film", plain, none, {"--size", "500x400", "--driver", "adaptive"}},
-      {"a picture", plain, no_picture, {"--size", "2700x2000", "--spp", "1", "-o", path("p.png")}},
+      {"a picture",
+       plain,
+       no_picture,
+       {"--size", "2700x2000", "--spp", "1", "--integrator", "albedo", "-o", path("p.png")}},
   };
   for (const auto& row : rows) {
     const Figures f = figures(row.file, row.words);
@@ -158,7 +161,7 @@ TEST_F(Limits, ReservesMemoryOfAFrameStoppedInItsFirstPass) {
                             layers + Words{"--light-groups"}, layers + Words{"--resumable"}}) {
     const Figures f = figures(
         scene(),
-        Words{"--size", "1000x800", "--driver", "bisection", "--time-limit", "0.001"} + more);
+        Words{"--size", "800x640", "--driver", "bisection", "--time-limit", "0.001"} + more);
     EXPECT_LT(f.peak - none.peak, 1.05 * (f.reserved - none.reserved) + 8e6);
     EXPECT_LT(f.reserved - none.reserved, 1.6 * (f.peak - none.peak) + 8e6);
   }
@@ -170,14 +173,16 @@ TEST_F(Limits, ReservesMemoryOfMattes) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer's own memory is many times ours";
   const Words mattes = {"--cryptomatte", "object,material,asset", "--cryptomatte-levels", "32"};
   const Figures none = figures(scene(), {"--size", "16x16"});
-  const Words stopped = {"--driver", "bisection", "--spp", "4096", "--time-limit", "0.3"};
+  const Words stopped = {"--driver", "bisection", "--spp", "4096", "--time-limit", "0.1"};
+  const Words small = {"--size", "300x240"}, large = {"--size", "500x400"};
   for (const Words& more :
-       {mattes + stopped + Words{"--bucket-size", "128"}, mattes + stopped + Words{"--denoise"},
-        mattes + Words{"--denoise"}, stopped + Words{"--exr-compression", "dwab"},
-        Words{"--exr-compression", "dwab"},
-        mattes + stopped + Words{"--exr-parts", "layers", "--exr-compression", "dwab"}}) {
-    SCOPED_TRACE(more.back());
-    const Figures f = figures(scene(), Words{"--size", "500x400"} + more);
+       {small + mattes + stopped + Words{"--bucket-size", "128"},
+        small + mattes + stopped + Words{"--denoise"}, small + mattes + Words{"--denoise"},
+        large + stopped + Words{"--exr-compression", "dwab"},
+        large + Words{"--exr-compression", "dwab"},
+        small + mattes + stopped + Words{"--exr-parts", "layers", "--exr-compression", "dwab"}}) {
+    SCOPED_TRACE(testing::PrintToString(more));
+    const Figures f = figures(scene(), more);
     EXPECT_LT(f.peak - none.peak, f.reserved - none.reserved + 8e6);
     EXPECT_LT(f.reserved - none.reserved, 1.6 * (f.peak - none.peak) + 8e6);
   }
@@ -272,12 +277,12 @@ TEST_F(Limits, ASceneThatIsTooLargeIsRefused) {
 }
 
 TEST_F(Limits, PicturesThatAreTooLargeAreRefused) {
-  render(render_words({"--size", "700x600"}));
+  render(render_words({"--size", "400x340", "--integrator", "albedo"}));
   const std::string large = path("large.exr");
   std::filesystem::rename(path("out.exr"), large);
-  const std::string left = "of the limit of 8 MiB are left";
-  expect_failure({"compare", large, large, "--memory-limit", "8M"}, 3, {"large.exr", left});
-  expect_failure({"heatmap", large, "-o", path("h.png"), "--memory-limit", "8M"}, 3,
+  const std::string left = "of the limit of 2 MiB are left";
+  expect_failure({"compare", large, large, "--memory-limit", "2M"}, 3, {"large.exr", left});
+  expect_failure({"heatmap", large, "-o", path("h.png"), "--memory-limit", "2M"}, 3,
                  {"large.exr", left});
   // With enough memory both commands succeed.
   for (const Words& words : {Words{"compare", large, large, "-o", path("d.png")},
@@ -289,10 +294,10 @@ TEST_F(Limits, PicturesThatAreTooLargeAreRefused) {
   write("dim.json",
         nlohmann::json{{"emberline_edits", 1}, {"environment", {{"file", "large.exr"}}}}.dump());
   for (const Words& more : {Words{"--env", large}, Words{"--edits", path("dim.json")}}) {
-    expect_failure(render_words(more + Words{"--memory-limit", "8M"}), 3, {"large.exr", left});
+    expect_failure(render_words(more + Words{"--memory-limit", "2M"}), 3, {"large.exr", left});
   }
-  expect_failure({"study", scene(), "-o", path("s"), "--size", "700x600", "--spp", "1",
-                  "--reference", large, "--memory-limit", "8M"},
+  expect_failure({"study", scene(), "-o", path("s"), "--size", "400x340", "--spp", "1",
+                  "--reference", large, "--memory-limit", "2M"},
                  3, {"large.exr", left});
 }
 

@@ -96,8 +96,8 @@ TEST_F(PathLayersOption, AddUpInEveryFrame) {
   expect_sums(picture({"--spp", "32", "--driver", "adaptive", "--unbiased"}));
   expect_sums(picture({"--spp", "16", "--light-groups", "--denoise"}));
   // A stopped frame fills pixels without samples from neighbours.
-  render(frame(
-      {"--driver", "bisection", "--size", "1600x1200", "--spp", "1", "--time-limit", "0.02"}));
+  render(
+      frame({"--driver", "bisection", "--size", "400x300", "--spp", "1", "--time-limit", "0.001"}));
   const ExrPicture stopped = read_exr(path("out.exr"));
   const std::vector<float>& samples = stopped.channels.at("samples");
   ASSERT_NE(std::ranges::find(samples, 0.0f), samples.end()) << "the frame was finished";

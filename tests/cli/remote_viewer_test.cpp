@@ -97,7 +97,7 @@ TEST_F(RemoteViewer, SeesAProgressiveFrameGrow) {
     constexpr size_t kTiles = 3 * 2;  // of a picture
     size_t pictures = 0;
     // A busy machine leaves the render less processor time, so allow more time.
-    for (double limit_s = 1.5; limit_s <= 6.0 && pictures < 4; limit_s *= 2.0) {
+    for (double limit_s = 0.5; limit_s <= 8.0 && pictures < 4; limit_s *= 2.0) {
       TevServer server;
       render(frame(server.url(), {"--driver", driver, "--spp", "1000000", "--time-limit",
                                   std::to_string(limit_s * kSlower)}));
@@ -156,18 +156,19 @@ TEST_F(RemoteViewer, ClosingViewerIsAWarning) {
     SCOPED_TRACE(driver);
     TevServer server({.closes_after = 60000});
     const RunResult result = run(frame(server.url(), {"--size", "400x300", "--bucket-size", "16",
-                                                      "--spp", "16", "--driver", driver}));
+                                                      "--spp", "4", "--driver", driver}));
     expect_one_warning(result, server.url(), "");
     const std::vector<float> samples = file().channels.at("samples");
-    EXPECT_TRUE(std::ranges::all_of(samples, [](float s) { return s == 16.0f; }));
+    EXPECT_TRUE(std::ranges::all_of(samples, [](float s) { return s == 4.0f; }));
   }
 }
 
 TEST_F(RemoteViewer, SlowViewerDoesNotDelayTheRender) {
-  for (const char* driver : {"bucket", "bisection", "adaptive"}) {
+  // Adaptive frames are shown as bisection's are.
+  for (const char* driver : {"bucket", "bisection"}) {
     SCOPED_TRACE(driver);
-    const Words work = {"--size", "1024x1024", "--spp", "2", "--driver", driver};
-    // Other load may disturb the comparison, but not ten times.
+    const Words work = {"--size", "1024x768", "--spp", "1", "--driver", driver, "--max-depth", "1"};
+    // What else runs may come between the two that are compared, but not ten times.
     bool in_time = false;
     for (int tries = 0; tries < 10 && !in_time && !HasFailure(); ++tries) {
       const RunResult alone = render(frame("sRGB", work));
@@ -192,10 +193,10 @@ TEST_F(RemoteViewer, SlowViewerDoesNotDelayAStop) {
     double stop_s = 1e9, write_s = 1e9;
     for (int tries = 0; tries < 10 && (stop_s >= 2.0 * kSlower || write_s >= kSlower); ++tries) {
       TevServer server({.reads = false});
-      Process process(frame(server.url(), {"--size", "512x512", "--spp", "16384", "--verbose",
+      Process process(frame(server.url(), {"--size", "512x512", "--spp", "2048", "--verbose",
                                            "--bucket-size", "16", "--driver", driver}),
                       {.folder = folder_.path()});
-      ASSERT_TRUE(process.wait_until_busy("loaded in", 2.0 * kSlower)) << process.error_so_far();
+      ASSERT_TRUE(process.wait_until_busy("loaded in", 0.5 * kSlower)) << process.error_so_far();
       process.send(SIGINT);
       const double sent = seconds();
       EXPECT_EQ(process.wait().exit_code, 130);
@@ -211,10 +212,10 @@ TEST_F(RemoteViewer, SlowViewerDoesNotDelayAStop) {
 
 TEST_F(RemoteViewer, GetsTheWrittenPictureOfAStoppedFrame) {
   TevServer server;
-  Process process(frame(server.url(), {"--size", "1024x1024", "--spp", "256", "--verbose",
-                                       "--bucket-size", "16"}),
+  Process process(frame(server.url(),
+                        {"--size", "512x512", "--spp", "1024", "--verbose", "--bucket-size", "16"}),
                   {.folder = folder_.path()});
-  ASSERT_TRUE(process.wait_until_busy()) << process.error_so_far();
+  ASSERT_TRUE(process.wait_until_busy("loaded in", 0.4 * kSlower)) << process.error_so_far();
   process.send(SIGINT);
   EXPECT_EQ(process.wait().exit_code, 130);
   EXPECT_EQ(server.wait(), "");

@@ -139,7 +139,8 @@ TEST_F(Render, ThreadsAndBucketsDoNotChangeThePicture) {
 // A whole-frame film is written in tiles, not pixel by pixel, whether directly, through the
 // denoiser's scratch file or from checkpoints.
 TEST_F(Render, ProgressiveFramesAreStoredInTilesOfAtLeastSixteenPixels) {
-  for (const char* driver : {"bisection", "adaptive"}) {
+  for (const std::string driver : {"bisection", "adaptive"}) {
+    const bool all = driver == "bisection";  // the other's film is written by the same code
     const Words frame = {"--size", "50x34", "--spp", "4", "--driver", driver, "--resumable"};
     const auto picture = [&](const char* bucket_size, const Words& more) {
       const Words words = frame + more + Words{"--bucket-size", bucket_size};
@@ -153,10 +154,11 @@ TEST_F(Render, ProgressiveFramesAreStoredInTilesOfAtLeastSixteenPixels) {
       const ExrPicture whole = picture("64", more);
       EXPECT_EQ(whole.tile_size, 64);
       for (const auto& [bucket_size, tile_size] :
-           {std::pair("1", 16), std::pair("5", 20), std::pair("15", 30), std::pair("17", 17)}) {
+           {std::pair("5", 20), std::pair("1", 16), std::pair("15", 30), std::pair("17", 17)}) {
         const ExrPicture seen = picture(bucket_size, more);
         EXPECT_EQ(seen.tile_size, tile_size) << bucket_size;
         EXPECT_EQ(first_difference(whole, seen), "") << bucket_size;
+        if (!all) break;
       }
     }
     std::vector<ExrPicture> merged, extended;

@@ -54,7 +54,8 @@ TEST_F(Study, RunsEveryDriverAndEstimatorAndWritesAllFiles) {
 
 // Estimates exist for each round's picture and for the finished frame.
 TEST_F(Study, ListsEstimatedAndTrueErrors) {
-  study(study_words("s", {"--drivers", "adaptive", "--spp", "4,64", "--size", "48x32"}));
+  study(study_words("s", {"--drivers", "adaptive", "--spp", "4,64", "--size", "48x32",
+                          "--reference-spp", "1024"}));
   const nlohmann::json json = read_json("s/study.json");
   EXPECT_EQ(json["runs"].size(), 2u);
   for (const nlohmann::json& run : json["runs"]) {
@@ -79,7 +80,8 @@ TEST_F(Study, ListsEstimatedAndTrueErrors) {
 // Raw methods have the same figures as in a study without denoised ones; denoised methods also
 // report the filter's cost.
 TEST_F(Study, ComparesDenoisedAndRawPictures) {
-  const Words words = {"--drivers", "bucket,adaptive", "--spp", "16,64", "--size", "32x32"};
+  const Words words = {"--drivers", "bucket,adaptive", "--spp",           "16,64",
+                       "--size",    "32x32",           "--reference-spp", "256"};
   const RunResult result =
       study(study_words("s", words + Words{"--denoise", "--estimators", "nested,nested/denoised"}));
   EXPECT_NE(result.out.find("estimate : truth"), std::string::npos) << result.out;
@@ -195,7 +197,8 @@ TEST_F(Study, ListsFailedMethods) {
 
 // SIGKILL during the study, so that no signal handler runs.
 TEST_F(Study, ResumesToTheSameBitsAfterAKill) {
-  const Words more = {"--spp", "1,4,64", "--size", "24x16", "--seeds", "4"};
+  const Words more = {"--spp",   "1,4,128", "--size",          "24x16",
+                      "--seeds", "4",       "--reference-spp", "128"};
   study(study_words("whole", more));
   {
     Process process(study_words("killed", more), {.folder = folder_.path()});
@@ -217,7 +220,7 @@ TEST_F(Study, ResumesToTheSameBitsAfterAKill) {
 }
 
 TEST_F(Study, SignalWritesTheFinishedRuns) {
-  const Words more = {"--spp", "1,256", "--size", "96x64", "--seeds", "3", "--reference-spp", "32"};
+  const Words more = {"--spp", "1,64", "--size", "96x64", "--seeds", "3", "--reference-spp", "8"};
   Process process(study_words("s", more), {.folder = folder_.path()});
   ASSERT_TRUE(process.wait_for_error("2 of 9 runs", 60 * kSlower)) << process.error_so_far();
   process.send(SIGINT);
@@ -233,7 +236,7 @@ TEST_F(Study, SignalWritesTheFinishedRuns) {
 }
 
 TEST_F(Study, ReferenceIsKeptAndRenderedAgainIfDamaged) {
-  const Words cache = {"--cache", path("cache"), "--drivers", "bucket"};
+  const Words cache = {"--cache", path("cache"), "--drivers", "bucket", "--reference-spp", "64"};
   EXPECT_NE(study(study_words("a", cache)).err.find("rendering the reference"), std::string::npos);
   EXPECT_EQ(study(study_words("b", cache)).err.find("rendering the reference"), std::string::npos);
   EXPECT_EQ(contents("a"), contents("b"));

@@ -15,6 +15,7 @@
 #include "renderer/engine/frame_scene.h"
 #include "renderer/scene/build_scene.h"
 #include "support/load_scene.h"
+#include "support/long_tests.h"
 #include "support/render.h"
 
 namespace emberline {
@@ -22,8 +23,8 @@ namespace {
 
 using namespace test;
 
-constexpr int kDensityWidth = 256, kDensityHeight = 144;
-constexpr size_t kFewPixels = 300;
+const int kDensityWidth = long_or_short(256, 128), kDensityHeight = kDensityWidth * 9 / 16;
+const size_t kFewPixels = long_or_short(300, 75);
 
 enum Feature { kSilhouette, kShadow, kTexture, kBlurred, kFlat, kFeatures };
 constexpr const char* kNames[kFeatures] = {"silhouettes", "shadow boundaries", "texture", "blurred",
@@ -122,7 +123,7 @@ std::vector<Feature> find_features(const RenderedImage& image, const RenderedIma
       if (is_blurred(blurred, s, x, y)) at(x, y) = kBlurred;
     }
   }
-  constexpr int kFar = 4;
+  const int kFar = long_or_short(4, 3);
   const std::vector<Feature> edges = found;
   for (int y = 0; y < kDensityHeight; ++y) {
     for (int x = 0; x < kDensityWidth; ++x) {

@@ -3,6 +3,7 @@
 
 #include "image/lit_floor.h"
 #include "image/picture_error.h"
+#include "support/long_tests.h"
 
 namespace emberline {
 namespace {
@@ -14,7 +15,7 @@ TEST(NothingToGain, NestedLosesLessThanThreePerCent) {
   const auto scene = lit_floor();
   const CameraDescription view = lit_floor_view();
   RenderSettings s = lit_floor_settings();
-  const References references = render_references(*scene, view, s, 4096);
+  const References references = render_references(*scene, view, s, long_or_short(4096u, 1024u));
   constexpr uint32_t kFrames = 4;
   for (const uint32_t budget : {16u, 32u, 48u, 128u}) {
     double uniform = 0, adaptive = 0, samples = 0;

@@ -159,7 +159,7 @@ TEST(Cameras, OnASurface) {
                                                   {"the plane of a floor", {.7, 0, .1}}};
   for (const auto& [name, at] : places) {
     RenderSettings s = camera_settings();
-    s.spp = 64;
+    s.spp = long_or_short(64u, 16u);
     s.width = s.height = 16;
     s.max_depth = 1000;
     // Even and odd frames: the floor's plane passes through a pixel's edge or its centre.

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <string>
 
+#include "support/long_tests.h"
 #include "support/render.h"
 
 namespace emberline::test {

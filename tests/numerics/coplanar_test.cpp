@@ -94,7 +94,7 @@ TEST(FlushLamp, LightsItsHalfSpace) {
     const auto scene = mounted(m, 1);
     for (const bool light_sampling : {true, false}) {
       s.light_samples = light_sampling ? 1 : 0;
-      s.spp = light_sampling ? 1024 : 8192;
+      s.spp = light_sampling ? 1024 : long_or_short(8192, 2048);
       expect_exact(
           render(*scene, straight_down(m), s), exact_radiance(), 1e-5, s,
           {"20", std::string("flush lamp ") + m.name + (light_sampling ? "" : ", BSDF sampling")});
@@ -126,7 +126,7 @@ TEST(FlushLamp, DoubledShinesOnce) {
       for (const bool light_sampling : {true, false}) {
         if (lamps == 3 && !light_sampling) continue;
         s.light_samples = light_sampling ? 1 : 0;
-        s.spp = light_sampling ? 1024 : 8192;
+        s.spp = light_sampling ? 1024 : long_or_short(8192, 2048);
         expect_exact(render(*scene, straight_down(m), s), exact_radiance(), 1e-5, s,
                      {"20", std::to_string(lamps) + " lamps in one another, " + m.name +
                                 (light_sampling ? "" : ", BSDF sampling")});
@@ -155,7 +155,7 @@ TEST(FlushLamp, CoversByItsAlpha) {
     s.width = s.height = 8;
     s.max_depth = 1;
     s.light_samples = light_sampling ? 1 : 0;
-    s.spp = light_sampling ? 4096 : 16384;
+    s.spp = light_sampling ? 4096 : long_or_short(16384, 4096);
     expect_exact(render(*scene, view, s), .3 * exact_radiance(), 1e-5, s,
                  {"20", light_sampling ? "flush decal of alpha .3"
                                        : "flush decal of alpha .3, BSDF sampling"});

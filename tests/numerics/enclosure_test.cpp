@@ -47,7 +47,7 @@ TEST(Enclosure, DepthSeries) {
 TEST(Enclosure, RouletteCarriesLongPaths) {
   RenderSettings s = enclosure_settings();
   s.width = s.height = 8;
-  s.spp = 256;
+  s.spp = long_or_short(256u, 64u);
   for (const float rho : {.5f, .9f, .99f}) {
     const CaseName name = {"3", "closed sphere, rho " + shown(double(rho)) + ", to the end"};
     s.seed = seed_of(name);

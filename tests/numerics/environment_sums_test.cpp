@@ -28,6 +28,15 @@ struct Map {
     return (1 - b) * ((1 - a) * texel(i, j) + a * texel(i + 1, j)) +
            b * ((1 - a) * texel(i, j + 1) + a * texel(i + 1, j + 1));
   }
+  // Between rows of texels that are black.
+  bool is_black_at(double v) const {
+    const int j = int(std::floor(v * height - 0.5));
+    const auto row = [&](int y) {
+      const auto begin = texels.begin() + std::clamp(y, 0, height - 1) * width;
+      return std::all_of(begin, begin + width, [](float t) { return t == 0; });
+    };
+    return row(j) && row(j + 1);
+  }
   double towards(const Vec3d& d) const {
     return radiance(0.5 + std::atan2(d.z, d.x) / (2 * kPiD), std::acos(d.y) / kPiD);
   }
@@ -47,6 +56,7 @@ double exact_irradiance(const Map& map, const Vec3d& n, int cuts) {
   for (int j = 0; j < 2 * rows; ++j) {
     const double v = (j / 2 + 0.5 + (j % 2 ? offset : -offset)) / rows, theta = kPiD * v;
     const double y = std::cos(theta), r = std::sin(theta);
+    if (map.is_black_at(v)) continue;
     for (int i = 0; i < 2 * columns; ++i) {
       const double u = (i / 2 + 0.5 + (i % 2 ? offset : -offset)) / columns;
       const double radiance = map.radiance(u, v);
@@ -59,6 +69,7 @@ double exact_irradiance(const Map& map, const Vec3d& n, int cuts) {
   return sum * kPiD / rows / 2 * 2 * kPiD / columns / 2;
 }
 
+// A sun of one texel is met by one scattered ray in 30,000: fewer samples would not have met it.
 void expect_environment(const Map& map, const Vec3d& n, double exact, double tolerance,
                         const CaseName& name, bool bsdf_alone) {
   SceneBuilderForTests b;
@@ -67,7 +78,7 @@ void expect_environment(const Map& map, const Vec3d& n, double exact, double tol
   add_receiver(b, r);
   b.set_environment(map.image());
   const auto scene = b.build();
-  RenderSettings s = direct_light_settings(2048);
+  RenderSettings s = direct_light_settings(bsdf_alone ? long_or_short(2048u, 512u) : 2048);
   s.seed = seed_of(name);
   expect_case(name, measured_irradiance(render(*scene, view_of(r), s), exact, tolerance),
               replay(s));

@@ -179,7 +179,7 @@ TEST(Extremes, RadianceAtTheEndsOfFloat) {
       }
       b.add_floor(10, 0, b.add_material(lambert(Rgb(1.0f))));
       RenderSettings s = extreme_settings();
-      s.spp = 1024;
+      s.spp = long_or_short(1024u, 256u);
       s.max_depth = 1;
       const RenderedImage image = render(*b.build(), orthographic({0, .4, 0}, {0, 0, 0}, 1e-4), s);
       const double share = polygon_irradiance({{-1, 1, -1}, {1, 1, -1}, {1, 1, 1}, {-1, 1, 1}},
@@ -221,8 +221,8 @@ TEST(Extremes, AThousandLayers) {
     b.place(b.add_mesh(layers));
     b.set_environment(Rgb(1.0f));
     RenderSettings s = extreme_settings();
-    s.spp = 256;
-    // 1e-4: the rounding of alpha .001 to float, and to_unit_float's 24 bits, 1000 times.
+    s.spp = long_or_short(256u, 64u);
+    // 1e-4: a float alpha of .001, and to_unit_float's 24 bits, 1000 times.
     expect_exact(render(*b.build(), orthographic({0, 5, 0}, {.1, 0, .1}, 1), s),
                  std::pow(.999, 1000), 1e-4, s,
                  {"E33", stacked ? "1000 layers of alpha .001, stacked"

@@ -75,7 +75,7 @@ TEST(Layers, PrismBendsByTheWavelength) {
     b.add_quad({-900, y, 900}, {x0, y, 900}, {x0, y, -900}, {-900, y, -900},
                b.add_material(emitter(Rgb(1.0f))));
     const auto scene = b.build();
-    RenderSettings s = direct_light_settings(4096);
+    RenderSettings s = direct_light_settings(long_or_short(4096u, 1024u));
     s.max_depth = 2;
     s.light_samples = 0;
     const std::string below = edge > 700 ? "all of it" : "below " + shown(edge) + " nm";

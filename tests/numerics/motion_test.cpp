@@ -442,14 +442,14 @@ TEST(Motion, BlurIsTheMeanOfInstants) {
   constexpr int kInstants = 64;
   const MovingScene moving;
   const CaseName name{"E47", "everything moves, whole frame"};
-  RenderSettings s = settings_for(name, 256);
+  RenderSettings s = settings_for(name, long_or_short(256u, 64u));
   s.max_depth = 6;
   const MeasuredMean blurred = mean_of(*moving.at_all_times().build(), moving.view(), s);
   double sum = 0, variance = 0;
   for (int i = 0; i < kInstants; ++i) {
     const double time = (i + .5) / kInstants;
     s.seed++;
-    s.spp = 32;
+    s.spp = long_or_short(32u, 8u);
     const MeasuredMean still = mean_of(*moving.at(time).build(), moving.view_at(time), s);
     sum += still.mean / kInstants;
     variance += square(still.standard_error / kInstants);

@@ -177,7 +177,7 @@ TEST(Glass, CriticalAngle) {
   for (const double off : {-.2, -1e-2, 1e-3, .1}) {
     const double theta = critical + off;
     RenderSettings s = optics_settings();
-    s.spp = 256;  // beyond the angle, paths are long
+    s.spp = long_or_short(256u, 64u);  // beyond the angle every path goes to the end
     s.max_depth = 100;
     const Vec3d up(std::sin(theta), std::cos(theta), 0);
     const RenderedImage image =
@@ -231,7 +231,7 @@ TEST(Mirrors, ManyBounces) {
   for (const auto& [r, k] : {std::pair{.5f, 2}, std::pair{.9f, 20}, std::pair{.999f, 1000}}) {
     RenderSettings s = optics_settings();
     // Roulette makes a sample 0 or 1; a thousand bounces are slow.
-    s.spp = k < 100 ? 4096 : 256;
+    s.spp = k < 100 ? 4096 : long_or_short(256, 64);
     s.max_depth = 2000;
     // The reflectance is a float: k roundings of throughput and r's own, k 2^-23.
     expect_exact(between_mirrors(r, k, s), std::pow(double(r), k), k * 0x1p-23, s,

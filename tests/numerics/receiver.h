@@ -126,7 +126,7 @@ inline void expect_irradiance_of(const Emitters& emitters, const Receiver& recei
   if (!bsdf_alone) return;
   s.light_samples = 0;
   ++s.seed;
-  s.spp = 2048;
+  s.spp = long_or_short(2048u, 512u);
   expect_case({name.number, name.what + ", BSDF sampling alone"},
               measured_irradiance(render(*scene, view_of(receiver), s), exact, tolerance * exact),
               replay(s));

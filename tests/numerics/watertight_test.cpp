@@ -16,7 +16,7 @@ using namespace test;
 
 uint64_t ray_count() {
   const char* text = std::getenv("EMBERLINE_WATERTIGHT_RAYS");
-  return text && *text ? uint64_t(std::strtod(text, nullptr)) : 800'000;
+  return text && *text ? uint64_t(std::strtod(text, nullptr)) : long_or_short(800'000, 200'000);
 }
 
 // A bumpy ball without coplanar triangles, tessellated by longitude and latitude: needles at the

@@ -116,12 +116,12 @@ class Channels(Test):
                 self.assertEqual(any(np.any(v != 0) for v in finite), row["name"] not in nothing)
 
     def test_files_without_loss(self):
-        for compression in LOSSLESS:
-            for parts in ("one", "layers"):
-                with self.subTest(f"{compression}, {parts}"):
-                    picture = self.render_file(exr_compression=compression, exr_parts=parts)
-                    self.assertEqual(set(picture.channels), set(self.picture.channels))
-                    self.assert_same(picture, picture.channels, self.of_all)
+        # How a part is compressed does not depend on how many parts there are.
+        for compression, parts in (*((name, "one") for name in LOSSLESS), ("zip", "layers")):
+            with self.subTest(f"{compression}, {parts}"):
+                picture = self.render_file(exr_compression=compression, exr_parts=parts)
+                self.assertEqual(set(picture.channels), set(self.picture.channels))
+                self.assert_same(picture, picture.channels, self.of_all)
 
     def test_lossy_files_keep_what_is_no_colour(self):
         lossy = {name for row in ROWS if row["lossy"] for name in channels_of(row, self.picture)}

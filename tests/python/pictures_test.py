@@ -153,7 +153,7 @@ class Pictures(Test):
         picture = emberline.render(self.box, driver="adaptive", spp=64, progress=lambda now: seen.append(now))
         self.assertIsNone(emberline.render(self.box).error_estimate)
         self.assertIsNotNone(seen[-1].error_estimate)
-        reference = emberline.render(self.box, spp=4096, seed=7)
+        reference = emberline.render(self.box, spp=1024, seed=7)
         display = [np.interp(p["RGB"], [0, 1], [0, 1]) ** (1 / 2.2) for p in (picture, reference)]
         true = np.sqrt(np.mean((display[0] - display[1]) ** 2))
         self.assertLess(abs(np.log(picture.error_estimate / true)), np.log(2))

@@ -200,7 +200,7 @@ def read_png(path):
 
 def unfilter(kind, row, before, n):
     """Reverses a row filter (PNG specification, section 9.2)."""
-    for i in range(len(row)):
+    for i in range(len(row) if kind else 0):  # our rows have no filter
         left = row[i - n] if i >= n else 0
         up, corner = before[i], before[i - n] if i >= n else 0
         if kind == 1:
