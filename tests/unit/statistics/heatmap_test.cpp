@@ -152,7 +152,9 @@ TEST(Heatmap, LegendsOfAllQuantitiesAreTidy) {
         expect_tidy(layout);
         EXPECT_TRUE(says(layout, std::string(quantity.title)) || !quantity.unit.empty() ||
                     logarithmic);
-        if (width >= 320) EXPECT_EQ(layout.picture.width(), width);
+        if (width >= 320) {
+          EXPECT_EQ(layout.picture.width(), width);
+        }
       }
     }
     for (int i = 0; i < width * height; ++i) plane.values[size_t(i)] = float(i % 9);
@@ -233,7 +235,9 @@ TEST(Heatmap, TheScaleHasItsNumbers) {
     EXPECT_NEAR(tick.x0, layout.bar.x0 + 0.2 * double(i) * layout.bar.width(), 1.0);
     EXPECT_EQ(tick.y0, layout.bar.y1);
     EXPECT_GE(label.y0, tick.y1);
-    if (i > 0 && i + 1 < labels.size()) EXPECT_NEAR(label.x0 + label.x1, tick.x0 + tick.x1, 2);
+    if (i > 0 && i + 1 < labels.size()) {
+      EXPECT_NEAR(label.x0 + label.x1, tick.x0 + tick.x1, 2);
+    }
   }
   EXPECT_GE(layout.ticks.front().x0, layout.bar.x0);
   EXPECT_LE(layout.ticks.back().x1, layout.bar.x1);
@@ -355,7 +359,9 @@ TEST(CategoryMap, SwatchesNamesAndShares) {
     const Rgb8 middle =
         picture.colour((swatch.box.x0 + swatch.box.x1) / 2, (swatch.box.y0 + swatch.box.y1) / 2);
     EXPECT_EQ(middle, swatch.colour);
-    if (i < 2) EXPECT_EQ(middle, categories[i].colour);
+    if (i < 2) {
+      EXPECT_EQ(middle, categories[i].colour);
+    }
   }
 }
 
