@@ -188,7 +188,7 @@ TEST(Heatmap, TheLegendIsDrawnAsLaidOut) {
       parts.push_back(text.box);
       int ink = 0;
       for (int y = text.box.y0; y < text.box.y1; ++y) {
-        for (int x = text.box.x0; x < text.box.x1; ++x) ink += picture.colour(x, y) == text.colour;
+        for (int x = text.box.x0; x < text.box.x1; ++x) ink += picture.colour(x, y) != background;
       }
       EXPECT_GT(ink, 0) << text.text;
     }
@@ -227,12 +227,13 @@ TEST(Heatmap, TheScaleHasItsNumbers) {
   const LegendLayout layout = heatmap_layout(plane, settings);
   std::vector<std::string> labels;
   for (const LegendLayout::Text& label : layout.tick_labels) labels.push_back(label.text);
-  EXPECT_EQ(labels, (std::vector<std::string>{"0", "200", "400", "600", "800", "1,000"}));
+  EXPECT_EQ(labels, (std::vector<std::string>{"0", "100", "200", "300", "400", "500", "600", "700",
+                                              "800", "900", "1,000"}));
   // Ticks are below the bar at the places of their values, and labels below the ticks.
   ASSERT_EQ(layout.ticks.size(), labels.size());
   for (size_t i = 0; i < labels.size(); ++i) {
     const Rect &tick = layout.ticks[i], &label = layout.tick_labels[i].box;
-    EXPECT_NEAR(tick.x0, layout.bar.x0 + 0.2 * double(i) * layout.bar.width(), 1.0);
+    EXPECT_NEAR(tick.x0, layout.bar.x0 + 0.1 * double(i) * layout.bar.width(), 1.0);
     EXPECT_EQ(tick.y0, layout.bar.y1);
     EXPECT_GE(label.y0, tick.y1);
     if (i > 0 && i + 1 < labels.size()) {
