@@ -233,7 +233,8 @@ TEST(Heatmap, TheScaleHasItsNumbers) {
   ASSERT_EQ(layout.ticks.size(), labels.size());
   for (size_t i = 0; i < labels.size(); ++i) {
     const Rect &tick = layout.ticks[i], &label = layout.tick_labels[i].box;
-    EXPECT_NEAR(tick.x0, layout.bar.x0 + 0.1 * double(i) * layout.bar.width(), 1.0);
+    EXPECT_NEAR(tick.x0, layout.bar.x0 + 0.1 * double(i) * (layout.bar.width() - layout.line),
+                0.51);
     EXPECT_EQ(tick.y0, layout.bar.y1);
     EXPECT_GE(label.y0, tick.y1);
     if (i > 0 && i + 1 < labels.size()) {
