@@ -37,7 +37,9 @@ TEST(TextFont, HasAsciiAndTheSignsOfOurLabels) {
   const TextFont font(11);
   for (char32_t c = U' '; c <= U'~'; ++c) EXPECT_TRUE(font.has(c)) << int(c);
   for (const char32_t c : U"\u00a0°±²³µ·¹×σ–…⁰⁴⁵⁶⁷⁸⁹⁻−√≈≤≥") {
-    if (c != 0) EXPECT_TRUE(font.has(c)) << int(c);
+    if (c != 0) {
+      EXPECT_TRUE(font.has(c)) << int(c);
+    }
   }
   EXPECT_FALSE(font.has(U'Ω'));
 }
