@@ -86,8 +86,10 @@ struct Measured {
 struct Method {
   const char *driver, *estimator;
 };
-constexpr Method kMethods[] = {
-    {"adaptive", "two-stream"}, {"bucket", "nested"}, {"adaptive", "nested"}, {"bucket", "two-stream"}};
+constexpr Method kMethods[] = {{"adaptive", "two-stream"},
+                               {"bucket", "nested"},
+                               {"adaptive", "nested"},
+                               {"bucket", "two-stream"}};
 
 RenderSettings settings_for(const HardScene& hard) {
   RenderSettings s;
@@ -134,8 +136,9 @@ Measured measure(const Method& method, const HardScene& hard, float threshold,
   }
   m.whole =
       std::sqrt(all / (3.0 * kCornerWidth * kCornerHeight * kCornerSeeds)) / double(threshold);
-  std::printf("  %s, %s: %.0f samples a pixel, error %.2f of the threshold, worst block (%s) %.2f\n",
-              driver, estimator, m.samples, m.whole, m.where.c_str(), m.worst);
+  std::printf(
+      "  %s, %s: %.0f samples a pixel, error %.2f of the threshold, worst block (%s) %.2f\n",
+      driver, estimator, m.samples, m.whole, m.where.c_str(), m.worst);
   return m;
 }
 
@@ -155,9 +158,7 @@ TEST(NoiseThreshold, LampBehindACorner) {
   expect_threshold_is_kept(lamp_behind_a_corner(), 0.012f, long_or_short(1024u, 128u), 0.5);
 }
 
-TEST(NoiseThreshold, DotsByChance) {
-  expect_threshold_is_kept(dots_by_chance(), 0.08f, 2048, 0.5);
-}
+TEST(NoiseThreshold, DotsByChance) { expect_threshold_is_kept(dots_by_chance(), 0.08f, 2048, 0.5); }
 
 TEST(NoiseThreshold, NearlyBlackHalf) {
   expect_threshold_is_kept(nearly_black_half(), 0.01f, long_or_short(1024u, 256u), 0.4);
