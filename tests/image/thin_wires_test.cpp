@@ -74,7 +74,8 @@ RenderSettings adaptive_settings(std::string_view estimator) {
   return s;
 }
 
-// Of 300, as a short run takes, standard errors are 0.65 to 0.85 % at 16 samples a pixel, 0.55 at 64.
+// Of 300, as a short run takes, standard errors are 0.65 to 0.85 % at 16 samples a pixel, 0.55
+// at 64.
 int seeds() { return long_or_short(1000, 300); }
 
 // Checks the scene and its exact value with uniform sampling. Four standard errors, here and below:

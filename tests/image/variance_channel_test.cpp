@@ -56,8 +56,8 @@ class VarianceChannel : public testing::Test {
   }
 
   const std::unique_ptr<Scene> scene_ = lit_floor();
-  const References references_ =
-      render_references(*scene_, lit_floor_view(), lit_floor_settings(), long_or_short(4096u, 1024u));
+  const References references_ = render_references(*scene_, lit_floor_view(), lit_floor_settings(),
+                                                   long_or_short(4096u, 1024u));
 };
 
 // If every pixel ends at n samples, the halves' estimate has the expectation V(n/2) - V(n)

@@ -15,6 +15,7 @@
 #include "renderer/engine/render_worker.h"
 #include "renderer/film/film.h"
 #include "support/busy_scene.h"
+#include "support/long_tests.h"
 #include "support/render.h"
 #include "support/stop_after.h"
 
@@ -65,7 +66,8 @@ TEST_P(AdaptiveFrame, AnyThreadsTwiceInARow) {
     const RenderedImage reference = render(*scene_, busy_view(), s);
     EXPECT_GT(reference.counters.max_samples, reference.counters.min_samples)
         << "nothing was decided";
-    for (const int threads : {1, 2, 7, 7}) {
+    constexpr int kThreads[] = {7, 7, 1, 2};
+    for (const int threads : std::span(kThreads).first(long_or_short(4, 2))) {
       s.threads = threads;
       const RenderedImage image = render(*scene_, busy_view(), s);
       expect_same_bits(image, reference, std::to_string(threads) + " threads");
@@ -149,6 +151,8 @@ TEST(NestedFrame, PixelsEqualUniformFramesOfTheSameCount) {
   const auto scene = busy_scene();
   RenderSettings s = settings_for(find_estimator("nested"));
   s.aovs = "albedo,N,Z,id";
+  s.width = long_or_short(53, 31);
+  s.height = long_or_short(41, 23);
   const RenderedImage adaptive = render(*scene, busy_view(), s);
   s.driver = "bucket";
   size_t compared = 0;
@@ -214,7 +218,8 @@ TEST_P(AdaptiveFrame, StoppedAtAnyMomentThePictureIsCompleteAndTheCountsTrue) {
   EXPECT_TRUE(progress.pass_finished);
   for (const int threads : {1, 3}) {
     s.threads = threads;
-    for (uint64_t samples = 1; samples < whole.counters.samples; samples += 400 + samples / 2) {
+    for (uint64_t samples = 1; samples < whole.counters.samples;
+         samples += 400 + samples / long_or_short(2, 1)) {
       SCOPED_TRACE(std::to_string(threads) + " threads, after " + std::to_string(samples));
       const RenderedImage image = stop_after(*scene_, s, samples);
       uint32_t least = 1u << 30, most = 0;

@@ -10,6 +10,7 @@
 #include "renderer/engine/render_job.h"
 #include "renderer/film/film.h"
 #include "samplers/pixel_samples.h"
+#include "support/long_tests.h"
 #include "support/processor_time.h"
 #include "support/render.h"
 #include "support/sanitized.h"
@@ -72,7 +73,8 @@ TEST_F(BisectionStop, AtAnyMomentThePictureIsCompleteAndTheCountsTrue) {
   const auto pixels = uint64_t(whole.crop.area());
   for (const NamedValue<BisectionAxis>& axis : bisection_axis_table()) {
     for (const int threads : {1, 3}) {
-      for (uint64_t samples = 1; samples < kSpp * pixels; samples += 1 + samples / 3) {
+      for (uint64_t samples = 1; samples < kSpp * pixels;
+           samples += 1 + samples / long_or_short(3, 1)) {
         SCOPED_TRACE(std::string(axis.name) + ", " + std::to_string(threads) + " threads, after " +
                      std::to_string(samples) + " samples");
         const RenderedImage image = stop_after(samples, axis.value, threads, kSpp);

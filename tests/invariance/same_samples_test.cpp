@@ -11,6 +11,7 @@
 #include "renderer/drivers/bucket_schedule.h"
 #include "renderer/engine/render_worker.h"
 #include "support/busy_scene.h"
+#include "support/long_tests.h"
 #include "support/moving_scenes.h"
 #include "support/render.h"
 
@@ -44,14 +45,17 @@ class SameSamples : public testing::TestWithParam<std::string> {
 };
 Scene* SameSamples::scene_ = nullptr;
 
+// A short run takes every third of the combinations, which has each value of each of the three.
 TEST_P(SameSamples, AnyThreadsOrderBucketSize) {
   RenderSettings s = base_settings(GetParam());
   s.threads = 1;
   const RenderedImage reference = render(*scene_, busy_view(), s);
   EXPECT_GT(reference.mean, 0.05);
+  int combination = 0;
   for (const int threads : {1, 2, 7}) {
     for (const NamedValue<BucketOrder>& order : bucket_order_table()) {
       for (const int size : {1, 7, 16, 64}) {
+        if (combination++ % long_or_short(1, 3) != 0) continue;
         s.threads = threads;
         s.bucket_order = order.value;
         s.bucket_size = size;
@@ -181,6 +185,7 @@ TEST_P(SameSamples, BisectionAndBucket) {
   // Some samplers require a sample count that is a power of two.
   const auto counts =
       std::has_single_bit(s.spp) ? std::array{1u, 4u, 16u, 32u} : std::array{1u, 3u, 16u, 37u};
+  int combination = 0;
   for (const StreamCount streams : {StreamCount::kOne, StreamCount::kTwo}) {
     for (const uint32_t spp : counts) {
       for (const Rect& crop : {Rect{}, Rect{11, 3, 30, 17}, Rect{36, 2, 37, 29}}) {
@@ -193,6 +198,7 @@ TEST_P(SameSamples, BisectionAndBucket) {
         s.driver = "bisection";
         for (const NamedValue<BisectionAxis>& axis : bisection_axis_table()) {
           for (const int threads : {1, 4}) {
+            if (combination++ % long_or_short(1, 5) != 0) continue;
             s.bisection_axis = axis.value;
             s.threads = threads;
             const RenderedImage image = render(*scene_, busy_view(), s);
@@ -230,6 +236,7 @@ TEST_P(AdaptiveSameSamples, AdaptiveAndBucket) {
   const auto counts = weighs ? std::array{1u, 4u, 16u, 32u} : std::array{1u, 3u, 16u, 37u};
   RenderSettings s = base_settings(GetParam());
   s.aovs = "variance,albedo,N,Z,id";
+  int combination = 0;
   for (const StreamCount streams : {StreamCount::kOne, StreamCount::kTwo}) {
     for (const uint32_t spp : counts) {
       for (const Rect& crop : {Rect{}, Rect{11, 3, 30, 17}, Rect{36, 2, 37, 29}}) {
@@ -244,6 +251,7 @@ TEST_P(AdaptiveSameSamples, AdaptiveAndBucket) {
         for (const EstimatorEntry& estimator : estimator_table()) {
           s.adaptive.estimator = estimator.name;
           for (const int threads : {1, 4}) {
+            if (combination++ % long_or_short(1, 5) != 0) continue;
             s.threads = threads;
             const RenderedImage image = render(*scene_, busy_view(), s);
             const auto compared = [&](const RenderedImage& of) {

@@ -115,10 +115,10 @@ void compare_estimators(const SceneDescription& description, const CameraDescrip
   const BlockMeans several = rendered(*scene, view, 3, kSpp / 2, 4);
   const BlockMeans bsdf = rendered(*scene, view, 0, 4 * kSpp, 2);
   const BlockMeans naive = traced_naively(NaivePathTracer(description, view, 1), naive_paths, 3);
-  const std::string how =
-      fmt::format("64 x 64, depth 5, seeds 1 (MIS, {} spp), 2 (BSDF, {} spp), 3 (naive, {} paths a "
-                  "block), 4 (three light samples, {} spp)",
-                  kSpp, 4 * kSpp, naive_paths, kSpp / 2);
+  const std::string how = fmt::format(
+      "64 x 64, depth 5, seeds 1 (MIS, {} spp), 2 (BSDF, {} spp), 3 (naive, {} paths a "
+      "block), 4 (three light samples, {} spp)",
+      kSpp, 4 * kSpp, naive_paths, kSpp / 2);
   expect_same(both, bsdf, number, name + ", MIS against BSDF sampling", how);
   expect_same(both, naive, number, name + ", MIS against the naive tracer", how);
   expect_same(several, naive, number, name + ", three light samples against the naive tracer", how);

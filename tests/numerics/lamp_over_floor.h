@@ -16,10 +16,9 @@ inline void expect_irradiance_at(const char* number, const SceneBuilderForTests&
     int light_samples;
     uint32_t spp;
     const char* name;
-  } estimators[] = {
-      {1, 1024, ""},
-      {3, 512, ", three light samples"},
-      {0, long_or_short(4096u, 1024u), ", BSDF sampling alone"}};
+  } estimators[] = {{1, 1024, ""},
+                    {3, 512, ", three light samples"},
+                    {0, long_or_short(4096u, 1024u), ", BSDF sampling alone"}};
   for (const auto& e : estimators) {
     // BSDF sampling cannot hit a point light.
     if (e.light_samples == 0 && !b.description.lights.empty()) continue;

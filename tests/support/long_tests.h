@@ -1,12 +1,13 @@
-// Sizes of tests that have a short and a long version. ctest runs the short ones; ci/nightly.sh sets
-// EMBERLINE_LONG_TESTS=1 and runs the long ones.
+// Sizes of tests that have a short and a long version. ctest runs the short ones; ci/nightly.sh
+// sets EMBERLINE_LONG_TESTS=1 and runs the long ones.
 #pragma once
 
 #include <cstdlib>
 
 namespace emberline::test {
 
-// Read when a test runs: which tests there are may not depend on it, as they are listed by the build.
+// Read when a test runs: which tests there are may not depend on it, as they are listed by the
+// build.
 inline bool long_tests() {
   const char* value = std::getenv("EMBERLINE_LONG_TESTS");
   return value != nullptr && *value != '\0' && *value != '0';

@@ -48,7 +48,7 @@ class LibraryCheckpoints : public ::testing::Test {
 TEST_F(LibraryCheckpoints, StoppedFrameResumes) {
   for (const char* const driver : {"bucket", "bisection", "adaptive"}) {
     const Settings settings =
-        small(driver).set("size", "64x64").set("spp", "64").set("bucket-size", "16");
+        small(driver).set("size", "64x64").set("spp", "24").set("bucket-size", "16");
     const Scene scene = box(settings);
     const Picture whole = render(scene, settings);
     RenderFiles files = RenderFiles::at(path(driver));
@@ -77,7 +77,7 @@ TEST_F(LibraryCheckpoints, AbandonedFrameResumes) {
   for (const char* const driver : {"bucket", "bisection", "adaptive"}) {
     for (const bool throws : {false, true}) {
       const Settings settings =
-          small(driver).set("size", "64x64").set("spp", "64").set("bucket-size", "16");
+          small(driver).set("size", "64x64").set("spp", "24").set("bucket-size", "16");
       const Scene scene = box(settings);
       RenderFiles files = RenderFiles::at(path(driver));
       std::stop_source give_up;

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "samplers/sample_runs.h"
+#include "support/long_tests.h"
 #include "unit/sample_integrands.h"
 
 namespace emberline {
@@ -162,7 +163,7 @@ TEST(HierarchicalSampler, HierarchicalIntegrationIsUnbiased) {
     std::cout << "[ measured ] variance of hierarchical integration over the plain mean's, "
               << integrand.name << ":";
     for (const uint32_t count : {12u, 24u, 48u, 80u, 96u, 112u, 128u}) {
-      const Errors errors = measure(*sampler, integrand, count, 20000);
+      const Errors errors = measure(*sampler, integrand, count, test::long_or_short(20000, 5000));
       std::cout << " N = " << count << " " << errors.weighted / errors.plain;
       EXPECT_LT(std::abs(errors.signed_error), 4.9 * errors.deviation)
           << integrand.name << ", " << count << " samples";

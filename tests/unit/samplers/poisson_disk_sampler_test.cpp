@@ -11,6 +11,7 @@
 
 #include "renderer/core/vector.h"
 #include "samplers/sample_runs.h"
+#include "support/long_tests.h"
 #include "unit/point_spectrum.h"
 
 namespace emberline {
@@ -66,14 +67,15 @@ TEST(PoissonDiskSampler, EveryPrefixKeepsItsDistance) {
 // Dippe & Wold 1985: there is little noise at frequencies below that of the samples. Each ring's
 // average over 50 pixels and dozens of frequencies is known to a few per cent.
 TEST(PoissonDiskSampler, LowFrequenciesAreQuiet) {
+  const uint32_t pixels = test::long_or_short(50u, 15u);
   const auto sampler = create_sampler("poisson_disk", {});
   for (const int dimension : {0, 2}) {
     for (const uint32_t count : {16u, 50u, 64u, 256u, 1000u}) {
       // In units of the hexagonal lattice's frequency, the inverse of its row spacing.
       const double lattice = std::sqrt(2.0 / std::sqrt(3.0) * count);
-      const double low =
-          average(point_spectrum(*sampler, dimension, count, 50, frequency_ring(1, 0.4 * lattice)));
-      const double peak = average(point_spectrum(*sampler, dimension, count, 50,
+      const double low = average(
+          point_spectrum(*sampler, dimension, count, pixels, frequency_ring(1, 0.4 * lattice)));
+      const double peak = average(point_spectrum(*sampler, dimension, count, pixels,
                                                  frequency_ring(0.95 * lattice, 1.15 * lattice)));
       std::cout << "[ measured ] poisson_disk, dimension " << dimension << ", " << count
                 << " samples: power " << low << " up to 0.4 of the lattice's frequency, " << peak

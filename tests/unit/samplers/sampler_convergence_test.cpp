@@ -6,11 +6,13 @@
 #include <cmath>
 #include <iostream>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "renderer/statistics/convergence.h"
 #include "samplers/owen_sobol.h"
+#include "support/long_tests.h"
 #include "unit/sample_integrands.h"
 #include "unit/table_names.h"
 
@@ -21,7 +23,8 @@ TEST(SobolConvergence, OrdersAreTheTextbooks) {
   const auto sampler = create_sampler("sobol", {StreamCount::kOne});
   const std::vector<uint32_t> counts = {16, 32, 64, 128, 256, 512, 1024, 2048, 4096};
   for (const auto& [integrand, stratified] : convergence_integrands()) {
-    const std::vector<double> error = error_curve(*sampler, integrand, 2000, counts);
+    const std::vector<double> error =
+        error_curve(*sampler, integrand, test::long_or_short(2000u, 500u), counts);
     std::vector<double> x, y;
     for (size_t i = 0; i < counts.size(); ++i) {
       x.push_back(std::log(counts[i]));
@@ -66,6 +69,12 @@ class NestedShuffleOnly final : public Sampler {
   StreamIndex stream_of(uint32_t sample) const override { return {0, sample}; }
 };
 
+// Most of the time goes into the largest count, which a short run leaves out, here and below.
+constexpr uint32_t kFewToMany[] = {16, 64, 256};
+std::span<const uint32_t> sample_counts() {
+  return std::span(kFewToMany).first(test::long_or_short(3u, 2u));
+}
+
 TEST(SobolPadding, CoupledPairsAreNoWorseThanRandom) {
   const double mean = square(gauss_pair(4.0));
   const double variance = square(gauss_pair(8.0)) - mean * mean;
@@ -76,7 +85,7 @@ TEST(SobolPadding, CoupledPairsAreNoWorseThanRandom) {
   const double nested_shadow = ratio_to_random(nested, shadow, 1.0, 64);
   for (const StreamCount streams : {StreamCount::kOne, StreamCount::kTwo}) {
     const auto sobol = create_sampler("sobol", {streams});
-    for (const uint32_t count : {16u, 64u, 256u}) {
+    for (const uint32_t count : sample_counts()) {
       const double pixel_lens =
           ratio_to_random(*sobol, {"coupled", coupled, mean, 1}, variance, count);
       const double lens_time =
@@ -108,7 +117,8 @@ TEST(SobolPadding, NoTwoPairsThatMultiplyAreCopies) {
   const double mean = square(gauss_pair(4.0));
   const double variance = square(gauss_pair(8.0)) - mean * mean;
   const auto sobol = create_sampler("sobol", {StreamCount::kOne});
-  for (const uint32_t count : {16u, 32u, 64u, 256u}) {
+  constexpr uint32_t kCounts[] = {16, 32, 64, 256};
+  for (const uint32_t count : std::span(kCounts).first(test::long_or_short(4u, 3u))) {
     std::array<std::array<double, kAll>, kAll> error{};
     for (uint32_t p = 0; p < kPixels; ++p) {
       std::array<std::array<double, kAll>, kAll> sum{};
@@ -173,7 +183,7 @@ TEST_P(EverySamplersError, IsAtMostThatOfRandomNumbersForCoupledPairs) {
       {{"fine signs", fine_signs, 0.0, 1}, 1.0, GetParam() == "sobol" ? 2.2 : 8.0 / 7.0 + 0.08},
   };
   for (const StreamCount streams : {StreamCount::kOne, StreamCount::kTwo}) {
-    for (const uint32_t count : {16u, 64u, 256u}) {
+    for (const uint32_t count : sample_counts()) {
       const auto sampler = create_sampler(GetParam(), {streams, count});
       for (const auto& c : cases) {
         const double ratio = ratio_to_random(*sampler, c.integrand, c.variance, count);
@@ -198,7 +208,7 @@ TEST_P(EverySamplersError, TwoStreamsEstimateItHonestly) {
   };
   constexpr size_t kIntegrands = std::size(integrands);
   constexpr uint32_t kPixels = 20000;
-  for (const uint32_t count : {16u, 64u, 256u}) {
+  for (const uint32_t count : sample_counts()) {
     const auto sampler = create_sampler(GetParam(), {StreamCount::kTwo, count});
     double estimated[kIntegrands] = {}, truth[kIntegrands] = {};
     for (uint32_t p = 0; p < kPixels; ++p) {

@@ -7,6 +7,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/warps.h"
 #include "renderer/description/framing.h"
+#include "support/long_tests.h"
 #include "support/render.h"
 #include "support/scenes.h"
 
@@ -162,7 +163,7 @@ Blur measure(const RenderedImage& image) {
 RenderSettings lamp_settings(const std::string& sampler) {
   RenderSettings s;
   s.width = s.height = 64;
-  s.spp = 512;
+  s.spp = long_or_short(512u, 128u);
   s.sampler = sampler;
   s.max_depth = 1;
   return s;

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "renderer/lights/environment_light.h"
+#include "support/long_tests.h"
 #include "support/render.h"
 #include "support/scenes.h"
 
@@ -106,7 +107,7 @@ Rgb speck(SceneBuilderForTests b, const Vec3d& normal, int depth) {
   const auto corner = [&](float s, float t) { return (right * s + up * t) * kHalf; };
   b.add_quad(corner(-1, -1), corner(1, -1), corner(1, 1), corner(-1, 1),
              b.add_material(lambert(Rgb(1.0f))));
-  RenderSettings s = settings_of(16, 512);
+  RenderSettings s = settings_of(16, long_or_short(512u, 256u));
   s.height = s.width;
   s.max_depth = depth;
   const RenderedImage image = render(*b.build(), view, s);
@@ -121,7 +122,7 @@ Rgb speck(SceneBuilderForTests b, const Vec3d& normal, int depth) {
 // edges. A rotated or mirrored map is off by tens of per cent.
 TEST(Panorama, PanoramaOfARoomLightsLikeTheRoom) {
   constexpr int kDepth = 4;
-  RenderSettings s = settings_of(128, 256);
+  RenderSettings s = settings_of(128, long_or_short(256u, 64u));
   s.max_depth = kDepth - 1;
   const auto sky = image_of(render(*room().build(), panorama(Vec3d(0.0)), s));
   for (const Vec3d& normal : {Vec3d(1, 0, 0), Vec3d(-1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, -1, 0),

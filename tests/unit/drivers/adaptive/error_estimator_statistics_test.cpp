@@ -13,6 +13,7 @@
 #include "renderer/drivers/adaptive/kajiya_estimator.h"
 #include "renderer/drivers/adaptive/painter_sloan_estimator.h"
 #include "renderer/drivers/adaptive/quantiles.h"
+#include "support/long_tests.h"
 #include "unit/synthetic_pixels.h"
 
 namespace emberline {
@@ -218,15 +219,15 @@ struct Loss {
 };
 
 Loss light_lost(VarianceRule rule, uint32_t batch, const Light& light, uint64_t seed) {
-  constexpr int kRuns = 40000;
+  const uint64_t runs = test::long_or_short(40000u, 10000u);
   double sum = 0, squares = 0;
-  for (uint64_t i = 0; i < kRuns; ++i) {
+  for (uint64_t i = 0; i < runs; ++i) {
     const double x = sample_until(rule, batch, light, TestRandom(seed, i)).mean() / light.mean - 1;
     sum += x;
     squares += x * x;
   }
-  const double mean = sum / kRuns;
-  return {mean, 5 * std::sqrt((squares / kRuns - mean * mean) / kRuns)};
+  const double mean = sum / double(runs);
+  return {mean, 5 * std::sqrt((squares / double(runs) - mean * mean) / double(runs))};
 }
 
 // Expected losses, measured by an independent program and generator to .6 %.

@@ -2,6 +2,7 @@
 // few samples? On synthetic frames.
 #include <gtest/gtest.h>
 
+#include "support/long_tests.h"
 #include "unit/planned_frames.h"
 
 namespace emberline {
@@ -46,7 +47,7 @@ TEST(NoiselessWindow, RareLightIsIncluded) {
   s.threshold = 0.05f;
   for (const char* estimator : {"two-stream", "nested"}) {
     s.estimator = estimator;
-    for (uint64_t seed = 0; seed < 40; ++seed) {
+    for (uint64_t seed = 0; seed < test::long_or_short(40u, 12u); ++seed) {
       SyntheticFrame frame(16, 16, seed, [](int, int, TestRandom& random) {
         return Sample{random.next() < 1.0f / 4000 ? 40.0f : 0.0f, 2};
       });
