@@ -15,11 +15,11 @@ constexpr std::array kShortcuts = {
     Shortcut{Action::kOpen, GLFW_KEY_O, kControl, "File", "Ctrl+O",
              "Open a scene, an environment or an edits file"},
     Shortcut{Action::kReload, GLFW_KEY_R, kControl, "File", "Ctrl+R",
-             "Read the scene's files again and keep the edits"},
+             "Read the scene again and keep the edits"},
     Shortcut{Action::kSaveEdits, GLFW_KEY_S, kControl, "File", "Ctrl+S",
              "Save the edits to a file beside the scene"},
     Shortcut{Action::kSavePicture, GLFW_KEY_S, kControl | kShift, "File", "Ctrl+Shift+S",
-             "Save the picture, or the heatmap that is shown"},
+             "Save the picture or the heatmap"},
     Shortcut{Action::kScreenshot, GLFW_KEY_F12, 0, "File", "F12",
              "Save a screenshot of the window"},
     Shortcut{Action::kQuit, GLFW_KEY_Q, kControl, "File", "Ctrl+Q", "Close the window"},
@@ -53,7 +53,7 @@ constexpr std::array kShortcuts = {
 
     Shortcut{Action::kZoomFit, GLFW_KEY_0, 0, "Picture", "0", "Fit the picture to the window"},
     Shortcut{Action::kZoomOne, GLFW_KEY_Z, 0, "Picture", "Z",
-             "Show the picture at its actual size, or fit it again"},
+             "Show the picture at actual size, or fit it"},
     Shortcut{Action::kZoomIn, GLFW_KEY_EQUAL, 0, "Picture", "+", "Zoom in"},
     Shortcut{Action::kZoomIn, GLFW_KEY_KP_ADD, 0, "Picture", "+", "", 1, false},
     Shortcut{Action::kZoomIn, GLFW_KEY_EQUAL, kShift, "Picture", "+", "", 1, false},
@@ -75,7 +75,7 @@ constexpr std::array kShortcuts = {
              "Keep the picture as B for comparison"},
     Shortcut{Action::kWipe, GLFW_KEY_V, 0, "Picture", "V", "Wipe between the picture and B"},
     Shortcut{Action::kWipeRaw, GLFW_KEY_V, kShift, "Picture", "Shift+V",
-             "Wipe between the denoised and the raw picture"},
+             "Wipe between denoised and raw"},
 
     Shortcut{Action::kPanels, GLFW_KEY_TAB, 0, "Window", "Tab", "Show or hide the side panel"},
     Shortcut{Action::kFullScreen, GLFW_KEY_F11, 0, "Window", "F11", "Enter or leave full screen"},
@@ -112,7 +112,7 @@ constexpr std::array kDrags = {
 constexpr std::array kListed = {
     ListedGesture{"Wheel", "Dolly"},
     ListedGesture{"Ctrl+wheel", "Zoom the picture"},
-    ListedGesture{"Click", "Select a material, and the pixel that F3 explains"},
+    ListedGesture{"Click", "Select the material, and the pixel for F3"},
     ListedGesture{"Double click", "Orbit around this point and focus on it"},
     ListedGesture{"Shift while flying", "Fly four times as fast"},
 };

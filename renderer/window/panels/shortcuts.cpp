@@ -54,7 +54,7 @@ void Interface::draw_shortcuts(Workbench& bench) {
   const ImVec2 screen = ImGui::GetIO().DisplaySize;
   ImGui::SetNextWindowPos({0.5f * screen.x, 0.5f * screen.y}, ImGuiCond_Appearing, {0.5f, 0.5f});
   ImGui::SetNextWindowSize(
-      {std::min(58.0f * em, 0.95f * screen.x), std::min(44.0f * em, 0.9f * screen.y)},
+      {std::min(64.0f * em, 0.95f * screen.x), std::min(44.0f * em, 0.9f * screen.y)},
       ImGuiCond_Appearing);
   if (ImGui::Begin("Shortcuts", &bench.interface.show_shortcuts,
                    ImGuiWindowFlags_NoSavedSettings)) {

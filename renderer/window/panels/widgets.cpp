@@ -258,11 +258,13 @@ double next_tooltip_s() {
 }
 
 void tooltip(const std::string& text) {
+  ImGui::PushStyleVar(ImGuiStyleVar_Alpha, 1.0f);  // also for a disabled control
   ImGui::BeginTooltip();
   ImGui::PushTextWrapPos(24.0f * ImGui::GetFontSize());
   ImGui::TextUnformatted(text.c_str());
   ImGui::PopTextWrapPos();
   ImGui::EndTooltip();
+  ImGui::PopStyleVar();
 }
 
 void quiet_paragraph(const std::string& text) {

@@ -136,12 +136,12 @@ void draw_wipe(const Workbench& bench, ImDrawList& list, int width, int height) 
   const float gap = ImGui::GetFontSize();
   const float top = std::max(a.y, float(bench.placement.area().y0)) + gap;
   const bool kept = bench.comparison.wipe() == Wipe::kKept;
-  const std::string left = kept ? "A  current" : "Denoised";
+  const std::string left = kept ? "A: current" : "Denoised";
   draw_label(list, {a.x - 1.3f * gap - ImGui::CalcTextSize(left.c_str()).x, top}, left);
   draw_label(list, {a.x + 1.3f * gap, top},
              !kept                            ? "Raw"
-             : bench.comparison.graded_as_a() ? "B  kept"
-                                              : "B  kept, own grade");
+             : bench.comparison.graded_as_a() ? "B: kept"
+                                              : "B: kept, own grade");
 }
 
 // Fills the area around the picture from `a` to `b`, but not under it: software OpenGL would draw
