@@ -67,7 +67,7 @@ void check_heatmap_channels(const std::string& place, const HeatmapQuantity& qua
       quantity.of_denoised ? std::string("render it with `denoise`, or run emberline denoise on it")
       : quantity.aov ? fmt::format("render it with `aov` {}", name_of(aov_table(), *quantity.aov))
                      : std::string("use an .exr that emberline render wrote");
-  throw InputError(place, "there is no channel {}, which a heatmap of {} needs; {}", missing,
+  throw InputError(place, "it has no channel {}, which a heatmap of {} needs; {}", missing,
                    quantity.name, remedy);
 }
 
