@@ -40,10 +40,15 @@ std::string upper_case(std::string text) {
   return text;
 }
 
-// The names of one option, longest last, and a short word for its value.
+// The option with a short word for its value, such as N for a range of numbers.
 std::string brief_line(const OptionHelp& option) {
   OptionHelp shortened = option;
   if (option.type.find("..") != std::string::npos) shortened.type = "N";
+  std::string& type = shortened.type;
+  constexpr size_t kMost = kBriefColumn - 4;  // between two spaces on each side
+  while (option_line(shortened).size() > kMost && type.find('|') != std::string::npos) {
+    type.resize(type.rfind('|'));
+  }
   return option_line(shortened);
 }
 
