@@ -134,7 +134,7 @@ TEST(GuidedRoom, HasTheMeanOfOneThatIsNot) {
     const CameraDescription view = down_at({-0.8, 0, 0.9});
     RenderSettings s;
     s.width = s.height = 32;
-    s.spp = long_or_short(256u, 64u);
+    s.spp = 256;
     s.max_depth = 4;
     ASSERT_TRUE(is_guided(*scene, view, s)) << with;
     const RenderedImage guided = render(*scene, view, s);
@@ -145,7 +145,7 @@ TEST(GuidedRoom, HasTheMeanOfOneThatIsNot) {
     const RenderedImage three = render(*scene, view, s);
     EXPECT_NEAR(three.mean, light.mean, 5 * std::hypot(three.standard_error, light.standard_error))
         << with;
-    EXPECT_LT(error, long_or_short(0.02, 0.04) * light.mean) << with;
+    EXPECT_LT(error, 0.02 * light.mean) << with;
   }
 }
 
@@ -192,7 +192,7 @@ TEST(GuidedRoom, KindsOfLightKeepTheirMean) {
   const CameraDescription view = down_at({-0.8, 0, 0.9});
   RenderSettings s;
   s.width = s.height = 32;
-  s.spp = long_or_short(512u, 128u);
+  s.spp = 512;
   s.max_depth = 4;
   ASSERT_NE(guide_of(*scene, view, s).factors, KindFactors{});
   const RenderedImage guided = render(*scene, view, s);
@@ -201,7 +201,7 @@ TEST(GuidedRoom, KindsOfLightKeepTheirMean) {
   const double error = std::hypot(guided.standard_error, light.standard_error);
   EXPECT_NEAR(guided.mean, light.mean, 5 * error);
   EXPECT_LT(guided.standard_error, light.standard_error);
-  EXPECT_LT(error, long_or_short(0.02, 0.04) * light.mean);
+  EXPECT_LT(error, 0.02 * light.mean);
 }
 
 // Equal samples have equal bits for all threads, buckets, crops and drivers.

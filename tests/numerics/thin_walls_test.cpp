@@ -171,7 +171,7 @@ void expect_estimators_agree(const Room& room, const std::string& what, int max_
     return std::pair(mean_of(*scene, room.view, s), replay(s));
   };
   const CaseName one{"E41", what}, three{"E41", what + ", three light samples"};
-  const uint32_t spp = long_or_short(256u, 128u);
+  const uint32_t spp = 256;
   const auto [alone, how] = measured(one, 0, spp);
   EXPECT_GT(alone.mean, 1e-3) << what;
   for (const auto& [name, light_samples, share] :
