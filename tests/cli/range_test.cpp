@@ -454,14 +454,14 @@ TEST_F(Range, KilledRangeContinues) {
 }
 
 TEST_F(Range, ProgressNamesTheFrame) {
-  const Words words = turn({"--size", "96x96", "--spp", "16", "--progress-file", path("p.json")});
+  const Words words = turn({"--size", "160x160", "--spp", "64", "--progress-file", path("p.json")});
   const RunResult result = render(words);
   EXPECT_NE(result.err.find("rendering frame 3 (3 of 4) "), std::string::npos) << result.err;
   EXPECT_NE(result.err.find("frames: 4 rendered"), std::string::npos) << result.err;
   const nlohmann::json progress = read_json("p.json");
   EXPECT_EQ(progress["state"], "done");
   EXPECT_EQ(progress["done"], 1.0);
-  EXPECT_EQ(progress["samples"], 4 * 96 * 96 * 16);
+  EXPECT_EQ(progress["samples"], 4 * 160 * 160 * 64);
   EXPECT_EQ(progress["frame"]["number"], 4);
   EXPECT_EQ(progress["frame"]["index"], 4);
   EXPECT_EQ(progress["frame"]["count"], 4);

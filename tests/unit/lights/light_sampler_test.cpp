@@ -5,7 +5,6 @@
 
 #include "renderer/core/warps.h"
 #include "support/light_scenes.h"
-#include "support/long_tests.h"
 #include "support/single_queries.h"
 
 namespace emberline {
@@ -266,7 +265,7 @@ TEST(LightSampler, TenThousandLamps) {  // case 32
     });
     const uint32_t visible = order[4];
     Moments one;
-    for (int i = 0; i < test::long_or_short(400'000, 100'000); ++i) {
+    for (int i = 0; i < 400'000; ++i) {
       TestRandom random(21, uint64_t(i));
       const float pick = random.next();
       const LightSample s = test::sample_one(tree, query, pick, random.vec2());
