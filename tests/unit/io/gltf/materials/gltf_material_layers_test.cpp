@@ -363,8 +363,8 @@ TEST_F(GltfMaterialLayers, SpecularGlossinessReplacesMetallicRoughness) {
   EXPECT_EQ(m.clearcoat, 0.5f);
   EXPECT_EQ(scene.coverage.ignored,
             (std::vector<std::string>{
-                "KHR_materials_ior beside KHR_materials_pbrSpecularGlossiness",
-                "KHR_materials_specular beside KHR_materials_pbrSpecularGlossiness"}));
+                "KHR_materials_ior together with KHR_materials_pbrSpecularGlossiness",
+                "KHR_materials_specular together with KHR_materials_pbrSpecularGlossiness"}));
 }
 
 TEST_F(GltfMaterialLayers, AnUnlitMaterialHasNone) {
