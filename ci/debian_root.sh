@@ -48,6 +48,7 @@ in_root() {
     root=$1
     shift
     mount -t proc proc "$root/proc"
+    mount -t sysfs sysfs "$root/sys"
     mount -t tmpfs tmpfs "$root/dev/shm"
     mount -t devpts -o newinstance,ptmxmode=0666 devpts "$root/dev/pts"
     exec chroot "$root" env -i HOME=/root LC_ALL=C.UTF-8 TERM="${TERM:-dumb}" DEBIAN_FRONTEND=noninteractive \

@@ -183,7 +183,8 @@ TEST_F(Limits, ReservesMemoryOfMattes) {
         small + mattes + stopped + Words{"--exr-parts", "layers", "--exr-compression", "dwab"}}) {
     SCOPED_TRACE(testing::PrintToString(more));
     const Figures f = figures(scene(), more);
-    EXPECT_LT(f.peak - none.peak, f.reserved - none.reserved + 8e6);
+    // Two runs differ by up to 8 MB, and the encoder's library takes 2 MB.
+    EXPECT_LT(f.peak - none.peak, f.reserved - none.reserved + 10e6);
     EXPECT_LT(f.reserved - none.reserved, 1.6 * (f.peak - none.peak) + 8e6);
   }
 }

@@ -439,7 +439,7 @@ TEST_F(Usage, HelpExplainsEveryOption) {
 TEST_F(Usage, GeneratedPagesHaveEveryOptionAndChannel) {
   ASSERT_EQ(run({"--write-documents", path("share")}).exit_code, 0);
   const std::string options = read_text(path("share/doc/options.md"));
-  for (const std::string& command : {"render", "view", "study", "farm", "farm status"}) {
+  for (const std::string command : {"render", "view", "study", "farm", "farm status"}) {
     const size_t section = options.find("# emberline " + command + "\n");
     ASSERT_NE(section, std::string::npos) << command;
     Words words;
