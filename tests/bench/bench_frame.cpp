@@ -7,7 +7,7 @@
 #include <array>
 #include <atomic>
 
-#include "renderer/app/shared_options.h"
+#include "bench/number_option.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/names.h"
 #include "renderer/core/option_values.h"
@@ -81,7 +81,7 @@ void add_frame_options(CLI::App* app, RenderOptions& o) {
     const Setting& setting = find_named(setting_table(), "--settings", "setting", name);
     app->add_option_function<std::string>(
         "--" + setting.name, [&o, &setting](const std::string& text) { setting.read(o, text); },
-        setting.help);
+        setting.help.full);
   }
   add_number(app, "--bucket-size", o.bucket_size, 1, 4096, "in pixels");
   add_number(app, "--seed", o.seed, 0u, 0xffffffffu, "another seed, another noise");

@@ -16,8 +16,8 @@
 #include <thread>
 
 #include "bench/frame_benches.h"
+#include "bench/number_option.h"
 #include "bench/ray_recorder.h"
-#include "renderer/app/shared_options.h"
 #include "renderer/engine/process_usage.h"
 #include "renderer/output/report.h"
 

@@ -13,7 +13,7 @@
 
 #include "bench/bench_frame.h"
 #include "bench/frame_benches.h"
-#include "renderer/app/shared_options.h"
+#include "bench/number_option.h"
 #include "renderer/core/constants.h"
 #include "renderer/core/errors.h"
 #include "renderer/description/framing.h"

@@ -16,7 +16,7 @@
 
 #include "bench/bench_frame.h"
 #include "bench/frame_benches.h"
-#include "renderer/app/shared_options.h"
+#include "bench/number_option.h"
 #include "renderer/core/errors.h"
 #include "renderer/engine/render_sink.h"
 #include "renderer/film/film.h"
