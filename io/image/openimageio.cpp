@@ -19,7 +19,7 @@ namespace {
 namespace oiio = OIIO;
 
 // OpenImageIO's message as one line.
-std::string one_line(std::string text) {
+std::string library_message(std::string text) {
   for (char& c : text) {
     if (uint8_t(c) < 0x20) c = ' ';
   }
@@ -35,7 +35,7 @@ std::string caught(const Work& work) {
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& error) {
-    return one_line(error.what());
+    return library_message(error.what());
   }
 }
 
@@ -96,7 +96,8 @@ class Decoder final : public ImageDecoder {
     oiio::ImageSpec hints, opened;
     hints["oiio:UnassociatedAlpha"] = 1;
     const std::string error = caught([&] {
-      return input_->open("image." + format, opened, hints) ? "" : one_line(input_->geterror());
+      return input_->open("image." + format, opened, hints) ? ""
+                                                            : library_message(input_->geterror());
     });
     if (!error.empty()) return error;
     const oiio::ImageSpec& s = input_->spec();
@@ -194,7 +195,7 @@ class Decoder final : public ImageDecoder {
       }
     }
     input_->geterror();  // discards the error of seeking past the last part
-    return input_->seek_subimage(0, 0) ? "" : one_line(input_->geterror());
+    return input_->seek_subimage(0, 0) ? "" : library_message(input_->geterror());
   }
 
   static ExrView view_of(const oiio::ImageSpec& s) {
@@ -235,7 +236,7 @@ class Decoder final : public ImageDecoder {
                                    stride)
               : input_->read_scanlines(part.subimage, 0, y0, y1, s.z, begin - part.first,
                                        end - part.first, as, to, pixel, stride);
-      if (!done) return one_line(input_->geterror());
+      if (!done) return library_message(input_->geterror());
     }
     return "";
   }
@@ -279,7 +280,7 @@ class OpenImageIo final : public ImageLibrary {
       done = done && output->open("picture.gif", spec, mode) &&
              output->write_image(oiio::TypeDesc::UINT8, picture.values.data());
     }
-    return done && output->close() ? "" : one_line(output->geterror());
+    return done && output->close() ? "" : library_message(output->geterror());
   }
 };
 
