@@ -76,7 +76,7 @@ struct SampleBatch {
   // to SampleValue::radiance.
   const LightGroups* light_groups = nullptr;
   LightGroupValues* light_values = nullptr;
-  // The same by light-path layer, indexed by PathLayers::place_of.
+  // Radiance by light-path layer; indexed by PathLayers::place_of.
   const PathLayers* path_layers = nullptr;
   LightGroupValues* layer_values = nullptr;
   // Guides light samples; null: none.

@@ -1,4 +1,4 @@
-// What lies between two vertices of a path: the interiors of solids, and thin walls.
+// The interiors of solids, and thin walls, between two vertices of a path.
 #pragma once
 
 #include "integrators/integrator.h"

@@ -81,8 +81,8 @@ struct Measured {
   std::string where;
 };
 
-// The whole frame, and each bucket separately, whose estimates end at its edge. A short run uses the
-// first two, which differ in driver and estimator.
+// The whole frame, and each bucket separately, whose estimates end at its edge. A short run uses
+// the first two, which differ in driver and estimator.
 struct Method {
   const char *driver, *estimator;
 };

@@ -64,8 +64,9 @@ TEST(GltfDeform, ATargetMustHaveItsMeshsVertices) {
   gltf.primitive(mesh)["targets"] = {
       {{"POSITION", gltf.add_accessor<float>("VEC3", {0, 0, 1, 0, 0, 1})}}};
   gltf.root["meshes"][0]["weights"] = {1};
-  EXPECT_NE(message_of(gltf).find("#/meshes/0/primitives/0/targets/0/POSITION: found 2 elements for 3"),
-            std::string::npos)
+  EXPECT_NE(
+      message_of(gltf).find("#/meshes/0/primitives/0/targets/0/POSITION: found 2 elements for 3"),
+      std::string::npos)
       << message_of(gltf);
 }
 

@@ -311,8 +311,9 @@ TEST(GltfGeometry, AttributesMustAgreeInCountAndShape) {
   const int mesh = gltf.add_triangle();
   auto& attributes = gltf.primitive(mesh)["attributes"];
   attributes["NORMAL"] = gltf.add_accessor<float>("VEC3", {0, 0, 1, 0, 0, 1});
-  EXPECT_NE(message_of(gltf).find("#/meshes/0/primitives/0/attributes/NORMAL: found 2 elements for 3"),
-            std::string::npos)
+  EXPECT_NE(
+      message_of(gltf).find("#/meshes/0/primitives/0/attributes/NORMAL: found 2 elements for 3"),
+      std::string::npos)
       << message_of(gltf);
   attributes["NORMAL"] = gltf.add_accessor<float>("VEC2", {0, 0, 1, 0, 0, 1});
   EXPECT_NE(message_of(gltf).find("attributes/NORMAL: accessor"), std::string::npos)
