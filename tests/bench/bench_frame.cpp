@@ -7,7 +7,6 @@
 #include <array>
 #include <atomic>
 
-#include "bench/number_option.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/names.h"
 #include "renderer/core/option_values.h"
@@ -55,9 +54,10 @@ void add_frame_options(CLI::App* app, RenderOptions& o) {
   app->add_option("--camera", o.camera, "camera of the file, by name or index");
   add_point(app, "--look-from", o.look_from, "view from here instead");
   add_point(app, "--look-at", o.look_at, "towards this point");
-  add_number(app, "--fov-y", o.fov_y, 0.05, 179.9, "degrees");
+  app->add_option("--fov-y", o.fov_y, "degrees")->check(CLI::Range(0.05, 179.9));
   app->add_option("--env", o.environment, "latitude-longitude environment map");
-  add_number(app, "--env-strength", o.environment_strength, 0.0f, 1e9f, "multiplies it");
+  app->add_option("--env-strength", o.environment_strength, "multiplies it")
+      ->check(CLI::Range(0.0f, 1e9f));
   app->add_option_function<std::string>(
          "--size",
          [&o](const std::string& text) {
@@ -70,8 +70,8 @@ void add_frame_options(CLI::App* app, RenderOptions& o) {
          },
          "frame in pixels")
       ->type_name("WxH");
-  add_number(app, "--spp", o.spp, 1u, kMaxSamples, "samples per pixel");
-  add_number(app, "--max-depth", o.max_depth, 0, 100000, "scattering events");
+  app->add_option("--spp", o.spp, "samples per pixel")->check(CLI::Range(1u, kMaxSamples));
+  app->add_option("--max-depth", o.max_depth, "scattering events")->check(CLI::Range(0, 100000));
   app->add_option("--integrator", o.integrator, "integrator");
   app->add_option("--sampler", o.sampler, "sampler");
   app->add_option("--filter", o.filter, "pixel filter");
@@ -83,8 +83,9 @@ void add_frame_options(CLI::App* app, RenderOptions& o) {
         "--" + setting.name, [&o, &setting](const std::string& text) { setting.read(o, text); },
         setting.help.full);
   }
-  add_number(app, "--bucket-size", o.bucket_size, 1, 4096, "in pixels");
-  add_number(app, "--seed", o.seed, 0u, 0xffffffffu, "another seed, another noise");
+  app->add_option("--bucket-size", o.bucket_size, "in pixels")->check(CLI::Range(1, 4096));
+  app->add_option("--seed", o.seed, "another seed, another noise")
+      ->check(CLI::Range(0u, 0xffffffffu));
 }
 
 BenchFrame::BenchFrame(const RenderOptions& options, const SceneBuildOptions& build,

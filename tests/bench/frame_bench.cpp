@@ -16,7 +16,6 @@
 #include <thread>
 
 #include "bench/frame_benches.h"
-#include "bench/number_option.h"
 #include "bench/ray_recorder.h"
 #include "renderer/engine/process_usage.h"
 #include "renderer/output/report.h"
@@ -195,10 +194,12 @@ int run_frame_bench(int argc, char** argv) {
   options.threads = int(std::min(2u, std::max(1u, std::thread::hardware_concurrency())));
   CLI::App app("Times a frame and Embree's share of it", "frame_bench");
   add_frame_options(&app, options.frame);
-  add_number(&app, "--threads", options.threads, 1, 4096, "worker threads");
-  add_number(&app, "--repetitions", options.repetitions, 1, 1000, "of everything, in turn");
-  add_number(&app, "--record-mib", options.record_mib, 1.0, 1e6,
-             "memory for recorded rays; fewer samples are recorded when it is too little");
+  app.add_option("--threads", options.threads, "worker threads")->check(CLI::Range(1, 4096));
+  app.add_option("--repetitions", options.repetitions, "of everything, in turn")
+      ->check(CLI::Range(1, 1000));
+  app.add_option("--record-mib", options.record_mib,
+                 "memory for recorded rays; fewer samples are recorded when it is too little")
+      ->check(CLI::Range(1.0, 1e6));
   app.add_option("--json", options.json, "write the figures here as well");
   CLI11_PARSE(app, argc, argv);
   return run(options);

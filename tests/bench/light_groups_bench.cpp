@@ -13,7 +13,6 @@
 
 #include "bench/bench_frame.h"
 #include "bench/frame_benches.h"
-#include "bench/number_option.h"
 #include "renderer/core/constants.h"
 #include "renderer/core/errors.h"
 #include "renderer/description/framing.h"
@@ -130,9 +129,11 @@ int run_light_groups_bench(int argc, char** argv) {
   options.frame.filter = "box";
   CLI::App app("Times light groups", "light_groups_bench");
   add_frame_options(&app, options.frame);
-  add_number(&app, "--lamps", options.lamps, 0, 60, "point lights more than the scene has");
-  add_number(&app, "--threads", options.threads, 1, 4096, "worker threads");
-  add_number(&app, "--repetitions", options.repetitions, 2, 10000, "of everything");
+  app.add_option("--lamps", options.lamps, "point lights more than the scene has")
+      ->check(CLI::Range(0, 60));
+  app.add_option("--threads", options.threads, "worker threads")->check(CLI::Range(1, 4096));
+  app.add_option("--repetitions", options.repetitions, "of everything")
+      ->check(CLI::Range(2, 10000));
   CLI11_PARSE(app, argc, argv);
   std::optional<LightGroups> groups;
   const BenchFrame frame(options.frame, {}, [&](SceneDescription& scene) {

@@ -15,7 +15,6 @@
 
 #include "bench/bench_frame.h"
 #include "bench/frame_benches.h"
-#include "bench/number_option.h"
 #include "renderer/core/errors.h"
 #include "renderer/engine/render_sink.h"
 #include "renderer/film/film.h"
@@ -163,8 +162,9 @@ int run_progressive_bench(int argc, char** argv) {
   options.frame.filter = "box";
   CLI::App app("Times a progressive driver", "progressive_bench");
   add_frame_options(&app, options.frame);
-  add_number(&app, "--threads", options.threads, 1, 4096, "worker threads");
-  add_number(&app, "--repetitions", options.repetitions, 1, 10000, "of everything");
+  app.add_option("--threads", options.threads, "worker threads")->check(CLI::Range(1, 4096));
+  app.add_option("--repetitions", options.repetitions, "of everything")
+      ->check(CLI::Range(1, 10000));
   CLI11_PARSE(app, argc, argv);
   const BenchFrame frame(options.frame);
   fmt::print("{}  {}x{}  {}  {} threads, medians of {}\n", options.frame.scene, options.frame.width,

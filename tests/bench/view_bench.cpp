@@ -16,7 +16,6 @@
 
 #include "bench/bench_frame.h"
 #include "bench/frame_benches.h"
-#include "bench/number_option.h"
 #include "renderer/core/errors.h"
 #include "renderer/engine/render_sink.h"
 #include "renderer/film/film.h"
@@ -298,9 +297,10 @@ int run_view_bench(int argc, char** argv) {
   Options options;
   options.frame.driver = kLiveDriver;
   add_frame_options(&app, options.frame);
-  add_number(&app, "--edits", options.edits, 1, 100000, "of each kind");
-  add_number(&app, "--idle", options.idle_s, 0.1, 3600.0, "seconds of undisturbed rendering");
-  add_number(&app, "--repetitions", options.repetitions, 0, 1000, "of that");
+  app.add_option("--edits", options.edits, "of each kind")->check(CLI::Range(1, 100000));
+  app.add_option("--idle", options.idle_s, "seconds of undisturbed rendering")
+      ->check(CLI::Range(0.1, 3600.0));
+  app.add_option("--repetitions", options.repetitions, "of that")->check(CLI::Range(0, 1000));
   CLI11_PARSE(app, argc, argv);
   fmt::print("{}  {}x{}\n", options.frame.scene, options.frame.width, options.frame.height);
   {
