@@ -36,7 +36,7 @@ struct DisplayNames {
 DisplayNames display_names();
 
 // The existing files that the config of $OCIO names; none without a config or if it is damaged.
-std::vector<std::string> display_tables();
+std::vector<std::string> ocio_table_files();
 
 // The transform from linear Rec. 709 to a display.
 //
@@ -97,7 +97,7 @@ class DisplayImageWriter {
   // Memory held from construction on: the picture.
   uint64_t bytes() const { return image_.values.capacity(); }
 
-  // Encodes and writes the file, marked as unfinished unless `complete` (image/picture_mark.h).
+  // Encodes and writes the file, marked as unfinished unless `complete` (image/file_completeness.h).
   // Call once, after all threads have stopped writing. Throws RenderError.
   void finish(bool complete = true);
 

@@ -70,9 +70,14 @@ OptionHelp option_help(const CLI::Option& option) {
 
 }  // namespace
 
-CommandHelp command_help(const CLI::App& app, const std::string& above) {
+std::string upper_case(std::string text) {
+  std::ranges::transform(text, text.begin(), [](unsigned char c) { return char(std::toupper(c)); });
+  return text;
+}
+
+CommandHelp command_help(const CLI::App& app, const std::string& parent_names) {
   CommandHelp help;
-  help.name = above + app.get_name();
+  help.name = parent_names + app.get_name();
   help.summary = app.get_description();
   std::istringstream examples(app.get_footer());
   for (std::string line; std::getline(examples, line);) help.examples.push_back(line);

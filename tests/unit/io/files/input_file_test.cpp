@@ -48,7 +48,7 @@ TEST(InputFile, RefusesNonRegularFiles) {
   EXPECT_NE(message_of(folder / "none", "x").find("x: file not found: "), std::string::npos);
   ASSERT_EQ(::symlink((folder / "loop").c_str(), (folder / "loop").c_str()), 0);
   EXPECT_NE(message_of(folder / "loop", "x").find("x: cannot access the file"), std::string::npos);
-  EXPECT_FALSE(InputFile::open_if_there(folder / "none"));
+  EXPECT_FALSE(InputFile::try_open(folder / "none"));
 }
 
 TEST(InputFile, NoticesThatTheFileBecameShorter) {
@@ -65,7 +65,7 @@ TEST(InputFile, IdentityBelongsToTheFileNotItsName) {
   write_text(folder / "b", "a");
   ASSERT_EQ(::link((folder / "a").c_str(), (folder / "hard").c_str()), 0);
   ASSERT_EQ(::symlink("a", (folder / "soft").c_str()), 0);
-  const FileIdentity a = InputFile(folder / "a").named("a").identity;
+  const FileIdentity a = InputFile(folder / "a").named_file("a").identity;
   EXPECT_EQ(file_identity(folder / "hard"), a);
   EXPECT_EQ(file_identity(folder / "soft"), a);
   EXPECT_NE(file_identity(folder / "b"), a);
@@ -75,17 +75,17 @@ TEST(InputFile, IdentityBelongsToTheFileNotItsName) {
 TEST(InputFile, StateIsFromTheTimeOfOpening) {
   const TempFolder folder;
   write_text(folder / "a", "a");
-  const NamedFile then = InputFile(folder / "a").named("it");
+  const NamedFile then = InputFile(folder / "a").named_file("it");
   EXPECT_EQ(then.name, "it");
   EXPECT_EQ(then.path, folder / "a");
-  ASSERT_TRUE(file_now(folder / "a"));
-  EXPECT_EQ(file_now(folder / "a")->state, then.state);
-  EXPECT_EQ(file_now(folder / "a")->identity, then.identity);
+  ASSERT_TRUE(stat_file(folder / "a"));
+  EXPECT_EQ(stat_file(folder / "a")->state, then.state);
+  EXPECT_EQ(stat_file(folder / "a")->identity, then.identity);
   const timespec other[2] = {{1, 2}, {3, 4}};
   ASSERT_EQ(::utimensat(AT_FDCWD, (folder / "a").c_str(), other, 0), 0);
-  EXPECT_EQ(file_now(folder / "a")->state, (FileState{1, 3'000'000'004}));
-  EXPECT_NE(file_now(folder / "a")->state, then.state);
-  EXPECT_FALSE(file_now(folder / "none"));
+  EXPECT_EQ(stat_file(folder / "a")->state, (FileState{1, 3'000'000'004}));
+  EXPECT_NE(stat_file(folder / "a")->state, then.state);
+  EXPECT_FALSE(stat_file(folder / "none"));
 }
 
 TEST(InputFile, KernelTextsHaveNoSize) {
